@@ -4,8 +4,8 @@ module dda_input
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: require_addresses
-   use dda_input_group, only: group_type, input_error, get, get_text, require_name, &
-      name_length
+   use dda_input_group, only: group_type, input_error, positions, require_name
+   use dda_input_groups, only: control_values, run_values, read_values
    use dda_input_catalogue, only: find_group, unknown_group
    use dda_input_schema, only: input_groups
    use dda_input_text, only: parse_group, split_groups
@@ -19,7 +19,7 @@ module dda_input
    use dda_input_material, only: read_material, fit_materials
    use dda_input_materials, only: read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification, &
-      number_of_block
+      find_motions, number_of_block
    use dda_input_resolved, only: resolved_values
    use dda_input_settings, only: read_control, read_contact, read_output, &
       check_output_times, require_analysis
@@ -71,7 +71,7 @@ contains
       character(len=*), intent(in) :: text  !< of the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(group_type), allocatable :: groups(:)
-      character(len=name_length) :: base_motion(2)
+      type(control_values) :: control
       character(len=:), allocatable :: folder
       integer :: i
 
@@ -87,11 +87,11 @@ contains
       do i = 1, size(groups)
          call parse_group(text, groups(i), error)
       end do
-      if (.not. allocated(error)) call read_settings(model, file, groups, base_motion, error)
+      if (.not. allocated(error)) call read_settings(model, file, groups, control, error)
       if (.not. allocated(error)) call read_substances(model, file, folder, groups, error)
-      if (.not. allocated(error)) call resolve_base_motion(model, groups, base_motion, error)
+      if (.not. allocated(error)) call resolve_base_motion(model, groups, control, error)
       if (.not. allocated(error)) call read_bodies(model, file, folder, groups, error)
-      if (.not. allocated(error)) call resolve_displaced(model, groups, error)
+      if (.not. allocated(error)) call resolve_displaced(model, groups, control, error)
       if (.not. allocated(error)) call read_points(model, groups, error)
       if (.not. allocated(error)) call read_bolts(model, groups, error)
       if (.not. allocated(error)) call read_edge_loads(model, groups, error)
@@ -129,7 +129,7 @@ contains
          if (seen(g) > 1 .and. .not. input_groups(g)%repeats) call input_error(error, &
             groups(i), 'this group may appear only once')
       end do
-      if (count_groups(groups, 'control') == 0) call missing(error, file, 'the group &control')
+      if (size(positions(groups, 'control')) == 0) call missing(error, file, 'the group &control')
    end subroutine check_names
 
    !> The error for a group that every input must have.
@@ -140,38 +140,27 @@ contains
       if (.not. allocated(error)) call fail(error, error_input, file//': '//group//' is missing')
    end subroutine missing
 
-   !> Number of groups of a name.
-   pure integer function count_groups(groups, name)
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      character(len=*), intent(in) :: name  !< of a group
-      integer :: i
-
-      count_groups = 0
-      do i = 1, size(groups)
-         if (groups(i)%name == name) count_groups = count_groups + 1
-      end do
-   end function count_groups
-
    !> The groups that appear once.
-   subroutine read_settings(model, file, groups, base_motion, error)
+   subroutine read_settings(model, file, groups, control, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      !> names of motions, x and y, or blank
-      character(len=name_length), intent(out) :: base_motion(2)
+      type(control_values), intent(out) :: control  !< of &control
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(run_values) :: run
+      logical :: staged
       integer :: i
 
       model%title = ''
-      base_motion = ''
       model%output%file = default_output(file)
+      staged = size(positions(groups, 'stage')) > 0
       do i = 1, size(groups)
          select case (groups(i)%name)
          case ('run')
-            call get_text(groups(i), 'title', model%title)
+            call read_values(groups(i), run, error)
+            model%title = run%title
          case ('control')
-            call read_control(groups(i), count_groups(groups, 'stage') > 0, model%control, &
-               base_motion, error)
+            call read_control(groups(i), staged, model%control, control, error)
          case ('contact')
             call read_contact(groups(i), model%contact, error)
          case ('output')
@@ -179,14 +168,23 @@ contains
          end select
          if (allocated(error)) return
       end do
-      if (model%contact%original_rules .and. model%control%integration /= 'dda') &
-         call fail(error, error_input, file//": contact_rules = 'original' of &contact needs "// &
-         "integration = 'dda' of &control, not "//quoted(trim(model%control%integration)))
-      if (model%contact%original_rules .and. model%control%settle) call fail(error, error_input, &
-         file//": contact_rules = 'original' of &contact has no static stage: settle of "// &
-         '&control must be .false.')
-      if (model%contact%original_rules .and. count_groups(groups, 'stage') > 0) call fail(error, &
-         error_input, file//": contact_rules = 'original' of &contact knows no &stage")
+      if (.not. model%contact%original_rules) return
+      call refuse(model%control%integration /= 'dda', "needs integration = 'dda' of &control, "// &
+         'not '//quoted(trim(model%control%integration)))
+      call refuse(model%control%settle, 'has no static stage: settle of &control must be .false.')
+      call refuse(staged, 'knows no &stage')
+
+   contains
+
+      !> What the original rules do not go with.
+      subroutine refuse(is, why)
+         logical, intent(in) :: is            !< of the input
+         character(len=*), intent(in) :: why  !< in words
+
+         if (is .and. .not. allocated(error)) call fail(error, error_input, file// &
+            ": contact_rules = 'original' of &contact "//why)
+      end subroutine refuse
+
    end subroutine read_settings
 
    !> The input's name with .nc in place of .nml, in the working folder.
@@ -209,35 +207,33 @@ contains
       character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: i, m, j, k
+      integer, allocatable :: own(:)
+      integer :: i
 
-      allocate (model%materials(count_groups(groups, 'material')), &
-         model%joints(count_groups(groups, 'joint')), model%motions(count_groups(groups, 'motion')))
-      if (size(model%materials) == 0) call missing(error, file, 'the group &material')
-      if (size(model%joints) == 0) call missing(error, file, 'the group &joint')
-      m = 0
-      j = 0
-      k = 0
-      do i = 1, size(groups)
+      own = positions(groups, 'material')
+      allocate (model%materials(size(own)))
+      if (size(own) == 0) call missing(error, file, 'the group &material')
+      do i = 1, size(own)
+         call read_material(groups(own(i)), model%materials(i), error)
+         if (model%materials(i)%has_velocities) call require_analysis(error, groups(own(i)), &
+            model%control, 'shear_velocity and pressure_velocity')
+         call check_new_name(groups(own(i)), model%materials(:i)%name, error)
+      end do
+      own = positions(groups, 'joint')
+      allocate (model%joints(size(own)))
+      if (size(own) == 0) call missing(error, file, 'the group &joint')
+      do i = 1, size(own)
+         call read_joint(groups(own(i)), model%joints(i), error)
+         call check_rules(groups(own(i)), model%joints(i), model%contact, error)
+         call check_new_name(groups(own(i)), model%joints(:i)%name, error)
+         call refuse_damping(groups(own(i)), model%joints(:i), model%contact, error)
+      end do
+      own = positions(groups, 'motion')
+      allocate (model%motions(size(own)))
+      do i = 1, size(own)
          if (allocated(error)) return
-         select case (groups(i)%name)
-         case ('material')
-            m = m + 1
-            call read_material(groups(i), model%materials(m), error)
-            if (model%materials(m)%has_velocities) call require_analysis(error, groups(i), &
-               model%control, 'shear_velocity and pressure_velocity')
-            call check_new_name(groups(i), model%materials(:m)%name, error)
-         case ('joint')
-            j = j + 1
-            call read_joint(groups(i), model%joints(j), error)
-            call check_rules(groups(i), model%joints(j), model%contact, error)
-            call check_new_name(groups(i), model%joints(:j)%name, error)
-            call refuse_damping(groups(i), model%joints(:j), model%contact, error)
-         case ('motion')
-            k = k + 1
-            call read_motion(groups(i), folder, model%motions(k), error)
-            call check_new_name(groups(i), model%motions(:k)%name, error)
-         end select
+         call read_motion(groups(own(i)), folder, model%motions(i), error)
+         call check_new_name(groups(own(i)), model%motions(:i)%name, error)
       end do
       if (allocated(error)) return
       if (model%contact%normal_stiffness == 0.0_wp) model%contact%normal_stiffness = &
@@ -372,47 +368,40 @@ contains
    end subroutine check_new_name
 
    !> The motions of the base by name.
-   subroutine resolve_base_motion(model, groups, base_motion, error)
+   subroutine resolve_base_motion(model, groups, control, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      character(len=*), intent(in) :: base_motion(2)  !< names of motions, x and y, or blank
+      type(control_values), intent(in) :: control  !< of &control
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(group_type) :: group
-      integer :: axis, i
+      integer :: axis
 
-      do i = 1, size(groups)
-         if (groups(i)%name == 'control') group = groups(i)
-      end do
-      do axis = 1, 2
-         if (base_motion(axis) == '') cycle
-         call require_name(error, group, 'base_motion_'//merge('x', 'y', axis == 1), &
-            base_motion(axis), model%motions%name, 'motion', model%control%base_motion(axis))
-         if (allocated(error)) return
-         associate (motion => model%motions(model%control%base_motion(axis)))
-            if (motion%stops .and. .not. motion%curve%ends_at_rest) call input_error(error, group, &
-               'base_motion_'//merge('x', 'y', axis == 1)//': as body force nothing stops the '// &
-               'base at the end of the record: leave after_end of &motion '// &
-               quoted(trim(motion%name))//' out, or move supports by it')
-         end associate
-      end do
+      associate (group => groups(minval(positions(groups, 'control'))), &
+         found => model%control%base_motion)
+         call find_motions(group, [control%base_motion_x, control%base_motion_y], model%motions, &
+            found, error, 'base_motion_')
+         do axis = 1, 2
+            if (allocated(error)) return
+            if (found(axis) == 0) cycle
+            associate (motion => model%motions(found(axis)))
+               if (motion%stops .and. .not. motion%curve%ends_at_rest) call input_error(error, &
+                  group, 'base_motion_'//merge('x', 'y', axis == 1)//': as body force nothing '// &
+                  'stops the base at the end of the record: leave after_end of &motion '// &
+                  quoted(trim(motion%name))//' out, or move supports by it')
+            end associate
+         end do
+      end associate
    end subroutine resolve_base_motion
 
    !> The displaced block by its name or number.
-   subroutine resolve_displaced(model, groups, error)
+   subroutine resolve_displaced(model, groups, control, error)
       type(model_type), intent(inout) :: model  !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(control_values), intent(in) :: control  !< of &control
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name
-      integer :: i
 
-      name = ''
-      do i = 1, size(groups)
-         if (groups(i)%name /= 'control') cycle
-         call get(groups(i), 'displaced_block', name, error)
-         if (name == '' .or. allocated(error)) return
-         model%control%displaced_block = number_of_block(groups(i), 'displaced_block', &
-            model%block_names, name, error)
-      end do
+      if (control%displaced_block /= '') model%control%displaced_block = number_of_block( &
+         groups(minval(positions(groups, 'control'))), 'displaced_block', model%block_names, &
+         control%displaced_block, error)
    end subroutine resolve_displaced
 
    !> Fixed points, loads and measured points.
@@ -420,31 +409,27 @@ contains
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: i, f, l, p
+      integer, allocatable :: own(:)
+      integer :: i
 
-      allocate (model%fixed_points(count_groups(groups, 'fixed_point')), &
-         model%loads(count_groups(groups, 'load')), &
-         model%points(count_groups(groups, 'measured_point')))
-      f = 0
-      l = 0
-      p = 0
-      do i = 1, size(groups)
-         if (allocated(error)) return
-         select case (groups(i)%name)
-         case ('fixed_point')
-            f = f + 1
-            call read_fixed_point(groups(i), model%blocks, model%block_names, model%origin, &
-               model%motions, model%fixed_points(f), error)
-         case ('load')
-            l = l + 1
-            call read_load(groups(i), model%blocks, model%block_names, model%origin, &
-               model%loads(l), error)
-         case ('measured_point')
-            p = p + 1
-            call read_point(groups(i), model%blocks, model%block_names, model%origin, &
-               model%points(p), error)
-            call check_new_name(groups(i), model%points(:p)%name, error)
-         end select
+      own = positions(groups, 'fixed_point')
+      allocate (model%fixed_points(size(own)))
+      do i = 1, size(own)
+         call read_fixed_point(groups(own(i)), model%blocks, model%block_names, model%origin, &
+            model%motions, model%fixed_points(i), error)
+      end do
+      own = positions(groups, 'load')
+      allocate (model%loads(size(own)))
+      do i = 1, size(own)
+         call read_load(groups(own(i)), model%blocks, model%block_names, model%origin, &
+            model%loads(i), error)
+      end do
+      own = positions(groups, 'measured_point')
+      allocate (model%points(size(own)))
+      do i = 1, size(own)
+         call read_point(groups(own(i)), model%blocks, model%block_names, model%origin, &
+            model%points(i), error)
+         call check_new_name(groups(own(i)), model%points(:i)%name, error)
       end do
    end subroutine read_points
 
@@ -467,20 +452,18 @@ contains
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: i, a
+      integer, allocatable :: own(:)
+      integer :: i
 
-      allocate (model%amplifications(count_groups(groups, 'amplification')))
-      a = 0
-      do i = 1, size(groups)
-         if (allocated(error)) return
-         if (groups(i)%name /= 'amplification') cycle
-         a = a + 1
-         call read_amplification(groups(i), model%points, model%amplifications(a), error)
-         if (.not. is_uniform(model%stages)) call input_error(error, groups(i), 'a spectrum '// &
-            'needs samples at equal times: one time_step in all dynamic stages, and no static '// &
-            'stage but the first')
+      own = positions(groups, 'amplification')
+      allocate (model%amplifications(size(own)))
+      do i = 1, size(own)
+         call read_amplification(groups(own(i)), model%points, model%amplifications(i), error)
+         if (.not. is_uniform(model%stages)) call input_error(error, groups(own(i)), &
+            'a spectrum needs samples at equal times: one time_step in all dynamic stages, and '// &
+            'no static stage but the first')
          if (model%control%adaptive .and. model%output%history_seconds <= 0.0_wp) &
-            call input_error(error, groups(i), 'a spectrum needs samples '// &
+            call input_error(error, groups(own(i)), 'a spectrum needs samples '// &
             'at equal times, and adaptive steps are not: give history_seconds in &output')
       end do
    end subroutine read_amplifications

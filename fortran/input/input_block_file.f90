@@ -4,7 +4,8 @@ module dda_input_block_file
    use dda_kinds, only: wp
    use dda_block_file, only: block_file_type, read_block_file
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, get_text, name_length
+   use dda_input_group, only: group_type, input_error, name_length
+   use dda_input_groups, only: blocks_values, read_values
    use dda_input_materials, only: find_substances
    use dda_model, only: model_type, block_source_type
    use dda_outlines, only: outlines_type, add_outline, outline_failure
@@ -25,14 +26,14 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(block_file_type) :: found
       type(error_type), allocatable :: failure
+      type(blocks_values) :: own
       character(len=:), allocatable :: path
       integer :: m, j
 
-      path = ''
-      call get_text(group, 'file', path)
-      if (path == '') call input_error(error, group, 'file is missing')
-      call find_substances(group, model, m, j, error)
+      call read_values(group, own, error)
+      call find_substances(group, own%naming, model, m, j, error)
       if (allocated(error)) return
+      path = own%file
       if (path(1:1) /= '/') path = folder//path
       call read_block_file(found, path, failure)
       if (allocated(failure)) then

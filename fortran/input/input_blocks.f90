@@ -4,7 +4,9 @@ module dda_input_blocks
    use dda_kinds, only: wp
    use dda_errors, only: error_type
    use dda_input_block_file, only: read_block_group
-   use dda_input_group, only: group_type, input_error, get, get_list, require_name, name_length
+   use dda_input_group, only: group_type, input_error, require_name, value_or, name_length
+   use dda_input_groups, only: block_values, drums_values, layers_values, rest_values, &
+      wall_values, read_values
    use dda_input_materials, only: find_substances
    use dda_model, only: model_type
    use dda_outlines, only: outlines_type, add_outline, add_layers, add_drums, add_wall, bury, &
@@ -50,17 +52,16 @@ contains
       end select
    end subroutine read_blocks
 
-   !> The name of generated blocks, which leaves space for their number.
-   subroutine get_stem(group, name, error)
+   !> The name of generated blocks leaves space for their number.
+   subroutine check_stem(group, name, error)
       type(group_type), intent(in) :: group      !< of the input
-      character(len=name_length), intent(inout) :: name      !< as the input has it
+      character(len=*), intent(in) :: name       !< as the input has it
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call get(group, 'name', name, error)
       if (len_trim(name) > longest_stem) call input_error(error, group, 'name = '//quoted(name)// &
          ' is too long: at most '//to_text(longest_stem)// &
          ' characters, since the blocks get numbers')
-   end subroutine get_stem
+   end subroutine check_stem
 
    !> &block: one polygon.
    subroutine read_block(group, source, model, outlines, error)
@@ -69,57 +70,49 @@ contains
       type(model_type), intent(in) :: model      !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name, body
-      real(wp), allocatable :: values(:)
+      type(block_values) :: own
       integer, allocatable :: joints(:)
-      integer :: m, j, n
+      integer :: m, j
 
-      name = ''
-      body = ''
-      call get(group, 'name', name, error)
-      call get(group, 'body', body, error)
-      call find_substances(group, model, m, j, error)
-      call get_list(group, 'vertices', values, error)
-      n = (size(values) + 1)/2
-      if (n < 3) call input_error(error, group, 'vertices: '//to_text(n)// &
-         ' given, a block needs at least 3')
-      if (2*n > size(values)) call input_error(error, group, 'vertices: a value is left out')
-      call resolve_edges(group, model, n, j, joints, error)
-      if (allocated(error)) return
-      call add_block(group, reshape(values, [2, n]), m, joints, source, name, body, outlines, error)
+      call read_values(group, own, error)
+      call find_substances(group, own%naming, model, m, j, error)
+      associate (n => size(own%vertices, 2))
+         if (n < 3) call input_error(error, group, 'vertices: '//to_text(n)// &
+            ' given, a block needs at least 3')
+         call resolve_edges(group, model, n, j, own%edge_joints, joints, error)
+      end associate
+      if (.not. allocated(error)) call add_block(group, own, m, joints, source, outlines, error)
    end subroutine read_block
 
    !> A polygon that can be a block: counter-clockwise, simple.
-   subroutine add_block(group, vertices, material, joints, source, name, body, outlines, error)
-      type(group_type), intent(in) :: group  !< of the input
-      real(wp), intent(in) :: vertices(:,:)  !< [2, vertices] m
+   subroutine add_block(group, own, material, joints, source, outlines, error)
+      type(group_type), intent(in) :: group   !< of the input
+      type(block_values), intent(in) :: own   !< its values
       integer, intent(in) :: material, joints(:), source !< positions in the model; of the group
-      character(len=*), intent(in) :: name   !< or blank
-      character(len=*), intent(in) :: body   !< that it is a cell of, or blank
       type(outlines_type), intent(inout) :: outlines         !< gets the block
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: failure
 
-      failure = outline_failure(vertices)
+      failure = outline_failure(own%vertices)
       if (failure /= '') then
          call input_error(error, group, 'vertices'//failure)
       else
-         call add_outline(outlines, vertices, material, joints(1), source, name, joints, body)
+         call add_outline(outlines, own%vertices, material, joints(1), source, own%name, joints, &
+            own%body)
       end if
    end subroutine add_block
 
    !> Positions of the joints of a block's edges; an edge without a name takes that of the block.
-   subroutine resolve_edges(group, model, edges, joint, joints, error)
+   subroutine resolve_edges(group, model, edges, joint, names, joints, error)
       type(group_type), intent(in) :: group          !< of the input
       type(model_type), intent(in) :: model          !< with its joints
       integer, intent(in) :: edges                   !< of the block
       integer, intent(in) :: joint                   !< of the block, position in the model's list
+      character(len=*), intent(in) :: names(:)       !< of the first edges, or blank
       integer, allocatable, intent(out) :: joints(:) !< [edges] positions in the model's list
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length), allocatable :: names(:)
       integer :: i
 
-      call get_list(group, 'edge_joints', names, error)
       if (size(names) > edges) call input_error(error, group, 'edge_joints: '// &
          to_text(size(names))//' names, but the block has '//to_text(edges)//' edges')
       allocate (joints(edges), source=joint)
@@ -130,29 +123,24 @@ contains
    end subroutine resolve_edges
 
    !> The new blocks of a group begin with their weight as stress, if it says so.
-   subroutine begin_at_rest(group, model, outlines, first, error)
+   subroutine begin_at_rest(group, rest, model, outlines, first, error)
       type(group_type), intent(in) :: group      !< of the input
+      type(rest_values), intent(in) :: rest      !< what it says of that
       type(model_type), intent(in) :: model      !< with its gravity
       type(outlines_type), intent(inout) :: outlines         !< with the new blocks
       integer, intent(in) :: first               !< of the new blocks
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp) :: overburden
-      logical :: geostatic
 
-      overburden = 0.0_wp
-      geostatic = .false.
-      call get(group, 'overburden', overburden, error)
-      call get(group, 'geostatic', geostatic)
-      if (overburden > 0.0_wp .and. .not. geostatic) call input_error(error, group, &
-         'overburden = '//to_text(overburden)//' is part of the stress of geostatic = .true., '// &
-         'which is not set; loads are given by &traction')
-      if (allocated(error) .or. .not. geostatic) return
+      if (rest%overburden > 0.0_wp .and. .not. rest%geostatic) call input_error(error, group, &
+         'overburden = '//to_text(rest%overburden)//' is part of the stress of geostatic = '// &
+         '.true., which is not set; loads are given by &traction')
+      if (allocated(error) .or. .not. rest%geostatic) return
       associate (gravity => model%control%gravity)
          if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call input_error(error, &
             group, 'geostatic = .true. needs a gravity that acts downwards; gravity is '// &
             to_text(gravity(1))//', '//to_text(gravity(2)))
       end associate
-      if (.not. allocated(error)) call bury(outlines, first, overburden)
+      if (.not. allocated(error)) call bury(outlines, first, rest%overburden)
    end subroutine begin_at_rest
 
    !> &layers: a stack of equal layers.
@@ -162,25 +150,17 @@ contains
       type(model_type), intent(in) :: model      !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name
-      real(wp) :: left, bottom, width, thickness
-      integer :: m, j, count, first
+      type(layers_values) :: own
+      integer :: m, j, first
 
-      name = 'layer'
-      left = 0.0_wp
-      bottom = 0.0_wp
-      count = 1
-      call get(group, 'left', left, error)
-      call get(group, 'bottom', bottom, error)
-      call get(group, 'width', width, error)
-      call get(group, 'thickness', thickness, error)
-      call get(group, 'count', count, error)
-      call get_stem(group, name, error)
-      call find_substances(group, model, m, j, error)
+      call read_values(group, own, error)
+      call check_stem(group, own%name, error)
+      call find_substances(group, own%naming, model, m, j, error)
       if (allocated(error)) return
       first = outlines%n + 1
-      call add_layers(outlines, left, bottom, width, thickness, count, m, j, source, name)
-      call begin_at_rest(group, model, outlines, first, error)
+      call add_layers(outlines, own%left, own%bottom, own%width, own%thickness, own%count, m, j, &
+         source, own%name)
+      call begin_at_rest(group, own%rest, model, outlines, first, error)
    end subroutine read_layers
 
    !> &drums: a column of drums, tapering from `width` to `top_width`.
@@ -190,25 +170,15 @@ contains
       type(model_type), intent(in) :: model      !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name
-      real(wp) :: centre, bottom, width(2), height
-      integer :: m, j, count
+      type(drums_values) :: own
+      integer :: m, j
 
-      name = 'drum'
-      centre = 0.0_wp
-      bottom = 0.0_wp
-      count = 1
-      call get(group, 'centre', centre, error)
-      call get(group, 'bottom', bottom, error)
-      call get(group, 'width', width(1), error)
-      width(2) = width(1)
-      call get(group, 'top_width', width(2), error)
-      call get(group, 'height', height, error)
-      call get(group, 'count', count, error)
-      call get_stem(group, name, error)
-      call find_substances(group, model, m, j, error)
-      if (.not. allocated(error)) call add_drums(outlines, centre, bottom, height, width, count, &
-         m, j, source, name)
+      call read_values(group, own, error)
+      call check_stem(group, own%name, error)
+      call find_substances(group, own%naming, model, m, j, error)
+      if (allocated(error)) return
+      call add_drums(outlines, own%centre, own%bottom, own%height, [own%width, &
+         value_or(own%top_width, own%width)], own%count, m, j, source, own%name)
    end subroutine read_drums
 
    !> &wall: running bond.
@@ -218,36 +188,24 @@ contains
       type(model_type), intent(in) :: model      !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name
-      real(wp) :: left, bottom, brick(2), head_joint
-      integer :: m, j, bricks, courses, first
+      type(wall_values) :: own
+      integer :: m, j, first
 
-      name = 'brick'
-      left = 0.0_wp
-      bottom = 0.0_wp
-      bricks = 1
-      courses = 1
-      head_joint = 0.0_wp
-      call get(group, 'left', left, error)
-      call get(group, 'bottom', bottom, error)
-      call get(group, 'brick_length', brick(1), error)
-      call get(group, 'brick_height', brick(2), error)
-      call get(group, 'bricks', bricks, error)
-      call get(group, 'courses', courses, error)
-      call get(group, 'head_joint', head_joint, error)
-      call get_stem(group, name, error)
-      call find_substances(group, model, m, j, error)
+      call read_values(group, own, error)
+      call check_stem(group, own%name, error)
+      call find_substances(group, own%naming, model, m, j, error)
       if (allocated(error)) return
-      if (head_joint >= 0.5_wp*brick(1)) call input_error(error, group, 'head_joint = '// &
-         to_text(head_joint)//' m leaves nothing of half a brick of brick_length = '// &
-         to_text(brick(1))//' m')
-      if (real(courses, wp)*bricks > most_blocks) call input_error(error, group, 'courses = '// &
-         to_text(courses)//' of '//to_text(bricks)//' bricks are more than '// &
-         to_text(int(most_blocks))//' blocks')
+      if (own%head_joint >= 0.5_wp*own%brick_length) call input_error(error, group, &
+         'head_joint = '//to_text(own%head_joint)//' m leaves nothing of half a brick of '// &
+         'brick_length = '//to_text(own%brick_length)//' m')
+      if (real(own%courses, wp)*own%bricks > most_blocks) call input_error(error, group, &
+         'courses = '//to_text(own%courses)//' of '//to_text(own%bricks)//' bricks are more '// &
+         'than '//to_text(int(most_blocks))//' blocks')
       if (allocated(error)) return
       first = outlines%n + 1
-      call add_wall(outlines, left, bottom, brick, bricks, courses, m, j, source, name, head_joint)
-      call begin_at_rest(group, model, outlines, first, error)
+      call add_wall(outlines, own%left, own%bottom, [own%brick_length, own%brick_height], &
+         own%bricks, own%courses, m, j, source, own%name, own%head_joint)
+      call begin_at_rest(group, own%rest, model, outlines, first, error)
    end subroutine read_wall
 
 end module dda_input_blocks

@@ -6,25 +6,15 @@ module dda_input_bolts
    use dda_blocks, only: blocks_type, reference_of
    use dda_bolt, only: bolt_type, axial, across, never
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, get, get_list, value_or, unset, is_set, &
+   use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or, &
       name_length
+   use dda_input_groups, only: bolt_values, read_values
    use dda_input_points, only: find_block, holds
    use dda_model, only: model_type
    use dda_text, only: quoted, to_text
    implicit none
    private
    public :: read_bolts
-
-   !> A group as read.
-   type :: reading_type
-      character(len=name_length) :: name = ''
-      character(len=name_length), allocatable :: blocks(:)  !< [points] that they are in, or blank
-      real(wp), allocatable :: point(:,:)                   !< [2,points] m
-      real(wp) :: axial_stiffness = unset, shear_stiffness = unset, pretension = 0.0_wp
-      real(wp) :: yield_force = unset, shear_yield_force = unset
-      real(wp) :: rupture_elongation = unset, rupture_slip = unset
-      logical :: grouted = .false., compression = .false.
-   end type reading_type
 
 contains
 
@@ -33,116 +23,84 @@ contains
       type(model_type), intent(inout) :: model  !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(reading_type) :: reading
+      type(bolt_values) :: own
       type(bolt_type), allocatable :: new(:)
+      integer, allocatable :: bolts(:)
       integer :: i
 
       if (allocated(error)) return
       allocate (model%bolts(0))
-      do i = 1, size(groups)
-         if (groups(i)%name /= 'bolt') cycle
-         call read_bolt(groups(i), reading, error)
-         if (any(model%bolts%name == reading%name)) call input_error(error, groups(i), 'name = '// &
-            quoted(trim(reading%name))//' is used twice')
-         call check_values(reading, groups(i), error)
-         if (.not. allocated(error)) call make_bolt(model, groups(i), reading, new, error)
-         if (allocated(error)) return
+      bolts = positions(groups, 'bolt')
+      do i = 1, size(bolts)
+         associate (group => groups(bolts(i)))
+            call read_values(group, own, error)
+            if (any(model%bolts%name == own%name)) call input_error(error, group, 'name = '// &
+               quoted(trim(own%name))//' is used twice')
+            call check_values(own, group, error)
+            if (.not. allocated(error)) call make_bolt(model, group, own, new, error)
+            if (allocated(error)) return
+         end associate
          model%bolts = [model%bolts, new]
       end do
    end subroutine read_bolts
 
-   !> The variables of a group.
-   subroutine read_bolt(group, reading, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(reading_type), intent(out) :: reading  !< as read
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length), allocatable :: blocks(:)
-      character(len=name_length) :: ends(2)
-      real(wp), allocatable :: from(:), to(:), through(:)
-      integer :: n
-
-      ends = ''
-      call get(group, 'name', reading%name, error)
-      call get_list(group, 'from', from, error)
-      call get_list(group, 'through', through, error)
-      call get_list(group, 'to', to, error)
-      call get(group, 'from_block', ends(1), error)
-      call get(group, 'to_block', ends(2), error)
-      call get_list(group, 'through_block', blocks, error)
-      n = (size(through) + 1)/2
-      if (2*n /= size(through) .or. size(from) + size(to) < 4) call input_error(error, group, &
-         trim(merge('through', merge('from   ', 'to     ', size(from) < 2), &
-         2*n /= size(through)))//': a value is left out')
-      if (any(blocks(n + 1:) /= '')) call input_error(error, group, &
-         'through_block names more blocks than through has points ('//to_text(n)//')')
-      if (allocated(error)) return
-      allocate (reading%blocks(n + 2))
-      reading%blocks = ''
-      reading%blocks(1) = ends(1)
-      reading%blocks(2:min(n, size(blocks)) + 1) = blocks(:min(n, size(blocks)))
-      reading%blocks(n + 2) = ends(2)
-      reading%point = reshape([from, through, to], [2, n + 2])
-      call get(group, 'grouted', reading%grouted)
-      call get(group, 'compression', reading%compression)
-      call get(group, 'axial_stiffness', reading%axial_stiffness, error)
-      call get(group, 'pretension', reading%pretension, error)
-      call get(group, 'shear_stiffness', reading%shear_stiffness, error)
-      call get(group, 'yield_force', reading%yield_force, error)
-      call get(group, 'shear_yield_force', reading%shear_yield_force, error)
-      call get(group, 'rupture_elongation', reading%rupture_elongation, error)
-      call get(group, 'rupture_slip', reading%rupture_slip, error)
-   end subroutine read_bolt
-
    !> What only a grouted bolt has must not be given of another.
-   subroutine check_values(reading, group, error)
-      type(reading_type), intent(in) :: reading  !< as read
+   subroutine check_values(own, group, error)
+      type(bolt_values), intent(in) :: own   !< as read
       type(group_type), intent(in) :: group  !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      if (allocated(error)) return
-      if (size(reading%blocks) > 2 .and. (reading%grouted .or. reading%compression)) &
-         call input_error(error, group, &
-         'a cable through points is not grouted and takes no compression')
-      if (allocated(error)) return
-      if (.not. reading%grouted .and. any(is_set([reading%shear_stiffness, &
-         reading%shear_yield_force, reading%rupture_slip]))) call input_error(error, group, &
-         'shear_stiffness, shear_yield_force and rupture_slip are those of a bolt with '// &
-         'grouted = .true.')
-      if (is_set(reading%yield_force) .and. reading%pretension > reading%yield_force) &
-         call input_error(error, group, 'pretension = '//to_text(reading%pretension)// &
-         ' is above yield_force = '//to_text(reading%yield_force))
+      associate (n => size(own%through, 2))
+         if (any(own%through_block(n + 1:) /= '')) call input_error(error, group, &
+            'through_block names more blocks than through has points ('//to_text(n)//')')
+         if (n > 0 .and. (own%grouted .or. own%compression)) call input_error(error, group, &
+            'a cable through points is not grouted and takes no compression')
+      end associate
+      if (.not. own%grouted .and. (given(group, 'shear_stiffness') .or. &
+         given(group, 'shear_yield_force') .or. given(group, 'rupture_slip'))) &
+         call input_error(error, group, 'shear_stiffness, shear_yield_force and '// &
+         'rupture_slip are those of a bolt with grouted = .true.')
+      if (is_set(own%yield_force) .and. own%pretension > own%yield_force) call input_error(error, &
+         group, 'pretension = '//to_text(own%pretension)//' is above yield_force = '// &
+         to_text(own%yield_force))
    end subroutine check_values
 
    !> The springs of a bolt: one between its ends, or one at each joint that it crosses.
-   subroutine make_bolt(model, group, reading, new, error)
+   subroutine make_bolt(model, group, own, new, error)
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the input
-      type(reading_type), intent(in) :: reading  !< as read
+      type(bolt_values), intent(in) :: own   !< as read
       type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(bolt_type) :: bolt
-      real(wp), allocatable :: point(:,:)
-      integer :: owner(size(reading%blocks)), k
+      real(wp) :: point(2, size(own%through, 2) + 2)
+      character(len=name_length) :: names(size(point, 2))
+      integer :: owner(size(point, 2)), k
 
-      allocate (point, mold=reading%point)
+      point = reshape([own%from, own%through, own%to], shape(point)) &
+         - spread(model%origin, 2, size(point, 2))
+      names(1) = own%from_block
+      names(2:) = ''
+      k = min(size(own%through_block), size(names) - 2)
+      names(2:k + 1) = own%through_block(:k)
+      names(size(names)) = own%to_block
       do k = 1, size(owner)
-         point(:, k) = reading%point(:, k) - model%origin
-         call find_block(group, model%blocks, model%block_names, model%origin, reading%blocks(k), &
+         call find_block(group, model%blocks, model%block_names, model%origin, names(k), &
             point(:, k), owner(k), error)
       end do
       call check_points(model, group, point, owner, error)
       if (allocated(error)) return
-      bolt%name = reading%name
-      bolt%grouted = reading%grouted
-      bolt%compression = reading%compression
-      bolt%pretension = reading%pretension
+      bolt%name = own%name
+      bolt%grouted = own%grouted
+      bolt%compression = own%compression
+      bolt%pretension = own%pretension
       bolt%direction = (point(:, 2) - point(:, 1))/norm2(point(:, 2) - point(:, 1))
-      bolt%stiffness = [reading%axial_stiffness, value_or(reading%shear_stiffness, 0.0_wp)]
+      bolt%stiffness = [own%axial_stiffness, own%shear_stiffness]
       if (bolt%grouted .and. bolt%stiffness(across) <= 0.0_wp) bolt%stiffness(across) = &
          tiny(1.0_wp)
-      bolt%yield = value_or([reading%yield_force, reading%shear_yield_force], never)
-      bolt%rupture = value_or([reading%rupture_elongation, reading%rupture_slip], never)
-      if (reading%grouted) then
+      bolt%yield = value_or([own%yield_force, own%shear_yield_force], never)
+      bolt%rupture = value_or([own%rupture_elongation, own%rupture_slip], never)
+      if (bolt%grouted) then
          call grout(model%blocks, group, bolt, point(:, 1), point(:, 2), owner, new, error)
       else
          new = [placed(model%blocks, bolt, owner, point)]

@@ -12,9 +12,11 @@ module dda_input_boundaries
    use dda_free_field, only: free_field_type
    use dda_input_boundary_edges, only: claim_edges
    use dda_input_edges, only: choose_edges
-   use dda_input_group, only: group_type, input_error, get, get_text, given, require_name, &
-      unset, is_set, name_length
+   use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or, &
+      name_length
+   use dda_input_groups, only: boundary_values, read_values
    use dda_input_free_field, only: find_column, check_ties
+   use dda_input_points, only: find_motions
    use dda_input_settings, only: require_analysis
    use dda_material, only: material_type, elasticity
    use dda_model, only: model_type
@@ -45,11 +47,8 @@ module dda_input_boundaries
       kind_type('free_field', 'roller', .false., .false., .false.)]
 
    !> A group as read.
-   type :: reading_type
-      character(len=name_length) :: name = '', kind = '', direction = '', motion_is = ''
+   type, extends(boundary_values) :: reading_type
       type(kind_type) :: is                    !< what its kind is
-      character(len=name_length) :: motion(2) = ''
-      real(wp) :: density = unset, speed(2) = unset   !< of the half-space; P and S waves
    end type reading_type
 
 contains
@@ -61,32 +60,33 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(reading_type) :: reading
       type(edge_piece_type), allocatable :: pieces(:)
-      integer, allocatable :: lines(:)
+      integer, allocatable :: own(:)
       integer :: i
 
       if (allocated(error)) return
-      allocate (lines(0))
       allocate (model%boundary_edges(0), model%boundaries(0), model%boundary_motions(0), &
          model%ties(0), model%free_fields(0))
-      do i = 1, size(groups)
-         if (groups(i)%name /= 'boundary') cycle
-         lines = [lines, groups(i)%line]
-         call read_boundary(groups(i), reading, error)
-         if (allocated(error)) return
-         select case (reading%kind)
-         case ('tied')
-            call tie_sides(model, groups(i), reading, pieces, error)
-         case ('free_field')
-            call continue_side(model, groups(i), reading, pieces, error)
-         case default
-            call choose_edges(groups(i), model%blocks, model%block_names, model%origin, pieces, &
+      own = positions(groups, 'boundary')
+      do i = 1, size(own)
+         associate (group => groups(own(i)))
+            call read_boundary(group, reading, error)
+            if (allocated(error)) return
+            select case (reading%kind)
+            case ('tied')
+               call tie_sides(model, group, reading, pieces, error)
+            case ('free_field')
+               call continue_side(model, group, reading, pieces, error)
+            case default
+               call choose_edges(group, reading%edges, model%blocks, model%block_names, &
+                  model%origin, pieces, error)
+               call check_words(reading, group, model, error)
+               if (.not. allocated(error)) call add_boundary(model, group, reading, pieces, error)
+            end select
+            if (allocated(error)) return
+            if (.not. is_held(reading)) reading%direction = 'xy'
+            call claim_edges(model, groups(own(:i))%line, group, pieces, trim(reading%direction), &
                error)
-            call check_words(reading, groups(i), model, error)
-            if (.not. allocated(error)) call add_boundary(model, groups(i), reading, pieces, error)
-         end select
-         if (allocated(error)) return
-         if (.not. is_held(reading)) reading%direction = 'xy'
-         call claim_edges(model, lines, groups(i), pieces, trim(reading%direction), error)
+         end associate
       end do
    end subroutine read_boundaries
 
@@ -100,13 +100,13 @@ contains
    !> The kind that a group comes down to: a base that follows its motion 'within' is a fixed one.
    pure function acts_as(group) result(kind)
       type(group_type), intent(in) :: group  !< &boundary, checked
-      character(len=:), allocatable :: kind, motion_is
+      character(len=:), allocatable :: kind
+      type(boundary_values) :: own
+      type(error_type), allocatable :: error
 
-      motion_is = ''
-      kind = ''
-      call get_text(group, 'motion_is', motion_is)
-      call get_text(group, 'kind', kind)
-      if (motion_is == 'within') kind = 'fixed'
+      call read_values(group, own, error)
+      kind = trim(own%kind)
+      if (own%motion_is == 'within') kind = 'fixed'
    end function acts_as
 
    !> What stands on dashpots would sink for ever under a weight that comes on in a dynamic stage.
@@ -134,21 +134,28 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: k
 
-      call get(group, 'kind', reading%kind, error)
-      call get(group, 'name', reading%name, error)
-      call get(group, 'direction', reading%direction, error)
-      call get(group, 'motion_is', reading%motion_is, error)
-      call get(group, 'motion_x', reading%motion(1), error)
-      call get(group, 'motion_y', reading%motion(2), error)
-      call get(group, 'density', reading%density, error)
-      call get(group, 'shear_velocity', reading%speed(2), error)
-      call get(group, 'pressure_velocity', reading%speed(1), error)
+      call read_values(group, reading%boundary_values, error)
       if (allocated(error)) return
       k = findloc(boundary_kinds%name == reading%kind, .true., 1)
       if (k > 0) reading%is = boundary_kinds(k)
       if (k == 0) call input_error(error, group, 'kind = '//quoted(reading%kind)// &
          ' is not registered in dda_input_boundaries')
    end subroutine read_boundary
+
+   !> It follows a motion, or one comes in.
+   pure logical function has_motion(reading)
+      class(boundary_values), intent(in) :: reading  !< as read
+
+      has_motion = any([reading%motion_x, reading%motion_y] /= '')
+   end function has_motion
+
+   !> It says what lies behind it.
+   pure logical function has_half_space(reading)
+      class(boundary_values), intent(in) :: reading  !< as read
+
+      has_half_space = any(is_set([reading%density, reading%shear_velocity, &
+         reading%pressure_velocity]))
+   end function has_half_space
 
    !> What a kind of boundary has not must not be given.
    subroutine check_words(reading, group, model, error)
@@ -157,21 +164,20 @@ contains
       type(model_type), intent(in) :: model  !< with its motions
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      if (any(is_set([reading%density, reading%speed])) .and. .not. reading%is%absorbs) &
+      if (has_half_space(reading) .and. .not. reading%is%absorbs) &
          call input_error(error, group, &
          'density, shear_velocity and pressure_velocity are those of the half-space behind a '// &
          "boundary of kind = 'viscous' or 'compliant'")
-      if (any(reading%motion /= '') .and. .not. reading%is%moves) call input_error(error, group, &
+      if (has_motion(reading) .and. .not. reading%is%moves) call input_error(error, group, &
          "a motion needs kind = 'compliant', or 'fixed', which follows it")
-      if (reading%motion_is /= '' .and. (reading%kind /= 'compliant' .or. all(reading%motion &
-         == ''))) call input_error(error, group, 'motion_is says what the motion of a '// &
-         "boundary of kind = 'compliant' is")
-      if (reading%motion_is == '') reading%motion_is = 'outcrop'
+      if (given(group, 'motion_is') .and. .not. (reading%kind == 'compliant' .and. &
+         has_motion(reading))) call input_error(error, group, 'motion_is says what the motion '// &
+         "of a boundary of kind = 'compliant' is")
       if (reading%direction == '') reading%direction = merge('normal', 'xy    ', &
          reading%kind == 'roller')
       if (reading%kind == 'roller' .and. reading%direction == 'xy') call input_error(error, group, &
          "a roller is held in one direction: 'normal', 'x' or 'y'; kind = 'fixed' holds both")
-      if (reading%direction == 'normal' .and. any(reading%motion /= '') .and. &
+      if (reading%direction == 'normal' .and. has_motion(reading) .and. &
          (reading%kind == 'fixed' .or. reading%motion_is == 'within')) call input_error(error, &
          group, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
       if (reading%is%absorbs) call require_analysis(error, group, model%control, &
@@ -199,15 +205,17 @@ contains
          given(group, 'edges')) call input_error(error, group, &
          "kind = 'tied' takes the left and the right side: "// &
          'leave out side, along, blocks and edges')
-      if (any(reading%motion /= '') .or. reading%motion_is /= '' .or. reading%direction /= '' &
-         .or. any(is_set([reading%density, reading%speed]))) call input_error(error, group, &
+      if (has_motion(reading) .or. given(group, 'motion_is') .or. reading%direction /= '' .or. &
+         has_half_space(reading)) call input_error(error, group, &
          "kind = 'tied' has no direction, no motion and no half-space")
       if (are_tied(model)) call input_error(error, group, 'the sides are tied already')
       if (size(model%free_fields) > 0) call refuse_both(group, error)
       if (model%contact%original_rules) call input_error(error, group, &
          "ties act as bonded joints do: contact_rules = 'original' of &contact has none")
-      call choose_edges(group, model%blocks, model%block_names, model%origin, left, error, 'left')
-      call choose_edges(group, model%blocks, model%block_names, model%origin, right, error, 'right')
+      call choose_edges(group, reading%edges, model%blocks, model%block_names, model%origin, &
+         left, error, 'left')
+      call choose_edges(group, reading%edges, model%blocks, model%block_names, model%origin, &
+         right, error, 'right')
       if (allocated(error)) return
       width = maxval(model%blocks%vertex(1, :)) - minval(model%blocks%vertex(1, :))
       call tie_faces(model%blocks, right, left, [width, 0.0_wp], model%ties, welds)
@@ -245,12 +253,12 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(free_field_type) :: field
 
-      call get(group, 'side', field%side, error)
+      field%side = reading%edges%side(:len(field%side))
       if (all(field%side /= ['left ', 'right']) .or. given(group, 'along') .or. &
          given(group, 'blocks')) call input_error(error, group, &
          "kind = 'free_field' needs side = 'left' or side = 'right', and takes all of it: "// &
          'leave out along and blocks')
-      if (any(reading%motion /= '') .or. reading%direction /= '' .or. reading%motion_is /= '') &
+      if (has_motion(reading) .or. reading%direction /= '' .or. given(group, 'motion_is')) &
          call input_error(error, group, "kind = 'free_field' has no direction, and the motion "// &
          'of the ground from below: give it to the base')
       if (are_tied(model)) call refuse_both(group, error)
@@ -261,7 +269,8 @@ contains
       if (model%control%dynamic_factor < 1.0_wp) call input_error(error, group, &
          'dashpots need velocities: dynamic_factor of &control must be 1')
       call require_analysis(error, group, model%control, 'the waves of a free field')
-      call choose_edges(group, model%blocks, model%block_names, model%origin, pieces, error)
+      call choose_edges(group, reading%edges, model%blocks, model%block_names, model%origin, &
+         pieces, error)
       if (allocated(error)) return
       field%boundary%name = reading%name
       field%boundary%kind = reading%kind
@@ -309,10 +318,7 @@ contains
       integer :: motion(2), i
 
       motion = 0
-      do i = 1, 2
-         if (reading%motion(i) /= '') call require_name(error, group, 'motion_'//merge('x', 'y', &
-            i == 1), reading%motion(i), model%motions%name, 'motion', motion(i))
-      end do
+      call find_motions(group, [reading%motion_x, reading%motion_y], model%motions, motion, error)
       if (allocated(error)) return
       points = points_of(model, reading, pieces)
       if (is_held(reading)) then
@@ -401,10 +407,9 @@ contains
          do i = 1, size(pieces)
             own = model%materials(model%blocks%material(pieces(i)%block))
             speed = speeds_of(own, model%control%plane_strain)
-            density = own%density
-            if (is_set(reading%density)) density = reading%density
-            if (is_set(reading%speed(2))) speed = speed*(reading%speed(2)/speed(2))
-            if (is_set(reading%speed(1))) speed(1) = reading%speed(1)
+            density = value_or(reading%density, own%density)
+            if (is_set(reading%shear_velocity)) speed = speed*(reading%shear_velocity/speed(2))
+            speed(1) = value_or(reading%pressure_velocity, speed(1))
             if (speed(1) <= speed(2)) call input_error(error, group, &
                'pressure_velocity must be above shear_velocity')
             boundary%normal(:, i) = piece_normal(model%blocks, pieces(i))

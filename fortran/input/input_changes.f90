@@ -4,9 +4,9 @@
 module dda_input_changes
    use dda_errors, only: error_type, error_input, fail
    use dda_input_catalogue, only: find_group, groups_with, variables_of
-   use dda_input_group, only: get_text, name_length
+   use dda_input_group, only: positions, name_length
    use dda_input_schema, only: input_groups, input_variables
-   use dda_input_text, only: group_type, span_type, parse_group, split_groups
+   use dda_input_text, only: group_type, span_type, parse_group, split_groups, text_of
    use dda_input_variable, only: group_entry_type
    use dda_text, only: closest, joined, lower_case, quoted, to_text
    implicit none
@@ -70,13 +70,13 @@ contains
       character(len=:), allocatable :: new
       integer :: i
 
-      own = pack([(i, i=1, size(groups))], [(groups(i)%name == change%group, i=1, size(groups))])
+      own = positions(groups, change%group)
       allocate (spans(size(own)), names(size(own)))
       do i = 1, size(own)
          allocate (spans(i)%list(0))
          call parse_group(text, groups(own(i)), error, spans(i)%list)
          if (allocated(error)) return
-         names(i) = name_in(groups(own(i)))
+         names(i) = text_of(groups(own(i)), 'name')
       end do
       call choose(change, names, chosen, error)
       if (allocated(error)) return
@@ -231,17 +231,6 @@ contains
       end do
       text = "'"//text//"'"
    end function value_text
-
-   !> The variable `name` of a group; blank without one.
-   pure function name_in(group) result(name)
-      type(group_type), intent(in) :: group  !< with its values
-      character(len=name_length) :: name
-      character(len=:), allocatable :: text
-
-      text = ''
-      call get_text(group, 'name', text)
-      name = text
-   end function name_in
 
    !> Mark the groups that a change means: the only one, one by name or number, or all (*).
    subroutine choose(change, names, chosen, error)

@@ -7,7 +7,8 @@ module dda_input_edge_loads
    use dda_edge_piece, only: edge_piece_type, reference_at
    use dda_errors, only: error_type
    use dda_input_edges, only: choose_edges, take_polyline
-   use dda_input_group, only: group_type, input_error, get, get_list, get_text, given, name_length
+   use dda_input_group, only: group_type, input_error, given
+   use dda_input_groups, only: traction_values, water_values, read_values
    use dda_input_names, only: mark_names
    use dda_model, only: model_type
    use dda_outline, only: outline_of, pieces_along
@@ -16,7 +17,6 @@ module dda_input_edge_loads
    private
    public :: read_edge_loads
 
-   real(wp), parameter :: water_weight = 9810.0_wp  !< N/m³
    real(wp), parameter :: covered = 1.0e-6_wp  !< of a line's length that may lie on no edge
 
 contains
@@ -72,61 +72,57 @@ contains
       type(edge_load_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      new%unit_weight = water_weight
-      new%follows = .true.
-      call get(group, 'name', new%name, error)
-      call get(group, 'follows', new%follows)
-      call get(group, 'unit_weight', new%unit_weight, error)
-      call choose_edges(group, model%blocks, model%block_names, model%origin, new%piece, error)
+      type(traction_values) :: own
+
+      call read_values(group, own, error)
+      new%name = own%name
+      new%follows = own%follows
+      new%unit_weight = own%unit_weight
+      if (.not. allocated(error)) call choose_edges(group, own%edges, model%blocks, &
+         model%block_names, model%origin, new%piece, error)
       if (.not. (given(group, 'normal') .or. given(group, 'shear') .or. given(group, 'level'))) &
          call input_error(error, group, 'there is no load: give normal, shear or level')
       if (given(group, 'level') .and. (given(group, 'normal') .or. given(group, 'shear'))) &
          call input_error(error, group, &
          'level is that of a hydrostatic pressure, without normal and shear')
       new%kind = merge(load_level, load_uniform, given(group, 'level'))
-      call set_times(new, group, error)
-      call take(new, group, 'normal', 0.0_wp, new%normal, error)
-      call take(new, group, 'shear', 0.0_wp, new%shear, error)
-      call take(new, group, 'level', 0.0_wp, new%level, error)
-      if (new%kind == load_level .and. .not. allocated(error)) new%level = new%level &
-         - model%origin(2)
+      call set_times(new, own%time, group, error)
+      call set_values(new, group, 'normal', own%normal, new%normal, error)
+      call set_values(new, group, 'shear', own%shear, new%shear, error)
+      if (new%kind == load_uniform) own%level = [model%origin(2)]
+      call set_values(new, group, 'level', own%level - model%origin(2), new%level, error)
    end subroutine read_traction
 
    !> The times of a load; without any it lasts for ever.
-   subroutine set_times(load, group, error)
+   subroutine set_times(load, time, group, error)
       type(edge_load_type), intent(inout) :: load  !< its times
+      real(wp), intent(in) :: time(:)        !< as given, s
       type(group_type), intent(in) :: group  !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call get_list(group, 'time', load%time, error)
-      load%held = size(load%time) == 0
+      load%held = size(time) == 0
+      load%time = time
       if (load%held) load%time = [0.0_wp]
       if (load%held) return
-      if (size(load%time) < 2) call input_error(error, group, 'time: at least 2 values are needed')
-      if (any(load%time(2:) < load%time(:size(load%time) - 1))) call input_error(error, group, &
+      if (size(time) < 2) call input_error(error, group, 'time: at least 2 values are needed')
+      if (any(time(2:) < time(:size(time) - 1))) call input_error(error, group, &
          'time must not decrease')
    end subroutine set_times
 
    !> The values of a variable at the times of a load; one value counts for all of them.
-   subroutine take(load, group, name, default, values, error)
+   subroutine set_values(load, group, name, given_values, values, error)
       type(edge_load_type), intent(in) :: load  !< its times
       type(group_type), intent(in) :: group  !< of the input
       character(len=*), intent(in) :: name  !< of the variable
-      real(wp), intent(in) :: default  !< where none is given
+      real(wp), intent(in) :: given_values(:)  !< one at least
       real(wp), allocatable, intent(out) :: values(:)  !< [times]
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call get_list(group, name, values, error)
-      select case (size(values))
-      case (0)
-         values = spread(default, 1, size(load%time))
-      case (1)
-         values = spread(values(1), 1, size(load%time))
-      case default
-         if (size(values) /= size(load%time)) call input_error(error, group, name// &
-            ' must have one value, or as many as time ('//to_text(size(load%time))//')')
-      end select
-   end subroutine take
+      values = given_values
+      if (size(values) == 1) values = spread(values(1), 1, size(load%time))
+      if (size(values) /= size(load%time)) call input_error(error, group, name// &
+         ' must have one value, or as many as time ('//to_text(size(load%time))//')')
+   end subroutine set_values
 
    !> &water
    subroutine read_water(group, model, new, error)
@@ -134,54 +130,50 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       type(edge_load_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(water_values) :: own
 
-      new%unit_weight = water_weight
-      call get(group, 'name', new%name, error)
-      call get(group, 'unit_weight', new%unit_weight, error)
+      call read_values(group, own, error)
+      new%name = own%name
+      new%unit_weight = own%unit_weight
       if (given(group, 'surface') .eqv. given(group, 'along')) call input_error(error, group, &
          'give either surface, a phreatic line, or along, with head or pressure at its points')
-      call wettable(model, group, new%piece, error)
+      call wettable(model, group, own, new%piece, error)
       if (allocated(error)) return
       if (given(group, 'surface')) then
          if (given(group, 'head') .or. given(group, 'pressure')) call input_error(error, group, &
             'head and pressure are those of the points of along')
-         call set_surface(new, model, group, error)
+         call set_surface(new, model, group, own%surface, error)
       else
-         call set_line(new, model, group, error)
+         call set_line(new, model, group, own, error)
       end if
-      call set_times(new, group, error)
-      call take(new, group, 'scale', 1.0_wp, new%normal, error)
-      call take(new, group, 'rise', 0.0_wp, new%level, error)
+      call set_times(new, own%time, group, error)
+      call set_values(new, group, 'scale', own%scale, new%normal, error)
+      call set_values(new, group, 'rise', own%rise, new%level, error)
       new%shear = spread(0.0_wp, 1, size(new%time))
       new%held = .true.
    end subroutine read_water
 
    !> The edges that water may act on: all, those of joints between blocks, or those of the outline.
-   subroutine wettable(model, group, pieces, error)
+   subroutine wettable(model, group, own, pieces, error)
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
+      type(water_values), intent(in) :: own  !< its values
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< of edges
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical :: all_blocks(model%blocks%n), wanted(size(model%joints))
       type(edge_piece_type), allocatable :: free(:)
-      character(len=name_length) :: acts_on
-      character(len=:), allocatable :: joints
       integer :: v
 
-      acts_on = 'all'
-      joints = ''
-      call get(group, 'acts_on', acts_on, error)
-      call get_text(group, 'joints', joints)
       all_blocks = .true.
-      wanted = joints == ''
+      wanted = own%joints == ''
       allocate (pieces(0))
-      call mark_names(joints, 'joints', model%joints%name, group, wanted, error)
+      call mark_names(own%joints, 'joints', model%joints%name, group, wanted, error)
       if (allocated(error)) return
       associate (blocks => model%blocks)
          pieces = [(edge_piece_type(blocks%owner(v), v), v=1, size(blocks%owner))]
-         if (acts_on /= 'all') call outline_of(blocks, all_blocks, free)
-         if (acts_on == 'faces') pieces = free
-         if (acts_on == 'joints') pieces = without(pieces, free)
+         if (own%acts_on /= 'all') call outline_of(blocks, all_blocks, free)
+         if (own%acts_on == 'faces') pieces = free
+         if (own%acts_on == 'joints') pieces = without(pieces, free)
          pieces = pack(pieces, wanted(blocks%joint(pieces%edge)))
       end associate
    end subroutine wettable
@@ -223,17 +215,18 @@ contains
    end function without
 
    !> A phreatic line within the model.
-   subroutine set_surface(load, model, group, error)
+   subroutine set_surface(load, model, group, points, error)
       type(edge_load_type), intent(inout) :: load  !< with its pieces
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
+      real(wp), intent(in) :: points(:,:)    !< [2,points] of the line, m
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp), allocatable :: line(:,:)
       real(wp) :: low, high, rounding
       integer :: j
 
       load%kind = load_surface
-      call take_polyline(group, 'surface', model%origin, line, error)
+      call take_polyline(group, 'surface', points, model%origin, line, error)
       if (allocated(error)) return
       low = minval(model%blocks%vertex(1, :))
       high = maxval(model%blocks%vertex(1, :))
@@ -259,22 +252,22 @@ contains
    end function words_of
 
    !> Heads or pressures at the points of a line that lies on edges, straight between them.
-   subroutine set_line(load, model, group, error)
+   subroutine set_line(load, model, group, own, error)
       type(edge_load_type), intent(inout) :: load  !< with the pieces it may act on
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
+      type(water_values), intent(in) :: own  !< its values
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp), allocatable :: line(:,:), values(:)
       type(edge_piece_type), allocatable :: all(:), found(:)
       integer :: j, n
 
       load%kind = load_line
-      call take_polyline(group, 'along', model%origin, line, error)
+      call take_polyline(group, 'along', own%along, model%origin, line, error)
       if (given(group, 'head') .eqv. given(group, 'pressure')) call input_error(error, group, &
          'along needs either head or pressure at its points')
-      if (allocated(error)) return
       n = size(line, 2)
-      call get_list(group, trim(merge('head    ', 'pressure', given(group, 'head'))), values, error)
+      values = [own%head, own%pressure]
       if (size(values) /= n) call input_error(error, group, 'head or pressure must have as '// &
          'many values as along has points ('//to_text(n)//')')
       if (allocated(error)) return

@@ -8,7 +8,8 @@ module dda_input_free_field
    use dda_edge_piece, only: edge_piece_type
    use dda_errors, only: error_type
    use dda_free_field, only: free_field_type
-   use dda_input_group, only: group_type, input_error, get, name_length
+   use dda_input_group, only: group_type, input_error, positions
+   use dda_input_groups, only: boundary_values, read_values
    use dda_model, only: model_type
    use dda_outline, only: outline_of, pieces_on_side
    use dda_text, only: to_text, quoted
@@ -131,15 +132,17 @@ contains
       type(model_type), intent(in) :: model  !< complete
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: kind
+      type(boundary_values) :: boundary
+      integer, allocatable :: own(:)
       integer :: i, k, g
 
       if (allocated(error)) return
       if (size(model%free_fields) == 0) return
-      do g = 1, size(groups)
-         kind = ''
-         if (groups(g)%name == 'boundary') call get(groups(g), 'kind', kind, error)
-         if (kind == 'free_field') exit
+      own = positions(groups, 'boundary')
+      do i = 1, size(own)
+         g = own(i)
+         call read_values(groups(g), boundary, error)
+         if (boundary%kind == 'free_field') exit
       end do
       do i = 1, size(model%free_fields)
          associate (block => model%free_fields(i)%block, side => model%free_fields(i)%side)

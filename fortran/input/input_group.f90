@@ -1,8 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What a group says: the values of its variables, checked by the schema.
 !>
-!> A variable that the group does not give leaves what it is read into as it was: there stands the
-!> default, or `unset`.
+!> `dda_input_groups`, which is made from the schema, has a type for the values of each group.
 module dda_input_group
    use dda_kinds, only: wp
    use dda_errors, only: error_type
@@ -14,29 +13,33 @@ module dda_input_group
    use dda_text, only: to_text, quoted
    implicit none
    private
-   public :: group_type, input_error, get, get_list, get_text, given, require, &
-      require_name, unset, is_set, value_or, name_length
+   public :: group_type, input_error, given, positions, require, require_name, unset, is_set, &
+      value_or, name_length
+   public :: take_integer, take_logical, take_name, take_names, take_numbers, take_points, &
+      take_real, take_text, take_tuple
 
    integer, parameter :: name_length = 64
 
-   !> The value of a variable: number, whole number, logical value, name or word.
-   interface get
-      module procedure get_real, get_integer, get_logical, get_name
-   end interface get
-
-   !> The values of a variable, none where it is not given: numbers or names.
-   interface get_list
-      module procedure get_numbers, get_names
-   end interface get_list
+   !> The input gives a value; before it is read it is `unset`.
+   interface is_set
+      module procedure is_set_real, is_set_integer
+   end interface is_set
 
 contains
 
-   !> Whether the input gives a value.
-   pure logical elemental function is_set(value)
-      real(wp), intent(in) :: value           !< `unset` before the group was read
+   !> A number that the input gives.
+   pure logical elemental function is_set_real(value) result(is)
+      real(wp), intent(in) :: value           !< in its unit
 
-      is_set = value /= unset
-   end function is_set
+      is = value /= unset
+   end function is_set_real
+
+   !> A whole number that the input gives.
+   pure logical elemental function is_set_integer(value) result(is)
+      integer, intent(in) :: value            !< as given
+
+      is = value /= -huge(value)
+   end function is_set_integer
 
    !> A value, or what stands for one that is not given.
    pure elemental real(wp) function value_or(value, otherwise)
@@ -50,140 +53,182 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       character(len=*), intent(in) :: name    !< of the variable
 
-      given = position_of(group, name) > 0
-      if (given) given = group%values(position_of(group, name))%n > 0
+      given = any(input_variables(group%values%variable)%name == name .and. group%values%n > 0)
    end function given
 
-   !> Position of a variable among the values of a group; 0 if it is not given.
-   pure integer function position_of(group, name) result(i)
-      type(group_type), intent(in) :: group   !< of the input
-      character(len=*), intent(in) :: name    !< of the variable
+   !> Positions of the groups of a name.
+   pure function positions(groups, name) result(list)
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      character(len=*), intent(in) :: name       !< of groups
+      integer, allocatable :: list(:)
+      integer :: i
+
+      list = pack([(i, i=1, size(groups))], [(groups(i)%name == name, i=1, size(groups))])
+   end function positions
+
+   !> Where the values of a variable stand in a group; 0 where it is not given, which is an error
+   !> if it is required.
+   pure subroutine find(group, v, i, error)
+      type(group_type), intent(in) :: group  !< of the input
+      integer, intent(in) :: v               !< position in `input_variables`
+      integer, intent(out) :: i              !< position in `group%values`
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       do i = size(group%values), 1, -1
-         if (input_variables(group%values(i)%variable)%name == name) return
+         if (group%values(i)%variable == v .and. group%values(i)%n > 0) return
       end do
-   end function position_of
+      if (input_variables(v)%required) call input_error(error, group, &
+         trim(input_variables(v)%name)//' is missing')
+   end subroutine find
 
-   !> A number within the limits of its variable; a variable that is required is given.
-   pure subroutine get_real(group, name, value, error)
-      type(group_type), intent(in) :: group   !< of the input
-      character(len=*), intent(in) :: name    !< of the variable
-      real(wp), intent(inout) :: value        !< in its unit
+   !> A number within the limits of its variable.
+   pure subroutine take_real(group, v, value, error)
+      type(group_type), intent(in) :: group  !< of the input
+      integer, intent(in) :: v               !< position in `input_variables`
+      real(wp), intent(inout) :: value       !< in its unit; as it was where it is not given
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(variable_type) :: variable
+      integer :: i
 
-      variable = find_variable(group%name, name)
-      if (given(group, name)) then
-         value = group%values(position_of(group, name))%numbers(1)
-         call check_number(error, group, variable, value)
-      else if (variable%required) then
-         call input_error(error, group, name//' is missing')
-      end if
-   end subroutine get_real
+      call find(group, v, i, error)
+      if (i == 0) return
+      value = group%values(i)%numbers(1)
+      call check_number(error, group, input_variables(v), value)
+   end subroutine take_real
 
    !> A whole number.
-   pure subroutine get_integer(group, name, value, error)
-      type(group_type), intent(in) :: group   !< of the input
-      character(len=*), intent(in) :: name    !< of the variable
-      integer, intent(inout) :: value         !< as given
+   pure subroutine take_integer(group, v, value, error)
+      type(group_type), intent(in) :: group  !< of the input
+      integer, intent(in) :: v               !< position in `input_variables`
+      integer, intent(inout) :: value        !< as it was where it is not given
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: number
 
       number = unset
-      call get_real(group, name, number, error)
-      if (is_set(number) .and. .not. allocated(error)) value = int(min(number, &
-         real(huge(value), wp)))
-   end subroutine get_integer
+      call take_real(group, v, number, error)
+      if (number /= unset .and. .not. allocated(error)) value = int(min(number, real(huge(value), &
+         wp)))
+   end subroutine take_integer
 
    !> A logical value.
-   pure subroutine get_logical(group, name, value)
-      type(group_type), intent(in) :: group   !< of the input
-      character(len=*), intent(in) :: name    !< of the variable
-      logical, intent(inout) :: value         !< as given
+   pure subroutine take_logical(group, v, value, error)
+      type(group_type), intent(in) :: group  !< of the input
+      integer, intent(in) :: v               !< position in `input_variables`
+      logical, intent(inout) :: value        !< as it was where it is not given
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: i
 
-      if (given(group, name)) value = group%values(position_of(group, name))%numbers(1) > 0.0_wp
-   end subroutine get_logical
+      call find(group, v, i, error)
+      if (i > 0) value = group%values(i)%numbers(1) > 0.0_wp
+   end subroutine take_logical
 
-   !> A name or word; a word is one of those that the schema allows.
-   pure subroutine get_name(group, name, value, error)
+   !> A name, or one of the words that the schema allows.
+   pure subroutine take_name(group, v, value, error)
       type(group_type), intent(in) :: group     !< of the input
-      character(len=*), intent(in) :: name      !< of the variable
-      character(len=*), intent(inout) :: value  !< as given
+      integer, intent(in) :: v                  !< position in `input_variables`
+      character(len=*), intent(inout) :: value  !< as it was where it is not given, or blank
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: text
-      type(variable_type) :: variable
 
-      text = ''
-      call get_text(group, name, text)
-      variable = find_variable(group%name, name)
-      if (text /= '') then
-         if (variable%kind == 'word') call check_word(error, group, variable, text)
-         if (len(text) > name_length) call input_error(error, group, name//' = '//quoted(text)// &
-            ' is too long: at most '//to_text(name_length)//' bytes')
-         value = text
-      else if (variable%required) then
-         call input_error(error, group, name//' is missing')
-      end if
-   end subroutine get_name
+      call take_text(group, v, text, error)
+      if (text == '') return
+      if (input_variables(v)%kind == 'word') call check_word(error, group, input_variables(v), text)
+      call check_length(error, group, trim(input_variables(v)%name), text)
+      value = text
+   end subroutine take_name
 
    !> A text of any length.
-   pure subroutine get_text(group, name, text)
+   pure subroutine take_text(group, v, text, error)
       type(group_type), intent(in) :: group   !< of the input
-      character(len=*), intent(in) :: name    !< of the variable
-      character(len=:), allocatable, intent(inout) :: text  !< as given
+      integer, intent(in) :: v                !< position in `input_variables`
+      character(len=:), allocatable, intent(out) :: text  !< its default where it is not given
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: i
 
-      i = position_of(group, name)
+      text = trim(input_variables(v)%usual)
+      call find(group, v, i, error)
       if (i > 0) call group%values(i)%get_text(1, text)
-   end subroutine get_text
+      if (text == '' .and. input_variables(v)%required) call input_error(error, group, &
+         trim(input_variables(v)%name)//' is missing')
+   end subroutine take_text
 
    !> Numbers within the limits of their variable, none left out.
-   pure subroutine get_numbers(group, name, values, error)
-      type(group_type), intent(in) :: group   !< of the input
-      character(len=*), intent(in) :: name    !< of the variable
-      real(wp), allocatable, intent(out) :: values(:)  !< in its unit
+   pure subroutine take_numbers(group, v, values, error)
+      type(group_type), intent(in) :: group  !< of the input
+      integer, intent(in) :: v               !< position in `input_variables`
+      real(wp), allocatable, intent(out) :: values(:)  !< none, or the default, if it is not given
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(variable_type) :: variable
       integer :: i
 
-      allocate (values(0))
-      variable = find_variable(group%name, name)
-      i = position_of(group, name)
-      if (i > 0) then
-         if (group%values(i)%n > 0) values = group%values(i)%numbers
-      end if
-      if (.not. all(is_set(values)) .or. (variable%size == 2 .and. size(values) == 1)) &
-         call input_error(error, group, name//': a value is left out')
-      if (size(values) == 0 .and. variable%required) call input_error(error, group, name// &
-         ' is missing')
-      do i = 1, size(values)
-         if (allocated(error)) return
-         call check_number(error, group, variable, values(i))
-      end do
-   end subroutine get_numbers
+      call find(group, v, i, error)
+      associate (variable => input_variables(v))
+         values = pack([variable%preset], variable%preset /= unset)
+         if (i == 0) return
+         values = group%values(i)%numbers
+         if (.not. all(is_set(values)) .or. (variable%size == 2 .and. size(values) == 1)) &
+            call input_error(error, group, trim(variable%name)//': a value is left out')
+         do i = 1, size(values)
+            if (allocated(error)) return
+            call check_number(error, group, variable, values(i))
+         end do
+      end associate
+   end subroutine take_numbers
+
+   !> A few numbers.
+   pure subroutine take_tuple(group, v, values, error)
+      type(group_type), intent(in) :: group   !< of the input
+      integer, intent(in) :: v                !< position in `input_variables`
+      real(wp), intent(inout) :: values(:)    !< as they were where they are not given
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      real(wp), allocatable :: own(:)
+
+      call take_numbers(group, v, own, error)
+      values(:size(own)) = own
+   end subroutine take_tuple
+
+   !> Points, x and y of each.
+   pure subroutine take_points(group, v, points, error)
+      type(group_type), intent(in) :: group   !< of the input
+      integer, intent(in) :: v                !< position in `input_variables`
+      real(wp), allocatable, intent(out) :: points(:,:)  !< [2, points] m, none if it is not given
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      real(wp), allocatable :: values(:)
+
+      call take_numbers(group, v, values, error)
+      if (modulo(size(values), 2) == 1) call input_error(error, group, &
+         trim(input_variables(v)%name)//': a value is left out')
+      points = reshape(values, [2, size(values)/2])
+   end subroutine take_points
 
    !> Names, blank where one is left out.
-   pure subroutine get_names(group, name, values, error)
+   pure subroutine take_names(group, v, values, error)
       type(group_type), intent(in) :: group   !< of the input
-      character(len=*), intent(in) :: name    !< of the variable
+      integer, intent(in) :: v                !< position in `input_variables`
       character(len=name_length), allocatable, intent(out) :: values(:)  !< as given
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: text
       integer :: i, k, n
 
-      i = position_of(group, name)
+      call find(group, v, i, error)
       n = 0
       if (i > 0) n = group%values(i)%n
       allocate (values(n))
       do k = 1, n
          text = ''
          call group%values(i)%get_text(k, text)
-         if (len(text) > name_length) call input_error(error, group, &
-            name//'('//to_text(k)//') = '//quoted(text)// &
-            ' is too long: at most '//to_text(name_length)//' bytes')
+         call check_length(error, group, trim(input_variables(v)%name)//'('//to_text(k)//')', text)
          values(k) = text
       end do
-   end subroutine get_names
+   end subroutine take_names
+
+   !> Names have at most so many bytes.
+   pure subroutine check_length(error, group, name, text)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(group_type), intent(in) :: group     !< of the input
+      character(len=*), intent(in) :: name, text  !< of the variable; its value
+
+      if (len(text) > name_length) call input_error(error, group, name//' = '//quoted(text)// &
+         ' is too long: at most '//to_text(name_length)//' bytes')
+   end subroutine check_length
 
    !> Numbers that must be there and lie within the limits of the schema.
    pure subroutine require(error, group, names, values)

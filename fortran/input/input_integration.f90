@@ -4,51 +4,43 @@
 module dda_input_integration
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, get, require, value_or, unset, is_set, &
-      name_length
-   use dda_scheme, only: default_theta, scheme_type
+   use dda_input_group, only: group_type, input_error, given, is_set, require
+   use dda_scheme, only: scheme_type
    use dda_scheme_response, only: forced_damping, theta_for_damping
    use dda_settings, only: control_type
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: read_integration
+   public :: set_integration
 
 contains
 
    !> Put what a group asks for into the settings, which have Δt and the dynamic factor.
-   subroutine read_integration(group, settings, error)
+   subroutine set_integration(group, integration, theta, ratio, frequency, settings, error)
       type(group_type), intent(in) :: group          !< &control or &stage
+      character(len=*), intent(in) :: integration    !< by name
+      real(wp), intent(in) :: theta                  !< as given, or its default
+      real(wp), intent(in) :: ratio, frequency       !< –, Hz; in place of θ, or `unset`
       type(control_type), intent(inout) :: settings  !< integration and θ are set
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: integration
-      real(wp) :: theta, ratio, frequency
 
-      integration = settings%integration
-      theta = unset
-      ratio = unset
-      frequency = unset
-      call get(group, 'integration', integration, error)
-      call get(group, 'theta', theta, error)
-      call get(group, 'damping_ratio', ratio, error)
-      call get(group, 'damping_frequency', frequency, error)
       if (allocated(error)) return
-      if (integration /= 'theta' .and. any(is_set([theta, ratio, frequency]))) &
-         call input_error(error, group, 'theta, damping_ratio and damping_frequency need '// &
-         "integration = 'theta', not "//quoted(integration))
+      if (integration /= 'theta' .and. (given(group, 'theta') .or. any(is_set([ratio, &
+         frequency])))) call input_error(error, group, 'theta, damping_ratio and '// &
+         "damping_frequency need integration = 'theta', not "//quoted(integration))
       if (is_set(ratio) .neqv. is_set(frequency)) call input_error(error, group, &
          'damping_ratio and damping_frequency must be given together')
-      if (is_set(ratio) .and. is_set(theta)) call input_error(error, group, &
+      if (is_set(ratio) .and. given(group, 'theta')) call input_error(error, group, &
          'give theta, or damping_ratio and damping_frequency, not both')
-      settings%integration = integration(:len(settings%integration))
-      settings%theta = value_or(theta, default_theta)
+      settings%integration = integration
+      settings%theta = theta
       if (is_set(ratio)) call match_damping(error, group, ratio, frequency, settings)
       call require(error, group, 'theta', [settings%theta])
       if (settings%dynamic_factor < 1.0_wp .and. any(integration == [character(len=14) :: &
          'midpoint', 'theta'])) call input_error(error, group, 'dynamic_factor = '// &
          to_text(settings%dynamic_factor)//" needs integration = 'dda' or 'backward_euler': "// &
          'static steps of the others overshoot')
-   end subroutine read_integration
+   end subroutine set_integration
 
    !> θ for a damping ratio at a frequency and the Δt of the settings.
    subroutine match_damping(error, group, ratio, frequency, settings)

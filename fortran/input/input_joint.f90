@@ -4,7 +4,8 @@ module dda_input_joint
    use dda_kinds, only: wp
    use dda_barton_bandis, only: closure_of_joint
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, get, given, require, unset, is_set
+   use dda_input_group, only: group_type, input_error, require, is_set, value_or
+   use dda_input_groups, only: joint_values, read_values
    use dda_input_text, only: parse_group, split_groups
    use dda_joint_law, only: strength_type
    use dda_joint_laws, only: law_slot_type, new_joint_law
@@ -22,40 +23,44 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(joint_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(joint_values) :: own
       type(law_slot_type) :: slot
 
-      call get(group, 'name', new%name, error)
-      call get(group, 'friction_angle', new%friction_angle, error)
-      call get(group, 'law', new%law, error)
-      call read_contacts(error, group, new)
+      call read_values(group, own, error)
+      new%name = own%name
+      new%friction_angle = own%friction_angle
+      new%law = own%law(:len(new%law))
+      call read_contacts(error, group, own, new)
       if (allocated(error)) return
       call new_joint_law(slot, new, 1.0_wp, 1.0_wp)
       if (.not. allocated(slot%law)) call input_error(error, group, 'law = '// &
          quoted(trim(new%law))//' is not registered in dda_joint_laws')
-      call get(group, 'cohesion', new%cohesion, error)
-      call get(group, 'tensile_strength', new%tensile_strength, error)
-      if (new%law /= 'barton_bandis') new%residual_friction_angle = new%friction_angle
-      if (new%law == 'mohr_coulomb') call read_residual(error, group, new)
-      if (new%law == 'mohr_coulomb') call read_slip(error, group, new)
-      if (new%law == 'barton_bandis') call read_rough(error, group, new)
-      if (new%law == 'plesha') call read_asperities(error, group, new)
-      if (new%law == 'cohesive') call read_fracture(error, group, new)
+      new%cohesion = own%cohesion
+      new%tensile_strength = own%tensile_strength
+      if (new%law /= 'barton_bandis') new%residual_friction_angle = &
+         value_or(own%residual_friction_angle, own%friction_angle)
+      if (new%law == 'mohr_coulomb') call read_residual(error, group, own, new)
+      if (new%law == 'mohr_coulomb') call read_slip(error, group, own, new)
+      if (new%law == 'barton_bandis') call read_rough(error, group, own, new)
+      if (new%law == 'plesha') call read_asperities(error, group, own, new)
+      if (new%law == 'cohesive') call read_fracture(error, group, own, new)
    end subroutine read_joint
 
    !> What contacts of a joint of any law may have.
-   subroutine read_contacts(error, group, new)
+   subroutine read_contacts(error, group, own, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
+      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its law
 
-      call get(group, 'damping', new%damping, error)
-      call get(group, 'restitution', new%restitution, error)
+      new%damping = own%damping
+      new%restitution = value_or(own%restitution, new%restitution)
       if (new%law == 'cohesive') new%contact_points = 3
-      call get(group, 'contact_points', new%contact_points, error)
+      if (is_set(own%contact_points)) new%contact_points = own%contact_points
       if (all(new%contact_points /= [2, 3, 5])) call input_error(error, group, &
          'contact_points = '//to_text(new%contact_points)//' must be 2, 3 or 5')
-      call get(group, 'normal_stiffness_per_area', new%normal_stiffness, error)
-      call get(group, 'shear_stiffness_per_area', new%shear_stiffness, error)
+      new%normal_stiffness = value_or(own%normal_stiffness_per_area, 0.0_wp)
+      new%shear_stiffness = value_or(own%shear_stiffness_per_area, 0.0_wp)
    end subroutine read_contacts
 
    !> The variables of a group &joint with which all strength is divided by a factor, as its law
@@ -81,14 +86,14 @@ contains
    end subroutine reduced_strengths
 
    !> Residual strength, which is at most the peak strength.
-   subroutine read_residual(error, group, new)
+   subroutine read_residual(error, group, own, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
+      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its peak strength
 
-      call get(group, 'residual_friction_angle', new%residual_friction_angle, error)
-      call get(group, 'residual_cohesion', new%residual_cohesion, error)
-      call get(group, 'residual_tensile_strength', new%residual_tensile_strength, error)
+      new%residual_cohesion = own%residual_cohesion
+      new%residual_tensile_strength = own%residual_tensile_strength
       call compare('friction_angle', new%residual_friction_angle, new%friction_angle)
       call compare('cohesion', new%residual_cohesion, new%cohesion)
       call compare('tensile_strength', new%residual_tensile_strength, new%tensile_strength)
@@ -107,37 +112,35 @@ contains
    end subroutine read_residual
 
    !> Weakening and dilation.
-   subroutine read_slip(error, group, new)
+   subroutine read_slip(error, group, own, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
+      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its strength
 
-      call get(group, 'weakening_slip', new%weakening_slip, error)
-      call get(group, 'dilation_angle', new%dilation_angle, error)
-      call get(group, 'dilation_slip', new%dilation_slip, error)
+      new%weakening_slip = own%weakening_slip
+      new%dilation_angle = own%dilation_angle
+      new%dilation_slip = value_or(own%dilation_slip, new%dilation_slip)
       if (new%dilation_angle > new%residual_friction_angle) call input_error(error, group, &
          'dilation_angle = '//to_text(new%dilation_angle)//' is above the residual friction '// &
          'angle, '//to_text(new%residual_friction_angle)//': slip would give energy')
-      if (given(group, 'dilation_slip') .and. new%dilation_angle <= 0.0_wp) &
+      if (is_set(own%dilation_slip) .and. new%dilation_angle <= 0.0_wp) &
          call input_error(error, group, 'dilation_slip has no meaning without a '// &
          'dilation_angle above 0')
    end subroutine read_slip
 
    !> Fracture energies and softening.
-   subroutine read_fracture(error, group, new)
+   subroutine read_fracture(error, group, own, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
+      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its strength and stiffness
-      real(wp) :: energy
 
-      energy = unset
-      call get(group, 'fracture_energy', energy, error)
-      call require(error, group, 'fracture_energy', [energy])
+      call require(error, group, 'fracture_energy', [own%fracture_energy])
       if (allocated(error)) return
-      new%fracture_energy = energy
-      new%shear_fracture_energy = 10*energy
-      call get(group, 'shear_fracture_energy', new%shear_fracture_energy, error)
-      call get(group, 'softening', new%softening, error)
+      new%fracture_energy = own%fracture_energy
+      new%shear_fracture_energy = value_or(own%shear_fracture_energy, 10*own%fracture_energy)
+      new%softening = own%softening(:len(new%softening))
       if (.not. min(new%cohesion, new%tensile_strength) > 0.0_wp) call input_error(error, group, &
          'a joint of law = '//quoted(trim(new%law))//' needs cohesion and tensile_strength above 0')
       if (.not. new%normal_stiffness > 0.0_wp) call input_error(error, group, &
@@ -146,64 +149,60 @@ contains
    end subroutine read_fracture
 
    !> Asperities of Plesha.
-   subroutine read_asperities(error, group, new)
+   subroutine read_asperities(error, group, own, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
+      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its friction angle
-      real(wp) :: angle
 
-      angle = unset
-      call get(group, 'asperity_angle', angle, error)
-      call require(error, group, 'asperity_angle', [angle])
-      call get(group, 'asperity_wear', new%asperity_wear, error)
+      call require(error, group, 'asperity_angle', [own%asperity_angle])
       if (allocated(error)) return
-      new%asperity_angle = angle
-      if (angle > new%friction_angle) call input_error(error, group, 'asperity_angle = '// &
-         to_text(angle)//' is above friction_angle = '//to_text(new%friction_angle)//': the '// &
-         'joint would slip back by itself')
-      if (angle + new%friction_angle > steepest_climb) call input_error(error, group, &
-         'asperity_angle = '//to_text(angle)//' and friction_angle = '// &
-         to_text(new%friction_angle)//' must not be more than '//to_text(steepest_climb)// &
-         ' together: no shear force would climb the asperities')
+      new%asperity_angle = own%asperity_angle
+      new%asperity_wear = own%asperity_wear
+      associate (angle => new%asperity_angle, friction => new%friction_angle)
+         if (angle > friction) call input_error(error, group, 'asperity_angle = '// &
+            to_text(angle)//' is above friction_angle = '//to_text(friction)//': the joint '// &
+            'would slip back by itself')
+         if (angle + friction > steepest_climb) call input_error(error, group, &
+            'asperity_angle = '//to_text(angle)//' and friction_angle = '//to_text(friction)// &
+            ' must not be more than '//to_text(steepest_climb)//' together: no shear force '// &
+            'would climb the asperities')
+      end associate
       if (new%shear_stiffness > 0.0_wp .and. .not. new%normal_stiffness > 0.0_wp) &
          call input_error(error, group, 'shear_stiffness_per_area of a joint of law = '// &
          quoted(trim(new%law))//' needs normal_stiffness_per_area too')
    end subroutine read_asperities
 
    !> Roughness, wall strength and closure of Barton and Bandis.
-   subroutine read_rough(error, group, new)
+   subroutine read_rough(error, group, own, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
+      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its stiffness
-      real(wp) :: jrc, jcs, compressive_strength
+      logical :: by_closure
 
-      jrc = unset
-      jcs = unset
-      compressive_strength = unset
-      call get(group, 'jrc', jrc, error)
-      call get(group, 'jcs', jcs, error)
-      call require(error, group, 'jrc jcs', [jrc, jcs])
-      call get(group, 'compressive_strength', compressive_strength, error)
-      call get(group, 'strength_reduction', new%strength_reduction, error)
-      associate (by_closure => new%normal_stiffness > 0.0_wp .and. given(group, 'max_closure'))
-         if (is_set(compressive_strength)) then
-            if (new%normal_stiffness > 0.0_wp .or. given(group, 'max_closure')) &
-               call input_error(error, group, 'compressive_strength gives the closure of the '// &
-               'joint: leave it out, or leave out normal_stiffness_per_area and max_closure')
-         else if (.not. by_closure) then
-            call input_error(error, group, 'the closure of the joint is missing: give '// &
-               'normal_stiffness_per_area (k_ni) and max_closure (V_m), or compressive_strength')
-         end if
-         if (allocated(error)) return
-         new%roughness = jrc
-         new%wall_strength = jcs
-         call get(group, 'max_closure', new%max_closure, error)
-         if (by_closure) return
-      end associate
-      call closure_of_joint(jrc, jcs, compressive_strength, new%normal_stiffness, new%max_closure)
+      call require(error, group, 'jrc jcs', [own%jrc, own%jcs])
+      by_closure = new%normal_stiffness > 0.0_wp .and. is_set(own%max_closure)
+      if (is_set(own%compressive_strength)) then
+         if (new%normal_stiffness > 0.0_wp .or. is_set(own%max_closure)) call input_error(error, &
+            group, 'compressive_strength gives the closure of the joint: leave it out, or '// &
+            'leave out normal_stiffness_per_area and max_closure')
+      else if (.not. by_closure) then
+         call input_error(error, group, 'the closure of the joint is missing: give '// &
+            'normal_stiffness_per_area (k_ni) and max_closure (V_m), or compressive_strength')
+      end if
+      if (allocated(error)) return
+      new%strength_reduction = own%strength_reduction
+      new%roughness = own%jrc
+      new%wall_strength = own%jcs
+      new%max_closure = own%max_closure
+      if (by_closure) return
+      call closure_of_joint(own%jrc, own%jcs, own%compressive_strength, new%normal_stiffness, &
+         new%max_closure)
       if (.not. min(new%normal_stiffness, new%max_closure) > 0.0_wp) call input_error(error, &
-         group, 'jrc = '//to_text(jrc)//', jcs = '//to_text(jcs)//' and compressive_strength '// &
-         '= '//to_text(compressive_strength)//' are outside the range of the empirical '// &
+         group, 'jrc = '//to_text(own%jrc)//', jcs = '//to_text(own%jcs)//' and '// &
+         'compressive_strength = '//to_text(own%compressive_strength)//' are outside the '// &
+         'range of the empirical '// &
          'formulas: they give no positive k_ni and V_m; give normal_stiffness_per_area and '// &
          'max_closure instead')
    end subroutine read_rough

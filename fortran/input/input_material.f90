@@ -5,7 +5,8 @@ module dda_input_material
    use dda_blocks, only: set_damping
    use dda_damping, only: damping_type, fit_body, has_body, highest_relaxation, set_rayleigh
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, get, get_list, given, require, unset, is_set
+   use dda_input_group, only: group_type, input_error, given, require, is_set
+   use dda_input_groups, only: material_values, read_values
    use dda_material, only: material_type, set_velocities
    use dda_model, only: model_type
    use dda_scheme, only: scheme_type, scheme_named
@@ -14,8 +15,6 @@ module dda_input_material
    private
    public :: read_material, fit_materials
 
-   real(wp), parameter :: default_reference = 1.0_wp  !< Hz
-
 contains
 
    !> &material
@@ -23,51 +22,42 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(material_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp), allocatable :: values(:)
+      type(material_values) :: own
 
-      call get(group, 'name', new%name, error)
-      call get(group, 'density', new%density, error)
-      call get_list(group, 'initial_stress', values, error)
-      new%initial_stress(:size(values)) = values
-      call get_list(group, 'initial_velocity', values, error)
-      new%initial_velocity(:size(values)) = values
-      call take_elasticity(error, group, new)
-      call take_damping(error, group, new%damping)
+      call read_values(group, own, error)
+      new%name = own%name
+      new%density = own%density
+      new%initial_stress = own%initial_stress
+      new%initial_velocity = own%initial_velocity
+      call take_elasticity(error, group, own, new)
+      call take_damping(error, group, own, new%damping)
    end subroutine read_material
 
    !> Young's modulus and Poisson's ratio, or the velocities of S and P waves.
-   subroutine take_elasticity(error, group, new)
+   subroutine take_elasticity(error, group, own, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group  !< of the input
+      type(material_values), intent(in) :: own  !< its values
       type(material_type), intent(inout) :: new  !< has its density
-      real(wp) :: young, poisson, shear, pressure
 
-      young = unset
-      poisson = unset
-      shear = unset
-      pressure = unset
-      if (given(group, 'shear_velocity') .neqv. given(group, 'pressure_velocity')) &
-         call input_error(error, group, &
-         'shear_velocity and pressure_velocity must be given together')
-      call get(group, 'young_modulus', young, error)
-      call get(group, 'poisson_ratio', poisson, error)
-      if (.not. given(group, 'shear_velocity')) then
-         call require(error, group, 'young_modulus poisson_ratio', [young, poisson])
-         new%young_modulus = young
-         new%poisson_ratio = poisson
-         return
-      end if
-      if (is_set(young) .or. is_set(poisson)) call input_error(error, group, &
-         'give young_modulus and poisson_ratio, or shear_velocity and pressure_velocity, not both')
-      call get(group, 'shear_velocity', shear, error)
-      call get(group, 'pressure_velocity', pressure, error)
-      if (allocated(error)) return
-      if (pressure <= shear) then
-         call input_error(error, group, 'pressure_velocity = '//to_text(pressure)// &
-            ' m/s must be above shear_velocity = '//to_text(shear)//' m/s')
-         return
-      end if
-      call set_velocities(new, shear, pressure)
+      associate (shear => own%shear_velocity, pressure => own%pressure_velocity)
+         if (is_set(shear) .neqv. is_set(pressure)) call input_error(error, group, &
+            'shear_velocity and pressure_velocity must be given together')
+         if (.not. is_set(shear)) then
+            call require(error, group, 'young_modulus poisson_ratio', [own%young_modulus, &
+               own%poisson_ratio])
+            new%young_modulus = own%young_modulus
+            new%poisson_ratio = own%poisson_ratio
+            return
+         end if
+         if (any(is_set([own%young_modulus, own%poisson_ratio]))) call input_error(error, group, &
+            'give young_modulus and poisson_ratio, or shear_velocity and pressure_velocity, '// &
+            'not both')
+         if (pressure <= shear) call input_error(error, group, 'pressure_velocity = '// &
+            to_text(pressure)//' m/s must be above shear_velocity = '//to_text(shear)//' m/s')
+         if (allocated(error)) return
+         call set_velocities(new, shear, pressure)
+      end associate
       call check_derived(error, group, new)
    end subroutine take_elasticity
 
@@ -87,24 +77,23 @@ contains
    end subroutine check_derived
 
    !> A damping ratio at all frequencies, or Rayleigh damping.
-   subroutine take_damping(error, group, damping)
+   subroutine take_damping(error, group, own, damping)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group  !< of the input
+      type(material_values), intent(in) :: own  !< its values
       type(damping_type), intent(inout) :: damping   !< as asked for, not fitted yet
-      real(wp) :: ratio, band(2)
-      logical :: of_body, by_frequencies
+      logical :: by_ratio, of_body, by_frequencies
 
-      ratio = unset
+      by_ratio = given(group, 'damping_ratio')
       of_body = given(group, 'reference_frequency') .or. given(group, 'damping_band') .or. &
          given(group, 'mechanisms')
       by_frequencies = given(group, 'rayleigh_frequencies')
-      call get(group, 'damping_ratio', ratio, error)
       if (given(group, 'rayleigh_alpha') .or. given(group, 'rayleigh_beta')) then
-         if (is_set(ratio) .or. by_frequencies .or. of_body) call input_error(error, group, &
+         if (by_ratio .or. by_frequencies .or. of_body) call input_error(error, group, &
             'give rayleigh_alpha and rayleigh_beta, or damping_ratio, not both')
-         call get(group, 'rayleigh_alpha', damping%alpha, error)
-         call get(group, 'rayleigh_beta', damping%beta, error)
-      else if (.not. is_set(ratio)) then
+         damping%alpha = own%rayleigh_alpha
+         damping%beta = own%rayleigh_beta
+      else if (.not. by_ratio) then
          if (of_body .or. by_frequencies) call input_error(error, group, &
             'damping_ratio is missing: reference_frequency, damping_band, mechanisms and '// &
             'rayleigh_frequencies say how it is meant')
@@ -112,32 +101,28 @@ contains
          if (of_body) call input_error(error, group, 'reference_frequency, damping_band and '// &
             'mechanisms belong to a damping ratio at all frequencies: leave them out, or '// &
             'rayleigh_frequencies')
-         call get_band(error, group, 'rayleigh_frequencies', band)
-         if (.not. allocated(error)) call set_rayleigh(damping, ratio, band)
+         call check_band(error, group, 'rayleigh_frequencies', own%rayleigh_frequencies)
+         if (.not. allocated(error)) call set_rayleigh(damping, own%damping_ratio, &
+            own%rayleigh_frequencies)
       else
-         damping%ratio = ratio
-         damping%reference = default_reference
-         call get(group, 'reference_frequency', damping%reference, error)
-         if (given(group, 'damping_band')) call get_band(error, group, 'damping_band', damping%band)
-         call get(group, 'mechanisms', damping%n, error)
+         damping%ratio = own%damping_ratio
+         damping%reference = own%reference_frequency
+         call check_band(error, group, 'damping_band', own%damping_band)
+         if (given(group, 'damping_band')) damping%band = own%damping_band
+         if (is_set(own%mechanisms)) damping%n = own%mechanisms
       end if
    end subroutine take_damping
 
    !> Two frequencies, ascending.
-   subroutine get_band(error, group, name, band)
+   subroutine check_band(error, group, name, band)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group  !< of the input
       character(len=*), intent(in) :: name   !< of the variable
-      real(wp), intent(inout) :: band(2)     !< Hz, as given
-      real(wp), allocatable :: values(:)
+      real(wp), intent(in) :: band(2)        !< Hz
 
-      call get_list(group, name, values, error)
-      if (size(values) < 2) call input_error(error, group, name//': a value is left out')
-      if (allocated(error)) return
-      band = values
       if (band(2) <= band(1)) call input_error(error, group, name// &
          ' = '//to_text(band(1))//', '//to_text(band(2))//' must ascend')
-   end subroutine get_band
+   end subroutine check_band
 
    !> Fit the bodies of all materials to what the time steps of all stages admit, and give them to
    !> the blocks.

@@ -5,7 +5,9 @@ module dda_input_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, reference_of
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, get, get_list, require_name, name_length
+   use dda_input_group, only: group_type, input_error, require_name
+   use dda_input_groups, only: amplification_values, fixed_point_values, load_values, &
+      measured_point_values, point_values, read_values
    use dda_motion, only: motion_type
    use dda_polygon, only: contains_point
    use dda_settings, only: amplification_type
@@ -14,7 +16,7 @@ module dda_input_points
    implicit none
    private
    public :: read_fixed_point, read_load, read_point, read_amplification, find_block, &
-      number_of_block, holds
+      find_motions, number_of_block, holds
 
    real(wp), parameter :: on_boundary = 1.0e-9_wp  !< of the block's size: still inside
 
@@ -94,45 +96,52 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< of the model
       type(fixed_point_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: direction, motion(2)
+      type(fixed_point_values) :: own
 
-      direction = 'xy'
-      motion = ''
-      call find_point(group, blocks, names, origin, new%place, new%block, error)
-      call get(group, 'direction', direction, error)
-      call get(group, 'motion_x', motion(1), error)
-      call get(group, 'motion_y', motion(2), error)
-      call get(group, 'name', new%name, error)
+      call read_values(group, own, error)
+      new%name = own%name
+      new%held = [index(own%direction, 'x') > 0, index(own%direction, 'y') > 0]
+      call find_point(group, blocks, names, origin, own%point, new%place, new%block, error)
       if (allocated(error)) return
-      new%held = [index(direction, 'x') > 0, index(direction, 'y') > 0]
       new%reference = reference_of(blocks, new%block, new%place)
-      if (motion(1) /= '') call require_name(error, group, 'motion_x', motion(1), motions%name, &
-         'motion', new%motion(1))
-      if (motion(2) /= '') call require_name(error, group, 'motion_y', motion(2), motions%name, &
-         'motion', new%motion(2))
+      call find_motions(group, [own%motion_x, own%motion_y], motions, new%motion, error)
       if (any(new%motion > 0 .and. .not. new%held)) call input_error(error, group, &
          'a motion is given in a direction that the point is not held in')
    end subroutine read_fixed_point
 
    !> The place of a group in the engine's coordinates, and the block that holds it.
-   subroutine find_point(group, blocks, names, origin, place, b, error)
+   subroutine find_point(group, blocks, names, origin, point, place, b, error)
       type(group_type), intent(in) :: group  !< of the input
       type(blocks_type), intent(in) :: blocks  !< of the model
       character(len=*), intent(in) :: names(:)  !< [n] of the blocks
       real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
+      type(point_values), intent(in) :: point  !< of the group
       real(wp), intent(out) :: place(2)  !< m
       integer, intent(out) :: b          !< its number; 0 on failure
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: block
 
-      block = ''
-      place = 0.0_wp
-      call get(group, 'x', place(1), error)
-      call get(group, 'y', place(2), error)
-      call get(group, 'block', block, error)
-      place = place - origin
-      call find_block(group, blocks, names, origin, block, place, b, error)
+      place = [point%x, point%y] - origin
+      call find_block(group, blocks, names, origin, point%block, place, b, error)
    end subroutine find_point
+
+   !> The motions along x and y that a group names.
+   subroutine find_motions(group, names, motions, found, error, stem)
+      type(group_type), intent(in) :: group        !< of the input
+      character(len=*), intent(in) :: names(2)     !< or blank
+      type(motion_type), intent(in) :: motions(:)  !< of the model
+      integer, intent(inout) :: found(2)           !< positions, as they were without a name
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=*), intent(in), optional :: stem  !< of the variables, if not motion_
+      character(len=:), allocatable :: variable
+      integer :: i
+
+      variable = 'motion_'
+      if (present(stem)) variable = stem
+      do i = 1, 2
+         if (names(i) /= '') call require_name(error, group, variable//merge('x', 'y', i == 1), &
+            names(i), motions%name, 'motion', found(i))
+      end do
+   end subroutine find_motions
 
    !> &load
    subroutine read_load(group, blocks, names, origin, new, error)
@@ -142,23 +151,23 @@ contains
       real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
       type(load_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp), allocatable :: force(:)
+      type(load_values) :: own
       real(wp) :: place(2)
-      integer :: n, axis
+      integer :: n
 
-      call find_point(group, blocks, names, origin, place, new%block, error)
-      call get_list(group, 'time', new%time, error)
-      call get(group, 'name', new%name, error)
+      call read_values(group, own, error)
+      call find_point(group, blocks, names, origin, own%point, place, new%block, error)
+      new%name = own%name
+      new%time = own%time
       n = size(new%time)
       if (n < 2) call input_error(error, group, 'time: at least 2 values are needed')
+      if (any([size(own%force_x), size(own%force_y)] /= 0 .and. [size(own%force_x), &
+         size(own%force_y)] /= n)) call input_error(error, group, &
+         'force_x and force_y must have as many values as time ('//to_text(n)//')')
+      if (allocated(error)) return
       allocate (new%force(2, n), source=0.0_wp)
-      do axis = 1, 2
-         call get_list(group, 'force_'//merge('x', 'y', axis == 1), force, error)
-         if (all(size(force) /= [0, n])) call input_error(error, group, &
-            'force_x and force_y must have as many values as time ('//to_text(n)//')')
-         if (allocated(error)) return
-         if (size(force) > 0) new%force(axis, :) = force
-      end do
+      new%force(1, :size(own%force_x)) = own%force_x
+      new%force(2, :size(own%force_y)) = own%force_y
       if (any(new%time(2:) < new%time(:n - 1))) call input_error(error, group, &
          'time must not decrease')
       if (allocated(error)) return
@@ -173,9 +182,11 @@ contains
       real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
       type(point_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(measured_point_values) :: own
 
-      call get(group, 'name', new%name, error)
-      call find_point(group, blocks, names, origin, new%place, new%block, error)
+      call read_values(group, own, error)
+      new%name = own%name
+      call find_point(group, blocks, names, origin, own%point, new%place, new%block, error)
       if (.not. allocated(error)) new%reference = reference_of(blocks, new%block, new%place)
    end subroutine read_point
 
@@ -185,23 +196,18 @@ contains
       type(point_type), intent(in) :: points(:)  !< measured points of the model
       type(amplification_type), intent(out) :: new  !< points, axis, band (Hz)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: surface, base, direction
+      type(amplification_values) :: own
 
-      surface = 'surface'
-      base = 'base'
-      direction = 'x'
-      call get(group, 'surface', surface, error)
-      call get(group, 'base', base, error)
-      call get(group, 'direction', direction, error)
-      call get(group, 'lowest', new%lowest, error)
-      call get(group, 'highest', new%highest, error)
-      call get(group, 'padding', new%padding, error)
-      if (new%highest <= new%lowest) call input_error(error, group, 'highest must be above lowest')
+      call read_values(group, own, error)
+      if (own%highest <= own%lowest) call input_error(error, group, 'highest must be above lowest')
       if (allocated(error)) return
-      call require_name(error, group, 'surface', surface, points%name, 'measured_point', &
+      new%lowest = own%lowest
+      new%highest = own%highest
+      new%padding = own%padding
+      new%axis = index('xy', trim(own%direction))
+      call require_name(error, group, 'surface', own%surface, points%name, 'measured_point', &
          new%surface)
-      call require_name(error, group, 'base', base, points%name, 'measured_point', new%base)
-      new%axis = index('xy', trim(direction))
+      call require_name(error, group, 'base', own%base, points%name, 'measured_point', new%base)
    end subroutine read_amplification
 
 end module dda_input_points

@@ -3,9 +3,9 @@
 module dda_input_settings
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, get, get_list, get_text, given, require, &
-      value_or, unset, is_set, name_length
-   use dda_input_integration, only: read_integration
+   use dda_input_group, only: group_type, input_error, given, require, value_or, is_set
+   use dda_input_groups, only: contact_values, control_values, output_values, read_values
+   use dda_input_integration, only: set_integration
    use dda_settings, only: control_type, contact_settings_type, output_settings_type
    use dda_stage, only: stage_type
    use dda_text, only: to_text
@@ -17,47 +17,32 @@ module dda_input_settings
 contains
 
    !> &control: how the run is stepped.
-   subroutine read_control(group, staged, settings, base_motion, error)
+   subroutine read_control(group, staged, settings, own, error)
       type(group_type), intent(in) :: group  !< of the input
       logical, intent(in) :: staged  !< the input has stages of its own
-      type(control_type), intent(out) :: settings  !< defaults where the input is silent
-      character(len=name_length), intent(out) :: base_motion(2)  !< names of motions, x and y
+      type(control_type), intent(out) :: settings  !< as the group says
+      type(control_values), intent(out) :: own     !< its values
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp), allocatable :: gravity(:), displaced_by(:)
-      character(len=name_length) :: words(3)
-      real(wp) :: duration, steps
 
-      base_motion = ''
-      words = [character(len=name_length) :: 'fixed', '', settings%solver]
-      duration = unset
-      steps = unset
-      call get(group, 'time_step', settings%time_step, error)
-      settings%least_time_step = 1.0e-6_wp*settings%time_step
-      call get(group, 'dynamic_factor', settings%dynamic_factor, error)
-      call get(group, 'max_displacement_ratio', settings%max_displacement_ratio, error)
-      call get(group, 'least_time_step', settings%least_time_step, error)
-      call get_list(group, 'gravity', gravity, error)
-      call get_list(group, 'displaced_by', displaced_by, error)
-      call get(group, 'solver', words(3), error)
-      call get(group, 'time_step_control', words(1), error)
-      call get(group, 'analysis', words(2), error)
-      call get(group, 'settle', settings%settle)
-      call get(group, 'duration', duration, error)
-      call get(group, 'steps', steps, error)
-      call get(group, 'base_motion_x', base_motion(1), error)
-      call get(group, 'base_motion_y', base_motion(2), error)
-      if (.not. staged) call count_steps(error, group, settings%time_step, duration, steps)
-      if (staged) call refuse_steps(error, group, duration, settings%settle, steps)
+      call read_values(group, own, error)
+      if (.not. staged) call count_steps(error, group, own%time_step, own%duration, own%steps)
+      if (staged) call refuse_steps(error, group, own)
       if (allocated(error)) return
-      settings%duration = value_or(duration, 0.0_wp)
-      settings%steps = int(steps, long)
-      if (size(gravity) > 0) settings%gravity = gravity
-      if (size(displaced_by) > 0) settings%displaced_by = displaced_by
-      settings%adaptive = words(1) == 'adaptive'
-      settings%plane_strain = words(2) == 'plane_strain'
-      settings%analysis_given = words(2) /= ''
-      settings%solver = words(3)(:len(settings%solver))
-      call read_integration(group, settings, error)
+      settings%time_step = own%time_step
+      settings%duration = value_or(own%duration, 0.0_wp)
+      settings%steps = int(value_or(own%steps, 0.0_wp), long)
+      settings%least_time_step = value_or(own%least_time_step, 1.0e-6_wp*own%time_step)
+      settings%dynamic_factor = own%dynamic_factor
+      settings%max_displacement_ratio = own%max_displacement_ratio
+      settings%gravity = own%gravity
+      settings%displaced_by = own%displaced_by
+      settings%settle = own%settle
+      settings%adaptive = own%time_step_control == 'adaptive'
+      settings%plane_strain = own%analysis == 'plane_strain'
+      settings%analysis_given = given(group, 'analysis')
+      settings%solver = own%solver(:len(settings%solver))
+      call set_integration(group, trim(own%integration), own%theta, own%damping_ratio, &
+         own%damping_frequency, settings, error)
    end subroutine read_control
 
    !> Where waves count, plane strain or plane stress is chosen: it decides on their velocities.
@@ -73,17 +58,14 @@ contains
    end subroutine require_analysis
 
    !> Stages have steps of their own.
-   subroutine refuse_steps(error, group, duration, settle, steps)
+   subroutine refuse_steps(error, group, own)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group     !< of the group
-      real(wp), intent(in) :: duration          !< s, or `unset`
-      logical, intent(in) :: settle             !< as read
-      real(wp), intent(inout) :: steps          !< as read, becomes 0
+      type(control_values), intent(in) :: own   !< its values
 
-      if (is_set(duration) .or. is_set(steps) .or. settle) call input_error(error, group, &
-         'with &stage groups, duration, steps and settle have no place here: each &stage '// &
-         "has its own, and kind = 'static' settles")
-      steps = 0.0_wp
+      if (is_set(own%duration) .or. is_set(own%steps) .or. own%settle) call input_error(error, &
+         group, 'with &stage groups, duration, steps and settle have no place here: each '// &
+         "&stage has its own, and kind = 'static' settles")
    end subroutine refuse_steps
 
    !> The number of steps, from `steps` or from `duration`.
@@ -109,54 +91,48 @@ contains
    !> &contact: springs and iteration.  A stiffness left out stays 0 and gets the model's default.
    subroutine read_contact(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(contact_settings_type), intent(out) :: settings  !< defaults where the input is silent
+      type(contact_settings_type), intent(out) :: settings  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: rules
-      real(wp) :: normal_stiffness
+      type(contact_values) :: own
 
-      rules = 'consistent'
-      normal_stiffness = unset
-      call get(group, 'normal_stiffness', normal_stiffness, error)
-      call get(group, 'shear_ratio', settings%shear_ratio, error)
-      call get(group, 'fixed_point_ratio', settings%fixed_point_ratio, error)
-      call get(group, 'force_tolerance', settings%force_tolerance, error)
-      call get(group, 'penetration_tolerance', settings%penetration_tolerance, error)
-      call get(group, 'max_iterations', settings%max_iterations, error)
-      call get(group, 'contact_rules', rules, error)
-      settings%original_rules = rules == 'original'
-      if (is_set(normal_stiffness)) settings%normal_stiffness = normal_stiffness
+      call read_values(group, own, error)
+      settings = contact_settings_type(value_or(own%normal_stiffness, 0.0_wp), own%shear_ratio, &
+         own%fixed_point_ratio, own%penetration_tolerance, own%contact_rules == 'original', &
+         own%max_iterations, own%force_tolerance)
    end subroutine read_contact
 
    !> &output: where and how often.
    subroutine read_output(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(output_settings_type), intent(inout) :: settings  !< with its defaults before
+      type(output_settings_type), intent(inout) :: settings  !< with the usual file before
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(output_values) :: own
 
-      call get_text(group, 'file', settings%file)
-      call get(group, 'checkpoint_interval', settings%checkpoint_interval, error)
-      call get(group, 'checkpoint_minutes', settings%checkpoint_minutes, error)
-      call set_interval(error, group, 'history', settings%history_interval, &
-         settings%history_seconds)
-      call set_interval(error, group, 'block', settings%block_interval, settings%block_seconds)
+      call read_values(group, own, error)
+      call check_interval(error, group, 'history', own%history_interval, own%history_seconds)
+      call check_interval(error, group, 'block', own%block_interval, own%block_seconds)
+      if (own%file /= '') settings%file = own%file
+      settings%history_interval = own%history_interval
+      settings%history_seconds = value_or(own%history_seconds, 0.0_wp)
+      settings%block_interval = own%block_interval
+      settings%block_seconds = value_or(own%block_seconds, 0.0_wp)
+      settings%checkpoint_interval = own%checkpoint_interval
+      settings%checkpoint_minutes = own%checkpoint_minutes
    end subroutine read_output
 
-   !> How often samples or frames are taken: by steps or by seconds, not both.
-   pure subroutine set_interval(error, group, what, interval, period)
+   !> Samples or frames are taken by steps or by seconds, not both.
+   pure subroutine check_interval(error, group, what, interval, period)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group     !< of the input
       character(len=*), intent(in) :: what      !< 'history' or 'block'
-      integer, intent(inout) :: interval        !< steps, with its default before; 0: by seconds
-      real(wp), intent(inout) :: period         !< s, with its default before
+      integer, intent(inout) :: interval        !< steps; 0 where it is by seconds
+      real(wp), intent(in) :: period            !< s, or `unset`
 
-      if (given(group, what//'_interval') .and. given(group, what//'_seconds')) &
-         call input_error(error, group, 'give either '//what//'_interval, in steps, or '//what// &
-         '_seconds')
-      call get(group, what//'_interval', interval, error)
-      if (.not. given(group, what//'_seconds')) return
+      if (.not. is_set(period)) return
+      if (given(group, what//'_interval')) call input_error(error, group, 'give either '//what// &
+         '_interval, in steps, or '//what//'_seconds')
       interval = 0
-      call get(group, what//'_seconds', period, error)
-   end subroutine set_interval
+   end subroutine check_interval
 
    !> Steps that cannot be shortened must fit into an output interval.
    pure subroutine check_output_times(error, group, settings, stages)

@@ -3,12 +3,14 @@
 module dda_input_stages
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, get, get_text, given, require_name, unset, &
-      is_set, name_length
+   use dda_input_group, only: group_type, input_error, given, is_set, positions, require_name, &
+      unset, value_or
+   use dda_input_groups, only: stage_values, read_values
    use dda_input_names, only: mark_names
-   use dda_input_integration, only: read_integration
+   use dda_input_integration, only: set_integration
    use dda_input_settings, only: count_steps
    use dda_model, only: model_type
+   use dda_scheme, only: default_theta
    use dda_settings, only: control_type
    use dda_stage, only: stage_type, never
    use dda_text, only: quoted
@@ -23,21 +25,19 @@ contains
       type(model_type), intent(inout) :: model  !< with blocks, supports, motions, materials
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: i, s
+      integer, allocatable :: own(:)
+      integer :: s
 
       if (allocated(error)) return
-      s = count([(groups(i)%name == 'stage', i=1, size(groups))])
-      if (s == 0) then
+      own = positions(groups, 'stage')
+      if (size(own) == 0) then
          call stages_of_control(model)
          return
       end if
-      allocate (model%stages(s))
-      s = 0
-      do i = 1, size(groups)
-         if (groups(i)%name /= 'stage') cycle
-         s = s + 1
-         call read_stage(groups(i), model, s, error)
-         call check_history(model, s, groups(i), error)
+      allocate (model%stages(size(own)))
+      do s = 1, size(own)
+         call read_stage(groups(own(s)), model, s, error)
+         call check_history(model, s, groups(own(s)), error)
          if (allocated(error)) return
       end do
       call begin_other_motions(model%stages)
@@ -145,107 +145,87 @@ contains
       type(model_type), intent(inout) :: model  !< as read from the input
       integer, intent(in) :: s  !< number of the stage
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name, kind
+      type(stage_values) :: own
 
-      name = ''
-      kind = 'dynamic'
-      call get(group, 'kind', kind, error)
-      call get(group, 'name', name, error)
-      if (any(model%stages(:s - 1)%name == name)) call input_error(error, group, 'name = '// &
-         quoted(trim(name))//' is used twice')
+      call read_values(group, own, error)
+      if (any(model%stages(:s - 1)%name == own%name)) call input_error(error, group, 'name = '// &
+         quoted(trim(own%name))//' is used twice')
       if (allocated(error)) return
       associate (stage => model%stages(s))
-         stage%name = name
-         stage%static = kind == 'static'
-         call get(group, 'zero_displacements', stage%zero_displacements)
+         stage%name = own%name
+         stage%static = own%kind == 'static'
+         stage%zero_displacements = own%zero_displacements
          call change_nothing(model, stage)
-         call set_stepping(stage, model%control, group, error)
-         call take_lists(model, group, stage, error)
+         call set_stepping(stage, own, model%control, group, error)
+         call take_lists(model, group, own, stage, error)
       end associate
    end subroutine read_stage
 
    !> What the lists of a stage name.
-   subroutine take_lists(model, group, stage, error)
+   subroutine take_lists(model, group, own, stage, error)
       type(model_type), intent(in) :: model  !< as read from the input
       type(group_type), intent(in) :: group  !< of the input
+      type(stage_values), intent(in) :: own  !< its values
       type(stage_type), intent(inout) :: stage
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=64) :: names(size(stage%added))
 
       names(:size(model%bolts)) = model%bolts%name
       names(size(model%bolts) + 1:) = model%edge_loads%name
-      call mark('remove', model%block_names, stage%removed)
-      call mark('release', model%fixed_points%name, stage%released)
-      call mark('hold', model%fixed_points%name, stage%holds)
-      call mark('loads', model%loads%name, stage%loads)
-      call mark('motions', model%motions%name, stage%begins)
-      call mark('add', names, stage%added)
-      call mark('drop', names, stage%dropped)
-      call replace_names(group, 'change_joints', 'joint', model%joints%name, stage%joint, error)
-      call replace_names(group, 'change_materials', 'material', model%materials%name, &
+      call mark_names(own%remove, 'remove', model%block_names, group, stage%removed, error)
+      call mark_names(own%release, 'release', model%fixed_points%name, group, stage%released, error)
+      call mark_names(own%hold, 'hold', model%fixed_points%name, group, stage%holds, error)
+      call mark_names(own%loads, 'loads', model%loads%name, group, stage%loads, error)
+      call mark_names(own%motions, 'motions', model%motions%name, group, stage%begins, error)
+      call mark_names(own%add, 'add', names, group, stage%added, error)
+      call mark_names(own%drop, 'drop', names, group, stage%dropped, error)
+      call replace_names(group, own%change_joints, 'joint', model%joints%name, stage%joint, error)
+      call replace_names(group, own%change_materials, 'material', model%materials%name, &
          stage%material, error)
-
-   contains
-
-      !> What one list names.
-      subroutine mark(variable, known, marked)
-         character(len=*), intent(in) :: variable, known(:)  !< list; names it may have
-         logical, intent(inout) :: marked(:)                 !< [known]
-         character(len=:), allocatable :: list
-
-         list = ''
-         call get_text(group, variable, list)
-         call mark_names(list, variable, known, group, marked, error)
-      end subroutine mark
-
    end subroutine take_lists
 
    !> Number and length of steps, and their integration.
-   subroutine set_stepping(stage, control, group, error)
+   subroutine set_stepping(stage, own, control, group, error)
       type(stage_type), intent(inout) :: stage
+      type(stage_values), intent(inout) :: own       !< values of the group
       type(control_type), intent(in) :: control      !< defaults
       type(group_type), intent(in) :: group          !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(control_type) :: own
-      real(wp) :: duration, steps
+      type(control_type) :: settings
 
       if (allocated(error)) return
       if (stage%static) then
-         if (given(group, 'duration') .or. given(group, 'steps') .or. given(group, 'time_step') &
-            .or. given(group, 'integration') .or. given(group, 'theta')) call input_error(error, &
-            group, 'a static stage takes no time: leave out duration, steps, time_step, '// &
-            'integration and theta')
+         if (any(is_set([own%duration, own%steps, own%time_step, own%theta])) .or. &
+            own%integration /= '') call input_error(error, group, 'a static stage takes no '// &
+            'time: leave out duration, steps, time_step, integration and theta')
          return
       end if
-      own = control
-      duration = unset
-      steps = unset
-      call get(group, 'time_step', own%time_step, error)
-      call get(group, 'duration', duration, error)
-      call get(group, 'steps', steps, error)
-      call count_steps(error, group, own%time_step, duration, steps)
-      if (given(group, 'integration') .or. given(group, 'theta')) &
-         call read_integration(group, own, error)
+      settings = control
+      settings%time_step = value_or(own%time_step, control%time_step)
+      call count_steps(error, group, settings%time_step, own%duration, own%steps)
+      if (own%integration == '') own%integration = control%integration
+      if (given(group, 'integration') .or. is_set(own%theta)) call set_integration(group, &
+         trim(own%integration), value_or(own%theta, default_theta), unset, unset, settings, error)
       if (allocated(error)) return
-      stage%time_step = own%time_step
-      stage%steps = int(steps, long)
-      if (is_set(duration)) stage%duration = duration
-      stage%integration = own%integration
-      stage%theta = own%theta
+      stage%time_step = settings%time_step
+      stage%steps = int(own%steps, long)
+      stage%duration = value_or(own%duration, 0.0_wp)
+      stage%integration = settings%integration
+      stage%theta = settings%theta
    end subroutine set_stepping
 
    !> Replacements 'old -> new, old -> new'.
-   subroutine replace_names(group, variable, kind, names, new, error)
+   subroutine replace_names(group, list, kind, names, new, error)
       type(group_type), intent(in) :: group          !< of the input
-      character(len=*), intent(in) :: variable, kind !< list; of names: 'joint', 'material'
+      character(len=*), intent(in) :: list, kind     !< as read; of names: 'joint', 'material'
       character(len=*), intent(in) :: names(:)       !< known ones
       integer, intent(inout) :: new(:)               !< [names] that stands in place of each
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=:), allocatable :: rest, entry
+      character(len=:), allocatable :: variable, rest, entry
       integer :: comma, arrow, from, to
 
-      rest = ''
-      call get_text(group, variable, rest)
+      variable = 'change_'//kind//'s'
+      rest = trim(list)
       do while (len(rest) > 0 .and. .not. allocated(error))
          comma = index(rest//',', ',')
          entry = trim(adjustl(rest(:comma - 1)))
@@ -270,34 +250,40 @@ contains
       integer, intent(in) :: s  !< stage just read
       type(group_type), intent(in) :: group
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: k, i
       logical :: gone(model%blocks%n)
+      integer :: k
 
       if (allocated(error)) return
       if (model%stages(s)%static .and. any(model%stages(s)%begins)) call input_error(error, group, &
          'motions cannot begin with a static stage, which takes no time')
-      gone = .false.
+      gone = model%stages(s)%removed
       do k = 1, s - 1
-         i = findloc(model%stages(k)%removed .and. model%stages(s)%removed, .true., 1)
-         if (i > 0) call input_error(error, group, 'remove: block '// &
-            quoted(trim(model%block_names(i)))//' has been removed in stage '// &
-            quoted(trim(model%stages(k)%name)))
-         i = findloc(model%stages(k)%holds .and. model%stages(s)%holds, .true., 1)
-         if (i > 0) call input_error(error, group, 'hold: fixed point '// &
-            quoted(trim(model%fixed_points(i)%name))//' is held since stage '// &
-            quoted(trim(model%stages(k)%name)))
-         i = findloc(model%stages(k)%loads .and. model%stages(s)%loads, .true., 1)
-         if (i > 0) call input_error(error, group, 'loads: '// &
-            quoted(trim(model%loads(i)%name))//' has begun in stage '// &
-            quoted(trim(model%stages(k)%name)))
-         i = findloc(model%stages(k)%begins .and. model%stages(s)%begins, .true., 1)
-         if (i > 0) call input_error(error, group, 'motions: '// &
-            quoted(trim(model%motions(i)%name))//' has begun in stage '// &
-            quoted(trim(model%stages(k)%name)))
-         gone = gone .or. model%stages(k)%removed
+         associate (before => model%stages(k), now => model%stages(s))
+            call refuse(before%removed .and. now%removed, 'remove: block', model%block_names, &
+               'has been removed in')
+            call refuse(before%holds .and. now%holds, 'hold: fixed point', &
+               model%fixed_points%name, 'is held since')
+            call refuse(before%loads .and. now%loads, 'loads:', model%loads%name, 'has begun in')
+            call refuse(before%begins .and. now%begins, 'motions:', model%motions%name, &
+               'has begun in')
+            gone = gone .or. before%removed
+         end associate
       end do
-      if (all(gone .or. model%stages(s)%removed)) call input_error(error, group, &
-         'remove: no block would be left')
+      if (all(gone)) call input_error(error, group, 'remove: no block would be left')
+
+   contains
+
+      !> What a stage before has done is not done again.
+      subroutine refuse(again, what, names, done)
+         logical, intent(in) :: again(:)          !< [names] in stage k and now
+         character(len=*), intent(in) :: what, names(:), done  !< in words; names of all of them
+         integer :: i
+
+         i = findloc(again, .true., 1)
+         if (i > 0) call input_error(error, group, what//' '//quoted(trim(names(i)))//' '// &
+            done//' stage '//quoted(trim(model%stages(k)%name)))
+      end subroutine refuse
+
    end subroutine check_history
 
 end module dda_input_stages

@@ -6,14 +6,14 @@
 !> comments.
 module dda_input_text
    use dda_errors, only: error_type, error_input, fail
-   use dda_input_catalogue, only: find_group, unknown_variable
+   use dda_input_catalogue, only: find_group, find_variable, unknown_variable
    use dda_input_schema, only: input_groups, input_variables
    use dda_input_value, only: value_type, take_values, skip_blank, is_assigned, first_word, &
       name_characters
    use dda_text, only: to_text, lower_case, quoted
    implicit none
    private
-   public :: group_type, span_type, split_groups, parse_group, input_error
+   public :: group_type, span_type, split_groups, parse_group, input_error, text_of
 
    !> One group.
    type :: group_type
@@ -143,19 +143,27 @@ contains
       type(group_type), intent(in) :: group  !< with its values
       character(len=*), intent(in) :: name   !< of the variable
       character(len=:), allocatable :: word
-      integer :: i, v, g
 
-      word = ''
-      g = find_group(group%name)
-      do v = input_groups(g)%first, input_groups(g)%last
-         if (input_variables(v)%name /= name) cycle
-         word = trim(input_variables(v)%usual)
-         do i = 1, size(group%values)
-            if (group%values(i)%variable == v) call group%values(i)%get_text(1, word)
-         end do
-         if (index(input_variables(v)%allowed, "'"//word//"'") == 0) word = ''
-      end do
+      associate (variable => find_variable(group%name, name))
+         word = text_of(group, name)
+         if (word == '') word = trim(variable%usual)
+         if (index(variable%allowed, "'"//word//"'") == 0) word = ''
+      end associate
    end function word_of
+
+   !> The text that a group gives of a variable; blank if it gives none.
+   pure function text_of(group, name) result(text)
+      type(group_type), intent(in) :: group  !< with its values
+      character(len=*), intent(in) :: name   !< of the variable
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ''
+      do i = 1, size(group%values)
+         if (input_variables(group%values(i)%variable)%name == name) &
+            call group%values(i)%get_text(1, text)
+      end do
+   end function text_of
 
    !> Move past blanks, comments and commas.
    pure subroutine skip_separators(text, at)

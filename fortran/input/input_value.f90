@@ -192,6 +192,7 @@ contains
       else if (any(variable%kind == ['name', 'word', 'text'])) then
          call take_word(text, at, word)
          if (allocated(word)) then
+            if (index(variable%allowed, "'"//lower_case(word)//"'") > 0) word = lower_case(word)
             call put_word(value, places, word)
          else
             failure = trim(variable%name)//': '//quoted(first_word(text(at:)))// &

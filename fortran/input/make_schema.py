@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is made of schema.txt: tables for the engine, methods of `Model`, a page of the handbook.
+"""What is made of schema.txt: table and readers of the engine, methods of `Model`, a page of docs.
 
-python make_schema.py fortran|python|page schema.txt OUTPUT
+python make_schema.py table|groups|python|page schema.txt OUTPUT
 """
 
 from __future__ import annotations
@@ -11,12 +11,14 @@ import re
 import sys
 import textwrap
 from dataclasses import dataclass, field
+from itertools import accumulate, groupby
 from pathlib import Path
 
 USABLE = "usable"  # no number of an input is larger
 KIND = re.compile(r"(real|integer|logical|name|word|text|points)(?:\((\d+)\))?")
 NUMBERS = ("real", "integer", "points")
-NEXT = ", &\n      "  # between the parts of a list in Fortran
+NEXT, NEW_LINE = ", &\n      ", "\n      "  # between parts of a list, and statements, of Fortran
+BLANK = "''"
 RANGE = re.compile(r"(\S+) to (\S+)|above (0)|at least (\S+)|any")
 
 
@@ -31,6 +33,7 @@ class Variable:
     values: str
     meaning: str
     when: str = ""
+    part: str = ""  # that it stands in, if groups share it
 
     def __post_init__(self):
         match = KIND.fullmatch(self.kind)
@@ -74,13 +77,13 @@ def read(file: Path) -> list[Group]:
             lines[-1] += " " + line.strip()
         elif line and not line.startswith("#"):
             lines.append(line)
-    groups, parts, here = [], {}, []
+    groups, parts, here, part = [], {}, [], ""
     for line in lines:
         word, _, rest = line.partition(" ")
         if "|" in line:
-            here.append(Variable(*(cell.strip() for cell in line.split("|"))))
+            here.append(Variable(*(cell.strip() for cell in line.split("|")), part=part))
         elif word == "part":
-            here = parts[rest] = []
+            here, part = parts.setdefault(rest, []), rest
         elif word == "use":
             here += parts[rest]
         elif word == "example":
@@ -88,7 +91,7 @@ def read(file: Path) -> list[Group]:
         else:
             name, star, meaning = re.fullmatch(r"(\w+) (\* )?(.+)", rest).groups()
             groups.append(Group(name, meaning, bool(star), word == "built"))
-            here = groups[-1].variables
+            here, part = groups[-1].variables, ""
     return groups
 
 
@@ -101,16 +104,16 @@ def literal(text: str) -> str:
     return "// &\n         ".join(f'"{part}"' for part in parts)
 
 
-def fortran(groups: list[Group]) -> str:
+def table(groups: list[Group]) -> str:
     """The module `dda_input_schema`."""
     entries, names, first = [], [], 1
-    tables = ""
+    rows_of = ""
     for group in groups:
         last = first + len(group.variables) - 1
         flags = f"{truth(group.repeats)}, {truth(group.built)}"
         entries.append(f"group_entry_type('{group.name}', {flags}, {first}, {last})")
         rows = NEXT.join(map(entry, group.variables))
-        tables += f"   type(variable_type), parameter :: of_{group.name}(*) = [ &\n      {rows}]\n"
+        rows_of += f"   type(variable_type), parameter :: of_{group.name}(*) = [ &\n      {rows}]\n"
         names.append(f"of_{group.name}")
         first = last + 1
     return f"""! Made from schema.txt by make_schema.py.
@@ -122,7 +125,7 @@ module dda_input_schema
    private
    public :: input_groups, input_variables
 
-{tables}
+{rows_of}
    type(group_entry_type), protected :: input_groups({len(groups)}) = [ &
       {NEXT.join(entries)}]
    type(variable_type), protected :: input_variables({first - 1}) = [ &
@@ -137,6 +140,21 @@ def truth(value: bool) -> str:
     return ".true." if value else ".false."
 
 
+def preset(one: Variable) -> str:
+    """The default as Fortran, where it is one value or a list of numbers."""
+    if one.base == "logical":
+        return one.default
+    if one.base in ("name", "word", "text"):
+        match = re.match(r"('[^']+')(:|$)", one.default)
+    elif re.fullmatch(r"[-+.\de]+(, [-+.\de]+)+", one.default):
+        return f"[{', '.join(map(real, one.default.split(', ')))}]"
+    else:
+        match = re.match(r"([-+.\de]+)(:|$)", one.default)
+    if not match:
+        return ""
+    return match[1] if one.base in ("name", "word", "text", "integer") else real(match[1])
+
+
 def entry(one: Variable) -> str:
     """A variable as Fortran."""
     size = 2 * one.size if one.base == "points" else one.size
@@ -144,20 +162,107 @@ def entry(one: Variable) -> str:
     if one.base in NUMBERS:
         limits = zip(("lowest", "highest"), one.limits, strict=True)
         parts += [f"{name}={limit}" for name, limit in limits if limit and limit != USABLE]
-        if preset := re.match(r"([-+.\de]+)(:|$)", one.default):
-            parts.append(f"preset={real(preset[1])}")
+        number = preset(one)
+        if number and number[0] != "[":
+            parts.append(f"preset={real(number.removesuffix('_wp'))}")
     elif one.base == "word":
         parts.append(f"allowed={literal(one.values)}")
-        if usual := re.fullmatch(r"'(\w+)'", one.default):
-            parts.append(f"usual='{usual[1]}'")
     elif one.default == ".true.":
         parts.append("preset=1.0_wp")
+    if one.base in ("name", "word", "text") and (word := preset(one)):
+        parts.append(f"usual={word}")
     if one.default == "required":
         parts.append("required=.true.")
     if one.when:
         variable, _, values = one.when.partition(" = ")
         parts.append(f"switch='{variable}', needs={literal(values)}")
     return f"variable_type({NEXT.join(parts)})"
+
+
+def component(one: Variable) -> tuple[str, str]:
+    """How a variable is declared with its default, and what reads it."""
+    if one.base == "points":
+        return f"real(wp), allocatable :: {one.name}(:,:)", "take_points"
+    if one.base == "text":
+        return f"character(len=:), allocatable :: {one.name}", "take_text"
+    if one.base in ("name", "word"):
+        if one.size:
+            return f"character(len=name_length), allocatable :: {one.name}(:)", "take_names"
+        return f"character(len=name_length) :: {one.name} = {preset(one) or BLANK}", "take_name"
+    if one.base == "logical":
+        return f"logical :: {one.name} = {one.default}", "take_logical"
+    if one.base == "integer" and float(one.limits[1].removesuffix("_wp") or 0) < 2**31:
+        return f"integer :: {one.name} = {preset(one) or '-huge(1)'}", "take_integer"
+    if one.size > 3:
+        return f"real(wp), allocatable :: {one.name}(:)", "take_numbers"
+    shape, how = (f"({one.size})", "take_tuple") if one.size else ("", "take_real")
+    return f"real(wp) :: {one.name}{shape} = {preset(one) or 'unset'}", how
+
+
+def type_of(name: str, meaning: str, variables: list[Variable]) -> str:
+    """A type with the values of a group or a part of groups."""
+    lines = []
+    for part, own in groupby(variables, lambda one: one.part if one.part != name else ""):
+        lines += [f"type({part}_values) :: {part}"] if part else [component(v)[0] for v in own]
+    return f"""
+   !> {meaning}.
+   type :: {name}_values
+      {NEW_LINE.join(lines)}
+   end type {name}_values
+"""
+
+
+def reader_of(group: Group, first: int) -> str:
+    """What reads the values of a group, the first of which has that position."""
+    calls = [
+        f"call {component(v)[1]}(group, {i}, values%{v.part and v.part + '%'}{v.name}, error)"
+        for i, v in enumerate(group.variables, first)
+    ]
+    return f"""
+   pure subroutine read_{group.name}(group, values, error)
+      type(group_type), intent(in) :: group
+      type({group.name}_values), intent(out) :: values
+      type(error_type), allocatable, intent(inout) :: error
+
+      {NEW_LINE.join(calls)}
+   end subroutine read_{group.name}
+"""
+
+
+def groups(every: list[Group]) -> str:
+    """The module `dda_input_groups`."""
+    own = [group for group in every if not group.built]
+    parts: dict[str, list[Variable]] = {}
+    for variable in (v for group in own for v in group.variables if v.part):
+        parts.setdefault(variable.part, [])
+        if variable not in parts[variable.part]:
+            parts[variable.part].append(variable)
+    types = "".join(type_of(name, f"The part {name}", rows) for name, rows in parts.items())
+    types += "".join(type_of(one.name, f"&{one.name}: {one.meaning}", one.variables) for one in own)
+    firsts = accumulate((len(group.variables) for group in every), initial=1)
+    readers = "".join(map(reader_of, own, firsts))
+    return f"""! Made from schema.txt by make_schema.py.
+!> The values of each group of the input, with their defaults, and what reads them.
+module dda_input_groups
+   use dda_errors, only: error_type
+   use dda_input_group, only: group_type, name_length, take_integer, take_logical, take_name, &
+      take_names, take_numbers, take_points, take_real, take_text, take_tuple
+   use dda_input_variable, only: unset
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: read_values, &
+      {NEXT.join(f"{name}_values" for name in [*parts, *(one.name for one in own)])}
+
+   !> The values of a group, checked; those that are not given are their defaults, or `unset`.
+   interface read_values
+      module procedure {NEXT.join(f"read_{one.name}" for one in own)}
+   end interface read_values
+{types}
+contains
+{readers}
+end module dda_input_groups
+"""
 
 
 # --- Python --------------------------------------------------------------------------------------
@@ -324,5 +429,5 @@ def section(group: Group) -> str:
 
 if __name__ == "__main__":
     what, source, target = sys.argv[1:]
-    make = {"fortran": fortran, "python": python, "page": page}[what]
+    make = {"table": table, "groups": groups, "python": python, "page": page}[what]
     Path(target).write_text(make(read(Path(source))), encoding="utf-8")

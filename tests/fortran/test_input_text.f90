@@ -3,7 +3,7 @@
 !> of numbers, logical values, texts and lists.
 module test_input_text
    use dda_errors, only: error_input, error_type
-   use dda_input_group, only: get, get_list, get_text
+   use dda_input_groups, only: control_values, run_values, traction_values, read_values
    use dda_input_text, only: group_type, parse_group, split_groups
    use dda_kinds, only: wp
    use testing, only: case, check, check_close, check_fails, check_no_error
@@ -67,12 +67,12 @@ contains
       real(wp), intent(in) :: times(:)
       type(group_type) :: group
       type(error_type), allocatable :: error
-      real(wp), allocatable :: found(:)
+      type(traction_values) :: found
 
       call parse('&traction '//values//' /', group, error)
-      if (.not. allocated(error)) call get_list(group, 'time', found, error)
+      if (.not. allocated(error)) call read_values(group, found, error)
       call check_no_error(error, values)
-      if (.not. allocated(error)) call check_close(found, times, values)
+      if (.not. allocated(error)) call check_close(found%time, times, values)
    end subroutine expect_times
 
    !> The title of a run.
@@ -80,13 +80,13 @@ contains
       character(len=*), intent(in) :: value, title
       type(group_type) :: group
       type(error_type), allocatable :: error
-      character(len=:), allocatable :: found
+      type(run_values) :: found
 
-      found = ''
       call parse('&run title = '//value//' /', group, error)
       call check_no_error(error, value)
-      if (.not. allocated(error)) call get_text(group, 'title', found)
-      call check(found == title, value//' is "'//found//'"')
+      if (allocated(error)) return
+      call read_values(group, found, error)
+      call check(found%title == title, value//' is "'//found%title//'"')
    end subroutine expect_title
 
    !> Whether a model settles.
@@ -95,13 +95,13 @@ contains
       logical, intent(in) :: settles
       type(group_type) :: group
       type(error_type), allocatable :: error
-      logical :: found
+      type(control_values) :: found
 
-      found = .not. settles
+      found%settle = .not. settles
       call parse('&control settle = '//value//' time_step = 1 /', group, error)
       call check_no_error(error, value)
-      if (.not. allocated(error)) call get(group, 'settle', found)
-      call check(found .eqv. settles, 'settle = '//value)
+      if (.not. allocated(error)) call read_values(group, found, error)
+      call check(found%settle .eqv. settles, 'settle = '//value)
    end subroutine expect_settle
 
    subroutine wrong(text, words)
