@@ -19,7 +19,7 @@ module dda_text_numbers
 
    integer, parameter :: most_digits = 18      ! of an integer(long) mantissa
    ! well inside the range, so that scaling cannot overflow
-   integer, parameter :: largest_power = 300
+   integer, parameter :: largest_power = 300, smallest_power = -400
    integer, parameter :: longest_number = 64   ! characters
    integer, parameter :: exact_power = 22      ! 10**22 is the last exact power of ten
    character(len=*), parameter :: tab = achar(9), signs = '+-', digits = '0123456789'
@@ -197,7 +197,7 @@ contains
 
       value = 0.0_wp
       state = number_found
-      if (scan%mantissa == 0 .or. scan%power + scan%kept < -largest_power) return
+      if (scan%mantissa == 0 .or. scan%power + scan%kept < smallest_power) return
       state = number_large
       if (scan%power + scan%kept > largest_power) return
       state = number_found

@@ -159,7 +159,7 @@ def test_bits_stay_across_a_checkpoint_and_threads(tmp_path, same_bits, native):
         ({"side": None}, "it names no edges"),
         ({"side": "north"}, "side = 'north' must be one of"),
         ({"along": [0.0, -5.0, 9.0, -5.0], "side": None}, "no edge of the outline is there"),
-        ({"along": [0.0, -5.0, 9.0], "side": None}, "needs x and y of two points"),
+        ({"along": [0.0, -5.0, 9.0], "side": None}, "along: a value is left out"),
         ({"edges": [1.0]}, "give blocks too"),
         ({"blocks": "b_0_0", "edges": [1.5]}, "is not a whole number"),
         ({"blocks": "nobody"}, "nothing is named 'nobody'"),

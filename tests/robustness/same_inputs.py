@@ -91,7 +91,10 @@ def state_of(file: Path) -> str:
             parts += [run.coordinates.tobytes(), run.rates.tobytes(), run.stresses.tobytes()]
             if len(run.polygons) < MOST:
                 run.advance(2)
-                parts += [run.coordinates.tobytes(), repr(run.energies).encode()]
+                parts += [
+                    run.coordinates.tobytes(),
+                    repr({n: e for n, e in run.energies.items() if e}).encode(),
+                ]
             return hashlib.sha256(b"".join(parts)).hexdigest()[:16]
     except sitedda.InputError as error:
         return f"refused: {str(error).replace(str(file), 'FILE')[:300]}"
