@@ -25,6 +25,7 @@ _HEAD = 1 << 24  # bytes that tell what a file is
 _XML = rb"\s*+(?><\?xml[^>]*>\s*)?+(?><!--.*?-->\s*)*+"
 ANY = ""  # kind of a file in a folder that the package has made for itself
 OWN_INPUT, OWN_RECORD = "an input that sitedda wrote", "a record that sitedda wrote"
+OWN_SCRIPT = "a script that sitedda wrote"
 _KINDS = {
     "a picture": rb"\x89PNG\r\n\x1a\n|%PDF-|%!PS|\xff\xd8\xff|II\*\0|MM\0\*|GIF8|RIFF....WEBP|"
     + _XML
@@ -36,6 +37,7 @@ _KINDS = {
     "Markdown": rb"# ",
     OWN_INPUT: rb"! written by sitedda|.*\n! \d+ blocks, made from the groups",
     OWN_RECORD: rb"# written by sitedda",
+    OWN_SCRIPT: rb"# written by sitedda",
     "the example": rb"(?!)",  # replaced by itself only
     "part of a study": rb'\{"format": \d|#!/bin/bash\n#SBATCH --job-name=|[0-9a-f]{32}\n',
 }  # fmt: skip

@@ -21,6 +21,7 @@ from ..error_bars.command import add_accuracy_command
 from ..facade.run import Run, _run
 from ..input.changes import Typed
 from .examples import add_example_command
+from .live_command import add_live_command
 from .record_command import add_record_command
 from .site_command import add_site_command
 from .viewing import add_viewing_commands
@@ -89,6 +90,7 @@ def _parser() -> argparse.ArgumentParser:
     commands.add_parser("validate", help="run the analytic cases", add_help=False)
     commands.add_parser("paper", help="reproduce the results of the paper", add_help=False)
     add_viewing_commands(commands)
+    add_live_command(commands)
     add_site_command(commands)
     checking = commands.add_parser("check", help="say what a run will meet before it is started")
     checking.add_argument("file", type=Path, metavar="FILE.nml")

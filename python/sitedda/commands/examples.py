@@ -31,6 +31,19 @@ def examples() -> dict[str, str]:
     return {name: found[name] for name in sorted(found, key=lambda name: ("/" in name, name))}
 
 
+def example_files() -> dict[str, tuple[str, Path]]:
+    """First sentence and file of each example that is an input, by name."""
+    folder = Path(str(_inputs()))
+    return {name: (words, folder / f"{name}.nml") for name, words in examples().items()
+            if "/" not in name}  # fmt: skip
+
+
+def record_files() -> dict[str, Path]:
+    """The records that are shipped, by name."""
+    folder = Path(str(_inputs())) / "records"
+    return {file.name: file for file in sorted(folder.iterdir()) if file.suffix != ".md"}
+
+
 def copy_example(name: str, folder=".") -> list[Path]:
     """Copy an example and the files that it names, models and records.
 

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda live`: the model in the browser."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+from ..base.arguments import Range
+from .examples import example_files, record_files
+
+_PORT = Range(0, 65535, whole=True)
+
+
+def add_live_command(commands) -> None:
+    """Add the sub-command to those of the command line."""
+    parser = commands.add_parser("live", help="edit, run and watch a model in the browser")
+    parser.add_argument("file", nargs="?", type=Path, metavar="FILE.nml", help="(a start page)")
+    parser.add_argument("--port", type=_PORT, default=0, help="of the server (a free one)")
+    parser.add_argument("--no-open", action="store_true", help="do not open a browser")
+    parser.add_argument(
+        "--host",
+        default="127.0.0.1",
+        metavar="ADDRESS",
+        help="listen at another address than this machine's own (127.0.0.1): not encrypted",
+    )
+    parser.set_defaults(act=_live)
+
+
+def _live(options: argparse.Namespace) -> int:
+    from ..live.server import run_server
+    from ..live.starts import Shipped
+
+    file = Path(os.path.abspath(options.file)) if options.file else None
+    folder = file.parent if file else Path.cwd()
+    shipped = Shipped(example_files(), record_files())
+    run_server(folder, file, shipped, options.host, options.port, not options.no_open)
+    return 0

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The check of a model in a process of its own, which ends when the model is edited.
+
+Run as a program it reads an input from its standard input and prints findings as JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+
+class Checker:
+    """Checks inputs one after the other; a new one ends that before it.
+
+    Parameters
+    ----------
+    tell : callable
+        Called with the findings, from a thread.
+    """
+
+    def __init__(self, tell: Callable[[dict], None]):
+        self._tell = tell
+        self._process: subprocess.Popen | None = None
+        self._one = threading.Lock()
+
+    def start(self, text: str, file: Path, version: int) -> None:
+        """Check an input; what is told has its version."""
+        with self._one:
+            self._end()
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", __name__, os.fspath(file)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,  # Ctrl-C is for the server
+            )
+            process = self._process
+        self._tell({"kind": "check", "version": version, "state": "running"})
+        threading.Thread(target=self._wait, args=(process, text, version), daemon=True).start()
+
+    def _wait(self, process: subprocess.Popen, text: str, version: int) -> None:
+        said, _ = process.communicate(text.encode("utf-8", "surrogateescape"))
+        with self._one:
+            if process is not self._process:
+                return
+        try:
+            found = json.loads(said)
+        except ValueError:
+            found = {"error": f"the check ended with status {process.returncode}"}
+        self._tell({"kind": "check", "version": version, "state": "done"} | found)
+
+    def stop(self) -> None:
+        """End the check that is running."""
+        with self._one:
+            self._end()
+
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        if process is not None and process.poll() is None:
+            process.kill()
+
+
+def main() -> None:
+    """Check the input that stands on the standard input."""
+    from ..base.errors import SiteddaError
+    from ..engine.checking import check
+    from ..input.building import InputOfRun
+
+    text = sys.stdin.buffer.read().decode("utf-8", "surrogateescape")
+    try:
+        report = check(InputOfRun(Path(sys.argv[1]), text))
+    except SiteddaError as error:
+        print(json.dumps({"error": str(error)}))
+        return
+    lines = [[line.verdict, line.topic, line.words, line.advice] for line in report.lines]
+    print(json.dumps({"verdict": report.verdict, "words": report.conclusion, "lines": lines}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The input as text and as groups: both the same model, comments kept, every edit undone."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..input.groups import single_groups
+from ..input.input_text import UNSET, Found, find_groups, with_changes
+from ..input.schema import GROUPS
+
+MOST_TEXT = 8_000_000  # characters of an input that is edited here
+_VERSIONS = 400  # that can be undone
+_SHOWN = 60  # groups of a kind that have a form
+_VALUES = 200  # of a variable that has a field; longer lists are edited in the text
+_PLACE = re.compile(r"group &(\w+) \(line (\d+)\)")
+
+
+class Document:
+    """A namelist text that is edited.
+
+    Parameters
+    ----------
+    text : str
+    file : path
+        Where it is from, or would be: files that it names are relative to its folder.
+    """
+
+    def __init__(self, text: str, file):
+        self.file = Path(file)
+        self.text = text
+        self.version = 0
+        self._past: list[str] = []
+        self._future: list[str] = []
+        self._last = None  # what was edited last: a slider makes one version
+
+    # --- edits --------------------------------------------------------------------------------
+
+    def write(self, text: str) -> None:
+        """Put another text in place."""
+        self._take(text, "text")
+
+    def set(self, group: str, number: int, variable: str, value: str | None) -> None:
+        """Give a variable another value, or take it out.
+
+        Parameters
+        ----------
+        group, number : str, int
+            The group: its kind, and which of them, from 1.
+        variable : str
+        value : str or None
+            As typed.
+
+        Raises
+        ------
+        InputError
+            If there is no such group or variable, or the value is none of its kind.
+        """
+        path = f"{group}.{variable}" if group in single_groups() else f"{group}[{number}]"
+        path = path if group in single_groups() else f"{path}.{variable}"
+        text, _ = with_changes(self.text, [(path, value)], self.file)
+        find_groups(text, self.file, ("block",))  # a value of another kind is refused here
+        self._take(text, path)
+
+    def add(self, group: str) -> None:
+        """Add a group with the values of its example, under a name of its own."""
+        kind = GROUPS.get(group)
+        if kind is None:
+            raise InputError(f"there is no group &{group}")
+        found = self.found()
+        same = [one for one in found if one.name == group]
+        if same and not kind.repeats:
+            raise InputError(f"&{group} is there already")
+        line = kind.example or f"&{group} /"
+        at = same[-1].end if same else self._place_of(kind, found)
+        self._take(f"{self.text[:at]}\n{_named(line, same)}{self.text[at:]}", "")
+
+    def _place_of(self, kind, found: list[Found]) -> int:
+        """After the last group that stands before this kind in the schema; else at the end."""
+        order = list(GROUPS)
+        before = [one for one in found if one.name in order[: order.index(kind.name)]]
+        return max((one.end for one in before), default=len(self.text.rstrip()))
+
+    def take_out(self, group: str, number: int) -> None:
+        """Take a group out, with its line if nothing else stands there."""
+        same = [one for one in self.found() if one.name == group]
+        if not 0 < number <= len(same):
+            raise InputError(f"there is no &{group} number {number}")
+        start, end = same[number - 1].start, same[number - 1].end
+        line = self.text.rfind("\n", 0, start) + 1
+        rest = re.compile(r"[ \t]*\n").match(self.text, end)
+        if not self.text[line:start].strip() and rest:
+            start, end = line, rest.end()
+        self._take(self.text[:start] + self.text[end:], "")
+
+    def undo(self) -> None:
+        """Go back to what was before the last edit."""
+        self._step(self._past, self._future)
+
+    def redo(self) -> None:
+        """Take the last edit that was undone again."""
+        self._step(self._future, self._past)
+
+    def _step(self, source: list[str], target: list[str]) -> None:
+        if source:
+            target.append(self.text)
+            self.text = source.pop()
+            self.version += 1
+            self._last = None
+
+    def _take(self, text: str, what: str) -> None:
+        if len(text) > MOST_TEXT:
+            raise InputError(f"the text has more than {MOST_TEXT:,} characters")
+        if "\0" in text:
+            raise InputError("the text holds a zero byte")
+        if text == self.text:
+            return
+        if not what or what != self._last:
+            self._past = [*self._past[1 - _VERSIONS :], self.text]
+        self._future.clear()
+        self._last = what or None
+        self.text = text
+        self.version += 1
+
+    def settle(self) -> None:
+        """End a series of edits of one value: the next one is undone by itself."""
+        self._last = None
+
+    # --- groups -------------------------------------------------------------------------------
+
+    def found(self) -> list[Found]:
+        """The groups of the text."""
+        return find_groups(self.text, self.file)
+
+    def described(self) -> dict:
+        """Text and groups as plain values, for the page; without groups where it has none."""
+        plain = {
+            "version": self.version,
+            "file": self.file.name,
+            "text": self.text,
+            "undo": bool(self._past),
+            "redo": bool(self._future),
+        }
+        try:
+            return plain | {"groups": _plain_groups(self.found())}
+        except InputError:
+            return plain
+
+
+def _plain_groups(found: list[Found]) -> list[dict]:
+    counts: dict[str, int] = {}
+    plain = []
+    for one in found:
+        number = counts[one.name] = counts.get(one.name, 0) + 1
+        if number <= _SHOWN:
+            values = {name: _typed(value) for name, value in one.values.items()}
+            plain.append({"name": one.name, "number": number, "line": one.line, "values": values})
+    for name, count in counts.items():
+        if count > _SHOWN:
+            plain.append({"name": name, "number": 0, "more": count - _SHOWN, "values": {}})
+    return plain
+
+
+def _typed(value) -> str | None:
+    """A value as one types it; None where the list is too long for a field."""
+    if isinstance(value, bool):
+        return ".true." if value else ".false."
+    if isinstance(value, str):
+        return value
+    if isinstance(value, float):
+        return _number(value)
+    if isinstance(value, list | np.ndarray):
+        if len(value) > _VALUES:
+            return None
+        return ", ".join("" if v == UNSET else _typed(v) for v in _list(value))
+    return str(value)
+
+
+def _list(value) -> list:
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+def _number(value: float) -> str:
+    text = f"{value:.15g}"
+    return text if float(text) == value else repr(value)
+
+
+def _named(example: str, same: list[Found]) -> str:
+    """The line of an example, whose name is no other group's."""
+    names = {one.values.get("name") for one in same}
+    match = re.search(r"name = '([^']*)'", example)
+    if match is None or match[1] not in names:
+        return example
+    number = next(i for i in range(2, len(names) + 3) if f"{match[1]}_{i}" not in names)
+    return example.replace(match[0], f"name = '{match[1]}_{number}'", 1)
+
+
+def place_of_trouble(message: str, text: str, file) -> dict:
+    """The group, its number and the variable that a message of the engine is about, if any."""
+    match = _PLACE.search(message)
+    if match is None:
+        return {}
+    name, line = match[1], int(match[2])
+    place = {"group": name, "line": line}
+    try:
+        same = [one for one in find_groups(text, file) if one.name == name]
+    except InputError:
+        return place
+    number = next((i for i, one in enumerate(same, 1) if one.line == line), 0)
+    known = [one.name for one in GROUPS[name].variables] if name in GROUPS else []
+    words = re.findall(r"\w+", message[match.end() :])
+    variable = next((word for word in words if word in known), "")
+    return place | {"number": number, "variable": variable}

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The model as drawn: what the page needs of an input before any stage of it has begun."""
+
+from __future__ import annotations
+
+import base64
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..drawing.view import view
+from ..engine.simulation import Simulation
+from ..input.building import InputOfRun
+from ..output.scene import Scene
+
+_ALIGNED = 8  # bytes: typed arrays of the browser begin at multiples of their size
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A picture of a model.
+
+    Attributes
+    ----------
+    message : bytes
+        For the page, see `packed`.
+    notes : list of str
+        What making the blocks removed, merged or left, and what is seldom meant.
+    start : ndarray, shape (blocks, 6)
+        Block coordinates, m and rad.
+    """
+
+    message: bytes
+    notes: list[str]
+    start: np.ndarray
+
+
+def draw_model(text: str, file: Path, **more) -> Drawing:
+    """Cut an input into blocks, read it by the engine and draw it.
+
+    Parameters
+    ----------
+    text : str
+    file : path
+        Where it is from.
+    **more
+        Stands in the head of the message.
+
+    Raises
+    ------
+    InputError
+        If the input cannot be run; the message names group, line and value.
+    """
+    with Simulation(InputOfRun(file, text), drawn=True) as simulation:
+        return draw_simulation(simulation, **more)
+
+
+def draw_simulation(simulation: Simulation, **more) -> Drawing:
+    """Draw the present state of a simulation as the model."""
+    scene = Scene.of(simulation)
+    notes = f"{simulation.notes}\n{simulation.block_notes()}".split("\n")
+    notes = [note for note in notes if note.strip()]
+    page = view(scene, color="material")
+    streams = {name: base64.b64decode(data) for name, data in page.streams.items()}
+    head = {
+        "kind": "drawn",
+        "meta": page.meta,
+        "marks": marks(scene),
+        "points": simulation.point_names,
+        "notes": notes,
+    }
+    return Drawing(packed(head | more, streams), notes, simulation.coordinates)
+
+
+def packed(head: dict, streams: dict[str, bytes]) -> bytes:
+    """A message: the length of its head (4 bytes), the head as JSON, the streams.
+
+    The head says where each stream begins, counted from the end of the head, and how long it is.
+    """
+    places, at = {}, 0
+    for name, data in streams.items():
+        places[name] = [at, len(data)]
+        at += -(-len(data) // _ALIGNED) * _ALIGNED
+    text = json.dumps(head | {"streams": places}, allow_nan=False).encode()
+    text += b" " * (-(4 + len(text)) % _ALIGNED)
+    parts = [len(text).to_bytes(4, "little"), text]
+    for data in streams.values():
+        parts += [data, b"\0" * (-len(data) % _ALIGNED)]
+    return b"".join(parts)
+
+
+def marks(scene: Scene) -> dict:
+    """Supports, boundaries, loads, measured points, water and slivers, places from the origin."""
+    low, high = scene.box
+    x0, y0 = 0.5 * (low + high)
+
+    def placed(one: dict) -> dict:
+        return one | {"x": one["x"] - x0, "y": one["y"] - y0}
+
+    lines = [np.reshape(g["surface"], (-1, 2)) for g in scene.groups.get("water", [])
+             if np.size(g.get("surface", ()))]  # fmt: skip
+    return {
+        "supports": [placed(one) for one in scene.supports()],
+        "boundaries": [
+            {
+                "kind": one["kind"],
+                "moved": one["moved"],
+                "edges": np.hstack([one["start"], one["end"]]).round(6).ravel().tolist(),
+            }
+            for one in scene.boundaries(0)
+        ],  # fmt: skip
+        "loads": [placed(_plain(one)) for one in scene.loads()],
+        "points": [placed(one) for one in scene.points()],
+        "water": [(line - (x0, y0)).ravel().tolist() for line in lines],
+        "slivers": scene.slivers().tolist(),
+        "origin": [float(x0), float(y0)],
+    }
+
+
+def _plain(one: dict) -> dict:
+    return {name: float(value) for name, value in one.items()}
+
+
+def card(text: str, file: Path, most: int = 4000) -> dict:
+    """The outlines of an input's blocks in whole numbers, for a small picture.
+
+    Parameters
+    ----------
+    text, file
+        The input, and where it is from.
+    most : int
+        Blocks; of more, every second or third one is drawn.
+    """
+    with Simulation(InputOfRun(file, text), drawn=True) as simulation:
+        polygons, materials = simulation.polygons, simulation.block_materials
+        title = simulation.title
+    places = np.concatenate(polygons)
+    low, size = places.min(0), float(np.ptp(places, axis=0).max()) or 1.0
+    step = -(-len(polygons) // most)
+    outlines = [
+        [int(material), *np.rint(1000 * (polygon - low) / size).astype(int).ravel().tolist()]
+        for polygon, material in zip(polygons[::step], materials[::step], strict=True)
+    ]
+    box = np.ceil(1000 * np.ptp(places, axis=0) / size).astype(int).tolist()
+    return {"title": title, "box": box, "blocks": outlines}

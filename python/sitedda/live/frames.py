@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Frames of a run as messages, and those that are kept for pages that come later."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..engine.simulation import Simulation
+from .drawn import packed
+
+_BYTES = 128_000_000  # of the frames that are kept
+_CONTACTS = 40_000  # forces of a frame
+_ENERGIES = ("kinetic", "strain", "contact", "input", "friction", "balance")
+
+
+def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
+    """The present state of a run.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    start : ndarray, shape (blocks, 6)
+        Block coordinates of the model as drawn, m and rad.
+
+    Notes
+    -----
+    ``blocks``: ten quantities of all blocks as float32, one after the other: displacement (2, m),
+    rotation (rad) and strains (3) since the start, speed (m/s), stresses (3, Pa).  ``pairs`` and
+    ``forces``: vertex, edge and hundredths of the vertex's edge of the closed contacts (int32),
+    normal and shear force (float32, N/m).  ``bolts``: force (N/m) and state of each (float32).
+    """
+    coordinates, rates, stresses = simulation.block_states
+    speed = np.hypot(rates[:, 0], rates[:, 1])
+    blocks = np.vstack([(coordinates - start).T, speed[None], stresses.T]).astype("<f4")
+    streams = {"blocks": blocks.tobytes()} | _contacts(simulation)
+    bolts = simulation.bolts
+    force = np.hypot(bolts["force"], bolts["shear_force"])
+    streams["bolts"] = np.column_stack([force, bolts["state"]]).astype("<f4").tobytes()
+    energies = simulation.energies
+    head = {
+        "kind": "frame",
+        "time": simulation.time,
+        "step": simulation.steps,
+        "removed": np.flatnonzero(simulation.removed_blocks).tolist(),
+        "moved": simulation.point_motions[0].round(12).ravel().tolist(),
+        "energies": {name: energies[name] for name in _ENERGIES},
+    }
+    return packed(head, streams)
+
+
+def _contacts(simulation: Simulation) -> dict[str, bytes]:
+    contacts = simulation.contacts
+    closed = np.flatnonzero(contacts["normal_force"] > 0)
+    if len(closed) > _CONTACTS:
+        return {}
+    who = [contacts["vertex"][closed], contacts["edge"][closed]]
+    who.append(np.rint(100 * contacts["place"][closed]))
+    forces = [contacts["normal_force"][closed], contacts["shear_force"][closed]]
+    pairs, values = np.column_stack(who).astype("<i4"), np.column_stack(forces).astype("<f4")
+    return {"pairs": pairs.tobytes(), "forces": values.tobytes()}
+
+
+class Frames:
+    """Messages of a run from its start on; when they are too many, every second one is dropped."""
+
+    def __init__(self):
+        self._kept: list[bytes] = []
+        self._size = 0
+        self._every = 1
+        self._count = 0
+
+    def add(self, message: bytes) -> None:
+        """Keep a frame, unless only every second, fourth … one is kept by now."""
+        self._count += 1
+        if (self._count - 1) % self._every:
+            return
+        kept = self._kept
+        kept.append(message)
+        self._size += len(message)
+        if self._size > _BYTES and len(kept) > 2:
+            kept = kept[::2]
+            self._every *= 2
+            self._size = sum(map(len, kept))
+        self._kept = kept
+
+    def __iter__(self):
+        return iter(self._kept)
+
+    def __len__(self) -> int:
+        return len(self._kept)

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Who may speak to the server: one user with a token, from a page of the server itself.
+
+The token stands in a private file, never in an argument, an address that is sent, or a log: the
+browser opens that file, which forwards it behind the ``#`` of the address, and the page says it in
+its first message.  Names of hosts and origins are those of the server, so that no other page can
+reach it by a name that leads here.
+"""
+
+from __future__ import annotations
+
+import hmac
+import os
+import secrets
+from html import escape
+from pathlib import Path
+
+from ..base.files import make_folder, write
+
+SECONDS_TO_ENTER = 10.0  # in which a new connection has to say the token
+LOOPBACK = "127.0.0.1"
+
+
+class Guard:
+    """The token and the names of a server.
+
+    Parameters
+    ----------
+    host : str
+        Address that the server listens at.
+    port : int
+    """
+
+    def __init__(self, host: str, port: int):
+        names = {host, "localhost"} if host == LOOPBACK else {host}
+        self.hosts = {f"{_bracketed(name)}:{port}" for name in names}
+        self.address = f"http://{_bracketed(host)}:{port}/"
+        self.token = secrets.token_urlsafe(32)
+
+    def knows_host(self, host: str | None) -> bool:
+        """Whether a request means this server by one of its names."""
+        return host in self.hosts
+
+    def knows_origin(self, origin: str | None) -> bool:
+        """Whether a connection is asked for by a page of this server."""
+        return origin in {f"http://{host}" for host in self.hosts}
+
+    def admits(self, token) -> bool:
+        """Whether a token is the right one; in a time that does not tell how much of it is."""
+        return isinstance(token, str) and hmac.compare_digest(token.encode(), self.token.encode())
+
+    def headers(self) -> dict[str, str]:
+        """Of every answer: the page may use what this server sends, and nothing else."""
+        sockets = " ".join(f"ws://{host}" for host in sorted(self.hosts))
+        policy = (
+            "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+            f"connect-src 'self' {sockets}; base-uri 'none'; form-action 'none'; "
+            "frame-ancestors 'none'"
+        )
+        return {
+            "Content-Security-Policy": policy,
+            "Cache-Control": "no-store",
+            "Cross-Origin-Opener-Policy": "same-origin",
+            "Cross-Origin-Resource-Policy": "same-origin",
+            "Referrer-Policy": "no-referrer",
+            "X-Content-Type-Options": "nosniff",
+            "X-Frame-Options": "DENY",
+        }
+
+    def write_entrance(self, folder: Path) -> Path:
+        """Write the private page that forwards a browser to the server; its file."""
+        target = escape(f"{self.address}#{self.token}")
+        page = (
+            "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>sitedda</title>"
+            f"<meta http-equiv='refresh' content='0; url={target}'></head>"
+            f"<body><p><a href='{target}'>sitedda live</a></p></body></html>\n"
+        )
+        file = private_folder(folder) / "enter.html"
+        before = os.umask(0o077)
+        try:
+            write(file, page, "a page")
+        finally:
+            os.umask(before)
+        file.chmod(0o600)
+        return file
+
+
+def private_folder(folder: Path) -> Path:
+    """A folder that nobody else can read."""
+    make_folder(folder).chmod(0o700)
+    return folder
+
+
+def _bracketed(host: str) -> str:
+    return f"[{host}]" if ":" in host else host

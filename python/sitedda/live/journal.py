@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a server keeps of its session in a private folder, so that its end loses nothing.
+
+The model is written after each edit, before the page hears of it; of a run, its input and what was
+done to it, before it is done.  The engine keeps results and checkpoints beside them.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+from pathlib import Path
+
+from ..base.errors import OutputError
+from ..base.files import ANY, write
+from .guard import private_folder
+
+_OTHERS = 20  # servers in one folder
+
+
+class Journal:
+    """The private folder of the sessions in a working folder.
+
+    Parameters
+    ----------
+    folder : path
+        The working folder.
+
+    Attributes
+    ----------
+    folder : Path
+        The private one; nobody else can read it.
+    """
+
+    def __init__(self, folder: Path):
+        key = hashlib.sha256(os.fsencode(folder.resolve())).hexdigest()[:16]
+        for number in range(_OTHERS):
+            self.folder = private_folder(state_folder() / f"{key}-{number}")
+            self._lock = os.open(self.folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                return
+            except OSError:
+                os.close(self._lock)
+        raise OutputError(f"{_OTHERS} servers work in {folder} already")
+
+    def close(self) -> None:
+        """Let another server have the folder."""
+        os.close(self._lock)
+
+    def keep(self, name: str, value: dict | None) -> None:
+        """Keep plain values under a name, or forget them."""
+        file = self.folder / f"{name}.json"
+        if value is None:
+            file.unlink(missing_ok=True)
+        else:
+            # The end of the process loses nothing that is written; a disk need not be waited for.
+            write(file, json.dumps(value), ANY, sync=False)
+
+    def kept(self, name: str) -> dict | None:
+        """What was kept under a name; None if there is nothing, or it is damaged."""
+        try:
+            found = json.loads((self.folder / f"{name}.json").read_bytes())
+        except (OSError, ValueError):
+            return None
+        return found if isinstance(found, dict) else None
+
+    @property
+    def output(self) -> Path:
+        """The output of the run."""
+        return self.folder / "run.nc"
+
+    def forget_run(self) -> None:
+        """Take the files of the last run away."""
+        self.keep("run", None)
+        for file in self.folder.glob("run.nc*"):
+            file.unlink(missing_ok=True)
+        for file in self.folder.glob(".run.nc*"):
+            file.unlink(missing_ok=True)
+
+
+def state_folder() -> Path:
+    """Where programs of this user keep what is theirs."""
+    home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    return Path(home) / "sitedda" / "live"

@@ -1,0 +1,238 @@
+// The input as forms, made from the schema: units, ranges, defaults, help; sliders re-cut.
+
+import {element} from "/view/words.js";
+import {button, choice, row, settle} from "./parts.js";
+
+const NUMBERS = ["real", "integer"];
+const WIDEST = 1000;  // range that a slider spans as a whole
+
+/** Lowest and highest of "0 to 89", "above 0", "any". */
+export function limits(values) {
+  const both = values.match(/^(\S+) to (\S+)$/);
+  if (both) return [Number(both[1]), Number(both[2])];
+  if (values === "above 0" || /^at least/.test(values)) return [0, Infinity];
+  return [-Infinity, Infinity];
+}
+
+/** From where to where a slider goes. */
+function span(variable, value) {
+  const [low, high] = limits(variable.values);
+  if (variable.unit === "degrees") {
+    return [Math.max(low, -180), Math.min(high, 180)];
+  }
+  if (high - low <= WIDEST) return [low, high];
+  const size = Math.abs(value) || 1;
+  return [Math.max(low, value < 0 ? -4 * size : size / 5), Math.min(high, 4 * size)];
+}
+
+function words(values) {
+  return [...values.matchAll(/'([^']*)'/g)].map((found) => found[1]);
+}
+
+export class Forms {
+  constructor(root, ask) {
+    this.root = root;
+    this.ask = ask;
+    this.fields = new Map();
+    this.open = new Set(["control 1"]);
+    this.shape = "";
+    this.records = [];
+  }
+
+  set schema(groups) {
+    this.kinds = new Map(groups.map((group) => [group.name, group]));
+    this.shape = "";
+  }
+
+  /** Show groups; where only values have changed, the fields stay. */
+  show(groups) {
+    this.groups = groups;
+    this.names = new Map();
+    for (const {name, values} of groups) {
+      if (!values.name) continue;
+      if (!this.names.has(name)) this.names.set(name, []);
+      this.names.get(name).push(values.name);
+    }
+    const shape = JSON.stringify(groups.map(({name, number, more, values}) =>
+      [name, number, more, Object.keys(values), values.name, values.kind, values.law]));
+    if (shape === this.shape) {
+      for (const group of groups) this.update(group);
+      return;
+    }
+    this.shape = shape;
+    const focused = document.activeElement?.dataset?.key;
+    this.build();
+    if (focused) this.fields.get(focused)?.field.focus();
+  }
+
+  update({name, number, values}) {
+    for (const [variable, value] of Object.entries(values)) {
+      const line = this.fields.get(`${name} ${number} ${variable}`);
+      if (!line || value === null) continue;
+      if (line.field !== document.activeElement) line.field.value = value;
+      if (line.slider && line.slider !== document.activeElement) line.slider.value = value;
+    }
+  }
+
+  build() {
+    this.root.replaceChildren();
+    this.fields.clear();
+    this.adder();
+    for (const group of this.groups) {
+      if (group.more) {
+        element("p", this.root, `and ${group.more} more groups &${group.name}: in the text`, "note");
+      } else {
+        this.group(group);
+      }
+    }
+  }
+
+  adder() {
+    const box = element("div", this.root, "", "adder");
+    const label = element("label", box, "add");
+    const there = new Set(this.groups.map((group) => group.name));
+    const free = [...this.kinds.values()].filter((kind) => kind.repeats || !there.has(kind.name));
+    const list = choice(box, free.map((kind) => [kind.name, `${kind.name}: ${kind.meaning}`]),
+      free.some((kind) => kind.name === this.added) ? this.added : "joint_set");
+    list.id = "add-kind";
+    label.htmlFor = list.id;
+    list.addEventListener("change", () => { this.added = list.value; });
+    button(box, "Add", () => {
+      const count = this.groups.filter((group) => group.name === list.value).length;
+      this.open.add(`${list.value} ${count + 1}`);
+      this.ask("add", {group: list.value});
+    });
+  }
+
+  group({name, number, values}) {
+    const kind = this.kinds.get(name), key = `${name} ${number}`;
+    const box = element("details", this.root, "", "group");
+    box.dataset.group = key;
+    box.open = this.open.has(key);
+    box.addEventListener("toggle", () => this.open[box.open ? "add" : "delete"](key));
+    const head = element("summary", box);
+    element("strong", head, name.replaceAll("_", " "));
+    element("span", head, this.title(values));
+    if (!kind) {
+      element("p", box, "There is no such group.", "wrong");
+      return;
+    }
+    element("p", box, kind.meaning, "note");
+    const given = kind.variables.filter((one) => one.name in values);
+    const others = kind.variables.filter((one) => !(one.name in values) && this.fits(one, values));
+    for (const one of given) this.variable(box, name, number, one, values[one.name]);
+    if (name === "motion" && this.records.length) this.record(box, number);
+    if (others.length) {
+      const more = element("details", box, "", "more");
+      more.open = this.open.has(`${key} more`);
+      more.addEventListener("toggle", () => {
+        this.open[more.open ? "add" : "delete"](`${key} more`);
+        if (more.open && more.childElementCount === 1) {
+          for (const one of others) this.variable(more, name, number, one, undefined);
+        }
+      });
+      element("summary", more, `${others.length} more, by default`);
+    }
+    button(box, "Take out", () => this.ask("take_out", {group: name, number}),
+      `take this &${name} out`).className = "quiet";
+  }
+
+  title(values) {
+    if (values.name) return values.name;
+    const first = Object.entries(values).find(([, value]) => value);
+    return first ? `${first[0]} ${first[1].length > 28 ? "…" : first[1]}` : "";
+  }
+
+  /** Whether a variable belongs to what another one is: law = 'one', 'two'. */
+  fits({when}, values) {
+    if (!when) return true;
+    const [variable, allowed] = when.split("=");
+    const value = values[variable.trim()] ?? "coulomb";
+    return words(allowed || "").includes(value);
+  }
+
+  variable(box, group, number, one, value) {
+    const key = `${group} ${number} ${one.name}`;
+    const range = one.values && one.kind !== "word" && one.values !== "any" ? `; ${one.values}` : "";
+    const line = row(box, one.name.replaceAll("_", " "), one.unit,
+      `${one.meaning}${range} (default: ${one.default})`);
+    this.fields.set(key, line);
+    if (value === null) {
+      element("span", line.place, "a long list: in the text");
+      return;
+    }
+    const send = (text) => this.ask("set",
+      {group, number, variable: one.name, value: text.trim() === "" ? null : text});
+    const field = settle(line, this.field(one, value));
+    field.dataset.key = key;
+    field.addEventListener("change", () => { send(field.value); this.ask("settle"); });
+    if (NUMBERS.includes(one.kind) && !one.size && value !== undefined) {
+      this.slider(line, one, Number(value), send);
+    }
+  }
+
+  field(one, value) {
+    const refers = one.values.match(/^the name of a &(\w+)/);
+    let options = null;
+    if (one.kind === "word") options = words(one.values);
+    if (one.kind === "logical") options = [".true.", ".false."];
+    if (refers) options = this.names.get(refers[1]) || [];
+    if (options && one.size === 0) {
+      if (value && !options.includes(value)) options = [...options, value];
+      const listed = options.map((text) => [text, text.replaceAll(".", "") || "blank"]);
+      return choice(null, [["", `by default: ${one.default}`], ...listed], value ?? "");
+    }
+    const field = element("input", null);
+    field.type = "text";
+    field.spellcheck = false;
+    field.autocomplete = "off";
+    if (NUMBERS.includes(one.kind) && !one.size) field.inputMode = "decimal";
+    field.placeholder = one.default === "required" ? "" : one.default;
+    field.value = value ?? "";
+    return field;
+  }
+
+  slider(line, one, value, send) {
+    const [low, high] = span(one, value);
+    if (!isFinite(value) || !isFinite(low) || !isFinite(high) || !(high > low)) return;
+    const slider = element("input", line.box, "", "slider");
+    slider.type = "range";
+    slider.min = low;
+    slider.max = high;
+    slider.step = one.kind === "integer" ? 1 : (high - low) / 500;
+    slider.value = value;
+    slider.setAttribute("aria-label", `${one.name.replaceAll("_", " ")}, slider`);
+    slider.addEventListener("input", () => {
+      const text = String(+Number(slider.value).toPrecision(4));
+      line.field.value = text;
+      send(text);
+    });
+    slider.addEventListener("change", () => this.ask("settle"));
+    line.slider = slider;
+  }
+
+  record(box, number) {
+    const line = row(box, "shipped record", "", "copied beside the model, for this motion to follow");
+    const field = settle(line, choice(null,
+      [["", "choose …"], ...this.records.map((name) => [name, name])], ""));
+    field.addEventListener("change", () => {
+      if (field.value) this.ask("record", {number, name: field.value});
+    });
+  }
+
+  /** Mark the field that a message is about; whether there is one. */
+  wrong(trouble) {
+    for (const line of this.fields.values()) {
+      line.trouble.textContent = "";
+      line.field?.removeAttribute("aria-invalid");
+    }
+    if (!trouble?.group) return false;
+    const box = this.root.querySelector(`[data-group="${trouble.group} ${trouble.number}"]`);
+    if (box) box.open = true;
+    const line = this.fields.get(`${trouble.group} ${trouble.number} ${trouble.variable}`);
+    if (!line) return false;
+    line.trouble.textContent = trouble.message;
+    line.field?.setAttribute("aria-invalid", "true");
+    return true;
+  }
+}

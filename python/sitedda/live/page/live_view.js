@@ -1,0 +1,306 @@
+// The view of a model that is edited and of a run that goes on: frames are added as they come.
+
+import {Chart} from "/view/chart.js";
+import {Model} from "/view/model.js";
+import {quantile} from "/view/streams.js";
+import {View} from "/view/view.js";
+import {variable} from "/view/words.js";
+
+const NAMES = ["u", "v", "turn", "ex", "ey", "gxy", "speed", "sx", "sy", "txy"];
+const BYTES = 400e6;     // of the frames that are kept
+const CHARTS = 250;      // ms between drawings of the histories
+const USUAL = 0.99;      // share of the blocks that the colours tell apart
+const DRAWN = {displacement: ["displacement of the measured points", "m"],
+  energies: ["energies", "J/m"]};
+
+/** A model whose frames grow; quantities are kept as they come. */
+class LiveModel extends Model {
+  async readMotion() {
+    await super.readMotion();
+    this.room = 1;
+    const flat = (stored) => Float32Array.from(stored.values,
+      (x) => (stored.root ? Math.sign(x) * (x * stored.quantum) ** 2 : x * stored.quantum));
+    for (const name of NAMES) {
+      this.channels[name] = {values: flat(this.channels[name]), quantum: 1, root: false};
+    }
+    const bolts = this.meta.bolts.length;
+    if (bolts) {
+      for (const one of ["boltForce", "boltState"]) {
+        this[one] = {values: flat(this[one]), quantum: 1, root: false};
+      }
+    }
+    this.contacts = [[]];
+    this.live = {};
+    this.gone = new Set();
+  }
+
+  get size() {
+    return 4 * this.room * this.n * NAMES.length;
+  }
+
+  grow() {
+    if (this.frames < this.room) return;
+    if (2 * this.size > BYTES && this.frames > 8) this.thin();
+    if (this.frames < this.room) return;
+    this.room *= 2;
+    const wider = (stored, things) => {
+      const values = new Float32Array(this.room * things);
+      values.set(stored.values.subarray(0, this.frames * things));
+      stored.values = values;
+    };
+    for (const name of NAMES) wider(this.channels[name], this.n);
+    const bolts = this.meta.bolts.length;
+    if (bolts) for (const one of [this.boltForce, this.boltState]) wider(one, bolts);
+  }
+
+  /** Keep every second frame. */
+  thin() {
+    const keep = Math.ceil(this.frames / 2), bolts = this.meta.bolts.length;
+    const move = (stored, things) => {
+      for (let f = 1; f < keep; f++) {
+        stored.values.copyWithin(f * things, 2 * f * things, (2 * f + 1) * things);
+      }
+    };
+    for (const name of NAMES) move(this.channels[name], this.n);
+    if (bolts) for (const one of [this.boltForce, this.boltState]) move(one, bolts);
+    this.meta.time = this.meta.time.filter((_, f) => f % 2 === 0);
+    this.contacts = this.contacts.filter((_, f) => f % 2 === 0);
+    this.frames = keep;
+    for (const one of this.meta.removals) one[1] = Math.ceil(one[1] / 2);
+  }
+
+  add(head, streams) {
+    this.grow();
+    const f = this.frames, blocks = streams.floats("blocks"), bolts = this.meta.bolts.length;
+    NAMES.forEach((name, k) => {
+      this.channels[name].values.set(blocks.subarray(k * this.n, (k + 1) * this.n), f * this.n);
+    });
+    if (bolts) {
+      const values = streams.floats("bolts");
+      for (let k = 0; k < bolts; k++) {
+        this.boltForce.values[f * bolts + k] = values[2 * k];
+        this.boltState.values[f * bolts + k] = values[2 * k + 1];
+      }
+    }
+    this.contacts.push(streams.has("pairs")
+      ? [streams.integers("pairs"), streams.floats("forces")] : []);
+    for (const block of head.removed) {
+      if (this.gone.has(block)) continue;
+      this.gone.add(block);
+      this.meta.removals.push([block, f]);
+    }
+    this.meta.time.push(head.time);
+    this.frames = f + 1;
+    this.widen(f);
+  }
+
+  /** Limits of the colours so far. */
+  widen(frame) {
+    for (const name of ["displacement", "velocity", "rotation", "stress"]) {
+      const found = Float64Array.from({length: this.n}, (_, b) => this.quantity(name, frame, b));
+      const [low, high] = this.live[name] || [0, 0];
+      this.live[name] = [Math.min(low, -quantile(found.map((v) => -v), USUAL)),
+        Math.max(high, quantile(found, USUAL))];
+    }
+  }
+
+  range(name, frame) {
+    if (frame >= 0 || !this.live?.[name]) return super.range(name, Math.max(frame, 0));
+    let [low, high] = this.live[name];
+    if (name === "rotation") {
+      high = Math.max(-low, high) || 1;
+      low = -high;
+    } else if (name !== "stress") {
+      low = 0;
+    }
+    return [low, high > low ? high : low + 1];
+  }
+
+  * contactForces(frame) {
+    const [pairs, forces] = this.contacts[frame] || [];
+    if (!pairs) return;
+    for (let k = 0; 3 * k < pairs.length; k++) {
+      yield [pairs[3 * k], pairs[3 * k + 1], pairs[3 * k + 2], forces[2 * k], forces[2 * k + 1]];
+    }
+  }
+}
+
+export class LiveView extends View {
+  modelOf(meta, streams) {
+    return new LiveModel(meta, streams);
+  }
+
+  /** Show a model as drawn, and its supports, loads and water. */
+  async load(head, streams) {
+    this.loading = true;
+    this.waiting = [];
+    const kept = this.picked >= 0 ? this.model.names[this.picked] : "";
+    this.marks = head.marks;
+    this.points = head.points;
+    this.histories = {time: [], displacement: head.points.flatMap((p) => [`${p}, x`, `${p}, y`])
+      .map((label) => ({label, y: []})), energies: []};
+    this.picked = -1;
+    this.follows = true;
+    if (this.blockBox) this.blockBox.remove();
+    this.blockBox = this.blockChart = null;
+    await this.begin({...head.meta, charts: []}, streams);
+    if (head.run && this.color === "material") this.setColor("displacement");
+    this.live = {};
+    this.forceMost = 0;
+    this.loading = false;
+    if (kept) {
+      const at = this.model.names.indexOf(kept);
+      if (at >= 0) this.pick(at);
+    }
+    for (const [one, data] of this.waiting) this.add(one, data);
+  }
+
+  offer() {
+    super.offer();
+    this.speed = 1;  // how long it will be is not known yet
+    this.speedSelect.value = 1;
+  }
+
+  /** A frame of the run. */
+  add(head, streams) {
+    if (this.loading) {
+      this.waiting.push([head, streams]);
+      return;
+    }
+    this.model.add(head, streams);
+    this.root.classList.remove("still");
+    this.slider.max = this.model.frames - 1;
+    for (const option of this.contactSelect.options) {
+      if (option.value === "force") option.hidden = option.disabled = false;
+    }
+    this.record(head);
+    this.state.frames = (this.state.frames || 0) + 1;
+    if (this.follows) this.show(this.model.frames - 1, true);
+  }
+
+  /** A frame that the user asks for is stayed at, unless it is the last one. */
+  show(frame, follows = false) {
+    super.show(frame);
+    this.follows = follows || this.frame === this.model.frames - 1;
+  }
+
+  record(head) {
+    const h = this.histories;
+    h.time.push(head.time);
+    h.displacement.forEach((line, i) => line.y.push(head.moved[i]));
+    if (!h.energies.length) h.energies = Object.keys(head.energies).map((label) => ({label, y: []}));
+    h.energies.forEach((line) => line.y.push(head.energies[line.label]));
+    const now = performance.now();
+    if (now - (this.charted || 0) < CHARTS || h.time.length < 2) return;
+    this.charted = now;
+    this.plotHistories();
+  }
+
+  plotHistories() {
+    const x = Float64Array.from(this.histories.time);
+    this.live.charts ||= {};
+    this.plots = [];
+    for (const [name, [title, unit]] of Object.entries(DRAWN)) {
+      const lines = this.histories[name].filter((line) => line.y.some((v) => v !== 0)).slice(0, 8);
+      if (!lines.length) continue;
+      this.live.charts[name] ||= new Chart(this.charts, title, unit, (t) => this.showTime(t));
+      const chart = this.live.charts[name];
+      chart.set(lines.map(({label, y}) => ({label, x, y: Float64Array.from(y)})));
+      this.plots.push(chart);
+    }
+  }
+
+  /** All samples of the output in place of those of the frames. */
+  async conclude(meta, streams) {
+    this.meta.charts = meta.charts;
+    this.streams = streams;
+    this.live.charts = {};
+    await this.buildCharts();
+    this.refresh();
+  }
+
+  forceScale(largest) {
+    if (this.ownScale) return super.forceScale(largest);
+    this.forceMost = Math.max(this.forceMost || 0, largest);
+    return this.usualForce = this.forceMost || 1;
+  }
+
+  mostMovement(which) {
+    if (this.most) this.most = {};  // the last frame is another one
+    return super.mostMovement(which);
+  }
+
+  /** Supports, boundaries, loads, measured points, water and slivers, as drawn. */
+  drawMarks(c, X, Y, ratio) {
+    const {marks} = this;
+    if (!marks) return;
+    const ink = variable("--ink"), size = 7 * ratio;
+    c.lineWidth = 1.5 * ratio;
+    for (const {kind, moved, edges} of marks.boundaries) {
+      c.strokeStyle = moved ? variable("--link") : ink;
+      c.setLineDash(kind === "fixed" ? [] : [5 * ratio, 3 * ratio]);
+      c.lineWidth = 3 * ratio;
+      c.beginPath();
+      for (let i = 0; i < edges.length; i += 4) {
+        const [x0, y0, x1, y1] = edges.slice(i, i + 4);
+        c.moveTo(X(x0 - this.meta.origin[0]), Y(y0 - this.meta.origin[1]));
+        c.lineTo(X(x1 - this.meta.origin[0]), Y(y1 - this.meta.origin[1]));
+      }
+      c.stroke();
+    }
+    c.setLineDash([]);
+    c.lineWidth = 1.5 * ratio;
+    for (const {x, y, moved} of marks.supports) {
+      c.fillStyle = moved ? variable("--link") : ink;
+      c.beginPath();
+      c.moveTo(X(x), Y(y));
+      c.lineTo(X(x) - 0.7 * size, Y(y) + 1.2 * size);
+      c.lineTo(X(x) + 0.7 * size, Y(y) + 1.2 * size);
+      c.fill();
+    }
+    c.strokeStyle = variable("--link");
+    for (const line of marks.water) {
+      c.beginPath();
+      for (let i = 0; i < line.length; i += 2) c.lineTo(X(line[i]), Y(line[i + 1]));
+      c.stroke();
+    }
+    c.strokeStyle = c.fillStyle = variable("--force");
+    for (const {x, y, fx, fy} of marks.loads) {
+      const length = Math.hypot(fx, fy) || 1, dx = 30 * ratio * fx / length;
+      const dy = -30 * ratio * fy / length;
+      c.beginPath();
+      c.moveTo(X(x) - dx, Y(y) - dy);
+      c.lineTo(X(x), Y(y));
+      c.stroke();
+      c.beginPath();
+      c.arc(X(x), Y(y), 3 * ratio, 0, 7);
+      c.fill();
+    }
+    c.fillStyle = c.strokeStyle = variable("--pick");
+    c.textBaseline = "middle";
+    for (const {x, y, name} of marks.points) {
+      c.beginPath();
+      c.arc(X(x), Y(y), 3.5 * ratio, 0, 7);
+      c.fill();
+      c.fillText(name, X(x) + 7 * ratio, Y(y) - 7 * ratio);
+    }
+    const {first, places} = this.model;
+    for (const b of marks.slivers) {
+      c.beginPath();
+      c.arc(X(places[2 * first[b]]), Y(places[2 * first[b] + 1]), 9 * ratio, 0, 7);
+      c.stroke();
+    }
+  }
+
+  /** Look at blocks that a message names. */
+  pointAt(blocks) {
+    if (!blocks.length) return;
+    this.pick(blocks[0]);
+    const {first, places} = this.model, b = blocks[0];
+    this.camera.x = places[2 * first[b]];
+    this.camera.y = places[2 * first[b] + 1];
+    this.camera.scale *= 3;
+    this.moved = true;
+    this.refresh();
+  }
+}

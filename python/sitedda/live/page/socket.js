@@ -1,0 +1,100 @@
+// The connection: enters with the token, unpacks messages, comes back when it is lost.
+
+const AGAIN = 1500;  // ms between attempts
+const REFUSED = 4401;
+
+/** Streams of a message, by name: views of its bytes. */
+class MessageStreams {
+  constructor(buffer, base, places) {
+    Object.assign(this, {buffer, base, places});
+  }
+
+  has(name) {
+    return name in this.places;
+  }
+
+  deflated(name) {
+    const [at, length] = this.places[name];
+    return new Uint8Array(this.buffer, this.base + at, length);
+  }
+
+  floats(name) {
+    const [at, length] = this.places[name];
+    return new Float32Array(this.buffer, this.base + at, length / 4);
+  }
+
+  integers(name) {
+    const [at, length] = this.places[name];
+    return new Int32Array(this.buffer, this.base + at, length / 4);
+  }
+}
+
+function unpacked(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  return [head, new MessageStreams(buffer, 4 + length, head.streams)];
+}
+
+/** The token that the address ends with, which then leaves the address, or that of another tab. */
+function token() {
+  if (location.hash.length > 1) {
+    localStorage.setItem("token", location.hash.slice(1));
+    history.replaceState(null, "", location.pathname);
+  }
+  return localStorage.getItem("token") || "";
+}
+
+export class Link {
+  /** What hears messages: (head, streams); what hears of the connection: ("open" …). */
+  constructor(onMessage, onState) {
+    this.onMessage = onMessage;
+    this.onState = onState;
+    window.addEventListener("storage", (event) => { if (event.key === "token") this.connect(); });
+    window.addEventListener("hashchange", () => this.connect());
+  }
+
+  enter(word) {
+    localStorage.setItem("token", word);
+    this.connect();
+  }
+
+  connect() {
+    clearTimeout(this.later);
+    const before = this.socket;
+    this.socket = null;
+    if (before) before.close();
+    const word = token();
+    if (!word) {
+      this.onState("refused");
+      return;
+    }
+    const socket = new WebSocket(`ws://${location.host}/socket`);
+    this.socket = socket;
+    socket.binaryType = "arraybuffer";
+    socket.addEventListener("open", () => {
+      socket.send(JSON.stringify({token: word}));
+    });
+    socket.addEventListener("message", ({data}) => {
+      if (socket !== this.socket) return;
+      if (typeof data === "string") this.onMessage(JSON.parse(data), null);
+      else this.onMessage(...unpacked(data));
+    });
+    socket.addEventListener("close", ({code}) => {
+      if (socket !== this.socket) return;
+      if (code === REFUSED) {
+        localStorage.removeItem("token");
+        this.onState("refused");
+        return;
+      }
+      this.onState("lost");
+      this.later = setTimeout(() => this.connect(), AGAIN);
+    });
+  }
+
+  /** Ask for something: a command and its fields. */
+  ask(command, fields = {}) {
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify({do: command, ...fields}));
+    return true;
+  }
+}

@@ -1,0 +1,379 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run that is watched: rest, run, pause, step, stop and changes, in a thread of its own.
+
+The engine works without the lock of the interpreter, in pieces of about 1/30 s; between them
+commands are carried out and, while somebody watches, a frame is told.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import queue
+import re
+import threading
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+
+from ..base.errors import SiteddaError
+from ..engine.simulation import Simulation
+from ..input.added_stage import PresentStage, with_stage
+from ..input.building import InputOfRun
+from ..input.changes import Typed
+from .drawn import draw_simulation
+from .frames import Frames, frame_message
+
+_PIECE = 0.03  # s of the clock that the engine works between looks at commands
+_FRAME = 0.04  # s between frames
+_UNWATCHED = 1.0  # the same while nobody watches
+_STATUS = 0.2  # s between words on how far it is
+_CHECKPOINT = 5.0  # s between checkpoints, or more where they take more than 1 % of the time
+_TO_THE_END = 2**31 - 1  # steps
+OVER = ("done", "stopped", "failed")
+
+
+class LiveRun:
+    """A run of an input.
+
+    Parameters
+    ----------
+    text : str
+        The input.
+    file : path
+        Where it is from.
+    output : path
+        Of the run, in a private folder.
+    tell : callable
+        Called with messages for the page, from the thread of the run.
+    watched : callable
+        Whether anybody looks.
+    keep : callable
+        Called with all that was done, before the engine keeps it in a checkpoint.
+    actions : list of dict, optional
+        What was done in a run that is gone on with: see `script.py`.
+    """
+
+    def __init__(
+        self,
+        text: str,
+        file: Path,
+        output: Path,
+        tell: Callable,
+        watched: Callable[[], bool],
+        keep: Callable[[list[dict]], None],
+        actions: list[dict] | None = None,
+    ):
+        self.text, self.file, self.output = text, file, output
+        self.actions = list(actions or [])
+        self.resumes = actions is not None
+        self.frames = Frames()
+        self.status = "opening"
+        self.trouble: dict = {}
+        self.words: dict = {}
+        self.result: Path | None = None
+        self.drawn = b""
+        self._tell, self._watched, self._keep = tell, watched, keep
+        self._tasks: queue.Queue = queue.Queue()
+        self._simulation: Simulation | None = None
+        self._chunk = 1
+        self._shown = self._said = self._saved = 0.0
+        self._pace: list[tuple[float, float]] = []
+        self._closing = False
+        self._thread = threading.Thread(target=self._work, name="run", daemon=True)
+        self._thread.start()
+
+    # --- commands -----------------------------------------------------------------------------
+
+    def rest(self) -> None:
+        """Bring the model to the state that its first dynamic step begins with, and pause."""
+        self._do(self._rest)
+
+    def run(self) -> None:
+        """Go on until it is over or paused."""
+        self._do(lambda: self._set("running"))
+
+    def pause(self) -> None:
+        """Wait between two steps."""
+        self._do(self._pause)
+
+    def step(self, steps: int) -> None:
+        """Take some steps and pause."""
+        self._do(lambda: self._steps(steps))
+
+    def stop(self) -> None:
+        """End it here; its results stay."""
+        self._do(self._stop)
+
+    def change(self, changes: dict[str, str]) -> None:
+        """Change variables of the input from now on; values as typed."""
+        self._do(lambda: self._act({"do": "change", "changes": changes}))
+
+    def stage(self, values: dict[str, str]) -> None:
+        """Begin a stage at the end of the present step Δt; values as typed."""
+        self._do(lambda: self._act({"do": "stage", "values": values}))
+
+    def close(self) -> None:
+        """End the thread; the results so far and a checkpoint stay."""
+        self._closing = True
+        self._tasks.put(None)
+        self._thread.join()
+
+    def _do(self, task: Callable) -> None:
+        self._tasks.put(task)
+
+    # --- thread -------------------------------------------------------------------------------
+
+    def _work(self) -> None:
+        try:
+            self._open()
+            while not self._closing:
+                self._carry_out()
+                if self.status == "running" and not self._closing:
+                    self._advance()
+        except SiteddaError as error:
+            self._fail(error)
+        except Exception as error:  # of the program itself: said, not lost
+            self._fail(error)
+        finally:
+            self._leave()
+
+    def _carry_out(self) -> None:
+        """The commands that have come; while it does not run, wait for one."""
+        wait = self.status != "running"
+        while not self._closing:
+            try:
+                task = self._tasks.get(block=wait, timeout=None)
+            except queue.Empty:
+                return
+            wait = False
+            if task is None or self.status in OVER:
+                continue
+            try:
+                task()
+            except SiteddaError as error:
+                if self.status == "failed" or self._simulation is None:
+                    raise
+                self._tell({"kind": "refused", "message": str(error)})
+            wait = self.status != "running"
+
+    def _open(self) -> None:
+        source = InputOfRun(self.file, self.text)
+        with Simulation(source, drawn=True) as model:
+            drawing = draw_simulation(model, run=True)
+        self.drawn, self._start = drawing.message, drawing.start
+        self._tell(self.drawn)
+        if not self.resumes:
+            self._simulation = Simulation(source, output=self.output, drawn=True)
+            self._set("ready")
+            return
+        self._simulation = Simulation(source, output=self.output, resume=True)
+        self._repeat()
+        self._show()
+        self._set("paused")
+
+    def _repeat(self) -> None:
+        """Do again what was done after the checkpoint that the run has gone on from."""
+        simulation = self._simulation
+        present = _mark(simulation)
+        known = [i for i, one in enumerate(self.actions, 1) if one["mark"] == present]
+        for action in self.actions[max(known, default=0) :]:
+            if simulation.steps < action["step"]:
+                simulation.advance(action["step"] - simulation.steps)
+            self._carry(action)
+
+    def _rest(self) -> None:
+        self._set("resting")
+        self._try(lambda: self._simulation.advance(0))
+        if self.status == "resting":
+            self._show()
+            self._set("paused")
+
+    def _steps(self, steps: int) -> None:
+        self._set("running")
+        self._try(lambda: self._over(self._simulation.advance(steps)))
+        if self.status == "running":
+            self._show()
+            self._set("paused")
+
+    def _pause(self) -> None:
+        if self.status == "running":
+            self._show()
+            self._save()
+            self._set("paused")
+
+    def _stop(self) -> None:
+        self._show()
+        self._conclude("stopped")
+
+    def _advance(self) -> None:
+        begun = time.perf_counter()
+        self._try(lambda: self._over(self._simulation.advance(self._chunk)))
+        took = time.perf_counter() - begun
+        if took < 0.5 * _PIECE:
+            self._chunk = min(2 * self._chunk, _TO_THE_END)
+        elif took > _PIECE:
+            self._chunk = max(1, self._chunk // 2)
+        now = time.perf_counter()
+        if self.status != "running":
+            return
+        if now - self._shown > (_FRAME if self._watched() else _UNWATCHED):
+            self._show()
+        if now - self._said > _STATUS:
+            self._say()
+        if now - self._saved > _CHECKPOINT:
+            self._save()
+
+    def _try(self, work: Callable) -> None:
+        """Steps that may fail: then the results so far stay, with the state before that step."""
+        try:
+            work()
+        except SiteddaError as error:
+            self._fail(error)
+
+    def _over(self, done: bool) -> None:
+        if done:
+            self._show()
+            self._conclude("done")
+
+    def _act(self, action: dict) -> None:
+        simulation = self._simulation
+        stage = asdict(simulation.present_stage)
+        action = {"step": simulation.steps, "time": simulation.time, "stage": stage} | action
+        self._carry(action)
+        self.actions.append(action | {"mark": _mark(simulation)})
+        self._keep(self.actions)
+        self._save()
+        self._say()
+
+    @property
+    def steps_to_repeat(self) -> int | None:
+        """Steps after which it was stopped; None: it goes to its end."""
+        return None if self.status == "done" else self.words.get("step")
+
+    @property
+    def namelist(self) -> str:
+        """The input with the stages that were added."""
+        text = self.text
+        for one in self.actions:
+            if one["do"] == "stage":
+                values = {k: Typed(v) for k, v in one["values"].items()}
+                name, kind = str(values.pop("name")), str(values.pop("kind", "dynamic"))
+                present = PresentStage(**one["stage"])
+                text = with_stage(text, present, self.file, name, kind, values)
+        return text
+
+    def _carry(self, action: dict) -> None:
+        if action["do"] == "change":
+            self._simulation.change({k: Typed(v) for k, v in action["changes"].items()})
+        else:
+            values = {k: Typed(v) for k, v in action["values"].items()}
+            name, kind = str(values.pop("name")), str(values.pop("kind", "dynamic"))
+            self._simulation.begin_stage(name, kind, **values)
+
+    # --- words --------------------------------------------------------------------------------
+
+    def _set(self, status: str) -> None:
+        self.status = status
+        self._pace.clear()
+        self._say()
+
+    def described(self) -> dict:
+        """How far the run is, for the page."""
+        return {"kind": "run", "status": self.status, "actions": self.actions} | self.words
+
+    def _say(self) -> None:
+        simulation, now = self._simulation, time.perf_counter()
+        self._said = now
+        if simulation is not None and simulation.is_open:
+            self._pace = [*self._pace[-40:], (now, simulation.time)]
+            (t0, s0), (t1, s1) = self._pace[0], self._pace[-1]
+            left = (simulation.duration - s1) * (t1 - t0) / (s1 - s0) if s1 > s0 else None
+            self.words |= {
+                "time": simulation.time,
+                "duration": simulation.duration,
+                "step": simulation.steps,
+                "iterations": simulation.iterations,
+                "time_step": simulation.time_step,
+                "left": left,
+                "summary": simulation.summary,
+            }
+        self._tell(self.described())
+
+    def _show(self) -> None:
+        self._shown = time.perf_counter()
+        message = frame_message(self._simulation, self._start)
+        self.frames.add(message)
+        self._tell(message)
+
+    def _save(self) -> None:
+        begun = time.perf_counter()
+        self._simulation.checkpoint()
+        took = time.perf_counter() - begun
+        self._saved = begun + max(0.0, 100.0 * took - _CHECKPOINT)
+
+    # --- ends ---------------------------------------------------------------------------------
+
+    def _conclude(self, status: str, **more) -> None:
+        """Close the output and say what happened."""
+        simulation = self._simulation
+        self._say()
+        found = {"doubts": [], "lines": [], "audit": simulation.warning} | more
+        where = simulation.finish()
+        self.result = where if where.exists() else where.with_name(f"{where.name}.partial")
+        try:
+            found |= _judged(self.result)
+            found["doubts"] = [w for w in (simulation.warning, *simulation.peak_warnings) if w]
+        except SiteddaError as error:
+            found["doubts"].append(str(error))
+        self.words |= {"verdict": found, "ending": simulation.ending}
+        self._set(status)
+
+    def _fail(self, error: BaseException) -> None:
+        words = str(error) or type(error).__name__
+        found = {"failure": words, "blocks": self._named(words)}
+        try:
+            if self._simulation is not None and self._simulation.steps > 0:
+                self._show()
+                self._conclude("failed", **found)
+                return
+        except SiteddaError as other:
+            found["failure"] += f"; {other}"
+        self.words |= {"verdict": {"lines": [], "doubts": []} | found}
+        self._set("failed")
+
+    def _named(self, words: str) -> list[int]:
+        """The blocks that a message names."""
+        if self._simulation is None or not self._simulation.is_open:
+            return []
+        found = dict.fromkeys(int(number) - 1 for number in re.findall(r"\bblock (\d+)", words))
+        return [one for one in found if one < len(self._start)]
+
+    def _leave(self) -> None:
+        try:
+            if self._simulation is not None:
+                self._simulation.close()
+        except SiteddaError:
+            pass  # what could be kept is kept
+
+
+def _mark(simulation: Simulation) -> str:
+    """Tells the present input from others."""
+    return hashlib.sha256(simulation.present_input.encode("utf-8", "surrogateescape")).hexdigest()
+
+
+def _judged(output: Path) -> dict:
+    """The verdict on an output and all its histories."""
+    from ..drawing.view.encode import Encoded, encode_histories
+    from ..output.output_file import load
+    from ..output.scene import Scene
+    from ..output.verdict import verdict
+
+    history = load(output)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        lines = verdict(history).lines
+    encoded = Encoded()
+    encode_histories(encoded, Scene(history))
+    return {"lines": lines, "charts": encoded.meta["charts"], "streams": encoded.streams}

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a person takes away: namelist, script, report, movie, output, in the folder they work in."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+from ..base.errors import InputError
+from ..base.files import (
+    OWN_INPUT,
+    OWN_SCRIPT,
+    is_below,
+    make_folder,
+    plain_text,
+    write,
+    written,
+)
+from ..input.input_text import find_groups
+from .script import unsaid, written_script
+
+ENDINGS = {"namelist": ".nml", "script": ".py", "report": ".html", "movie": ".mp4", "output": ".nc"}
+_MARK = "! written by sitedda\n"
+
+
+def place(folder: Path, name: str, what: str) -> Path:
+    """A file at or below a folder, with the ending of its kind.
+
+    Raises
+    ------
+    InputError
+        If the name leads out of the folder, also by a link.
+    """
+    if what not in ENDINGS:
+        raise InputError(f"{what!r} cannot be saved; there are {', '.join(ENDINGS)}")
+    plain_text("name", name)
+    if not name.strip() or not is_below(folder, name):
+        raise InputError(f"{name!r} is not a name of a file in {folder}")
+    file = folder / name
+    file = file if file.suffix == ENDINGS[what] else file.with_name(file.name + ENDINGS[what])
+    if not file.parent.resolve().is_relative_to(folder.resolve()):
+        raise InputError(f"{name!r} leads out of {folder}")
+    return file
+
+
+def save_namelist(text: str, source: Path, target: Path, actions: list[dict]) -> list[Path]:
+    """Write an input, with copies of the files that it names if it comes from another folder.
+
+    Parameters
+    ----------
+    text : str
+        With the stages that were added to its run.
+    source : path
+        Where it is from.
+    target : path
+    actions : list of dict
+        What was done to its run: what no stage can say becomes a comment.
+    """
+    missing = unsaid(actions)
+    words = "".join(f"! in the script alone: {one}\n" for one in missing)
+    text = text if text.startswith(_MARK) else _MARK + text
+    text = text.replace(_MARK, _MARK + words, 1)
+    copies = [] if source.parent.resolve() == target.parent.resolve() else _named_files(
+        text, source, target.parent
+    )  # fmt: skip
+    for file, data in copies:
+        make_folder(file.parent)
+        write(file, data, "the example")
+    return [write(target, text, OWN_INPUT), *(file for file, _ in copies)]
+
+
+def _named_files(text: str, source: Path, folder: Path) -> list[tuple[Path, bytes]]:
+    """The files that groups name, with their places below another folder."""
+    found = {}
+    for one in find_groups(text, source, ("block",)):
+        name = one.values.get("file", "")
+        if one.name == "output" or not name or os.path.isabs(name):
+            continue
+        if not is_below(source.parent, name):
+            raise InputError(f"&{one.name} names {name}, which is not below {source.parent}")
+        found[folder / name] = (source.parent / name).read_bytes()
+    return list(found.items())
+
+
+def save_script(
+    model: Path, target: Path, title: str, actions: list[dict], steps: int | None
+) -> Path:
+    """Write the script of a run beside its namelist."""
+    name = os.path.relpath(model, target.parent)
+    output = target.with_suffix(".nc").name
+    return write(target, written_script(name, output, title, actions, steps), OWN_SCRIPT)
+
+
+def save_report(output: Path, target: Path) -> Path:
+    """Write the report of a run."""
+    from ..facade.page import report_page
+    from ..report import write_html
+
+    return write_html(report_page(output), target)
+
+
+def save_movie(output: Path, target: Path) -> Path:
+    """Film the blocks of a run."""
+    from ..drawing.movie import write_movie
+
+    write_movie(output, target, progress=False)
+    return target
+
+
+def save_output(output: Path, target: Path) -> Path:
+    """Copy the output of a run."""
+    with written(target, "a netCDF file") as beside:
+        shutil.copyfile(output, beside)
+    return target

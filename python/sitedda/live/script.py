@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What was done to a run, as a Python script that does it again to the same bits.
+
+An action is a dict: the step and time that it was done after, ``do`` ('change' or 'stage'), and
+``changes`` or ``values``, as typed.
+"""
+
+from __future__ import annotations
+
+import math
+
+_HEAD = '''# written by sitedda
+"""{title}"""
+
+import sitedda
+
+with sitedda.Simulation({model!r}, output={output!r}) as run:
+'''
+
+
+def written_script(
+    model: str, output: str, title: str, actions: list[dict], steps: int | None
+) -> str:
+    """The script of a run.
+
+    Parameters
+    ----------
+    model, output : str
+        File names.
+    title : str
+    actions : list of dict
+    steps : int or None
+        Where the run was stopped; None: it goes to its end.
+    """
+    title = title.replace("\\", "\\\\").replace('"', "'")
+    lines, now = [], 0
+    for action in actions:
+        if action["step"] > now:
+            lines.append(f"run.advance({action['step'] - now})  # to t = {action['time']:.6g} s")
+            now = action["step"]
+        lines.append(_call(action))
+    if steps is None:
+        lines.append("while not run.advance(1000):\n        pass")
+    elif steps > now:
+        lines.append(f"run.advance({steps - now})")
+    lines.append("run.finish()")
+    body = "".join(f"    {line}\n" for line in lines)
+    return _HEAD.format(title=f"What was done to {title}.", model=model, output=output) + body
+
+
+def _call(action: dict) -> str:
+    if action["do"] == "change":
+        values = ", ".join(f"{k!r}: {literal(v)}" for k, v in action["changes"].items())
+        return f"run.change({{{values}}})"
+    values = ", ".join(f"{k}={literal(v)}" for k, v in action["values"].items())
+    return f"run.begin_stage({values})"
+
+
+def literal(typed: str) -> str:
+    """A value as typed, as Python has it: a number, several, a logical value or a text."""
+    words = typed.strip()
+    if words.lower() in (".true.", ".false."):
+        return str(words.lower() == ".true.")
+    numbers = [_number(one) for one in words.split(",")]
+    if all(one is not None for one in numbers):
+        return numbers[0] if len(numbers) == 1 else f"({', '.join(numbers)})"
+    return repr(words)
+
+
+def _number(text: str) -> str | None:
+    try:
+        value = float(text.strip().lower().replace("d", "e"))
+    except ValueError:
+        return None
+    return repr(value) if math.isfinite(value) else None
+
+
+def unsaid(actions: list[dict]) -> list[str]:
+    """The changes that no &stage can say, in words."""
+    return [
+        f"at t = {one['time']:.6g} s: {', '.join(f'{k} = {v}' for k, v in one['changes'].items())}"
+        for one in actions
+        if one["do"] == "change"
+    ]

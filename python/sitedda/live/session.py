@@ -1,0 +1,401 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The session of one user: a start page, a model that is edited, a run of it.
+
+Commands come one after the other from a thread of the server; drawing, checking, running and
+saving have threads or processes of their own.  What they say goes to every page that is open.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+from ..base.errors import InputError, SiteddaError
+from ..base.files import is_below, make_folder, write
+from .checker import Checker
+from .document import Document, place_of_trouble
+from .drawn import card, draw_model
+from .journal import Journal
+from .running import LiveRun
+from .saving import (
+    ENDINGS,
+    place,
+    save_movie,
+    save_namelist,
+    save_output,
+    save_report,
+    save_script,
+)
+from .starts import EMPTY, Shipped
+
+_MOST_FILES = 500  # inputs of the folder that are shown
+
+
+class Session:
+    """What all pages of a server show.
+
+    Parameters
+    ----------
+    folder : path
+        The working folder: inputs are opened there, and saved there.
+    journal : Journal
+    shipped : Shipped
+    tell : callable
+        Called with a message for all pages, a dict or bytes, from any thread.
+    watched : callable
+        Whether a page is open.
+    """
+
+    def __init__(
+        self, folder: Path, journal: Journal, shipped: Shipped, tell: Callable, watched: Callable
+    ):
+        self.folder, self.journal, self.shipped = folder, journal, shipped
+        self.tell, self._watched = tell, watched
+        self.document: Document | None = None
+        self.run: LiveRun | None = None
+        self._drawn: bytes | None = None
+        self._said: dict[str, dict] = {}  # the last message of each kind that lasts
+        self._cards: dict[str, dict] = {}
+        self._cards_asked = False
+        self._work = threading.Condition()
+        self._wanted = -1  # version that is to be drawn
+        self._closing = False
+        self._checker = Checker(self._say)
+        self._saver = threading.Lock()
+        threading.Thread(target=self._draw_always, name="draw", daemon=True).start()
+
+    # --- pages ----------------------------------------------------------------------------------
+
+    def welcome(self) -> list[dict | bytes]:
+        """What a page needs that has just come."""
+        messages: list[dict | bytes] = [self._start_message()]
+        if self.document is None:
+            self._ask_cards()
+            return [*messages, *self._cards.values()]
+        messages.append(self._model_message())
+        if self.run is None:
+            messages += [self._drawn] if self._drawn else []
+        else:
+            messages += [self.run.drawn] if self.run.drawn else []
+            messages += [*self.run.frames, self.run.described()]
+        return messages + [m for kind, m in self._said.items() if kind in ("trouble", "check")]
+
+    def _start_message(self) -> dict:
+        files = sorted(f.name for f in self.folder.glob("*.nml") if f.is_file())[:_MOST_FILES]
+        return {
+            "kind": "start",
+            "screen": "start" if self.document is None else "model",
+            "folder": str(self.folder),
+            "examples": {name: words for name, (words, _) in self.shipped.examples.items()},
+            "files": files,
+            "records": sorted(self.shipped.records),
+            "endings": ENDINGS,
+        }
+
+    def _model_message(self) -> dict:
+        return {"kind": "model", "running": self.run is not None} | self.document.described()
+
+    def _ask_cards(self) -> None:
+        if not self._cards_asked:
+            self._cards_asked = True
+            threading.Thread(target=self._draw_cards, name="cards", daemon=True).start()
+
+    def _draw_cards(self) -> None:
+        for name, (_, file) in self.shipped.examples.items():
+            try:
+                found = card(file.read_text(encoding="utf-8"), file)
+            except SiteddaError:
+                continue
+            self._cards[name] = {"kind": "card", "name": name} | found
+            self.tell(self._cards[name])
+            if self._closing:
+                return
+
+    # --- commands -------------------------------------------------------------------------------
+
+    def carry_out(self, command: str, fields: dict) -> None:
+        """Do what a page asks for.
+
+        Raises
+        ------
+        SiteddaError
+            If it cannot be done; then nothing has been.
+        """
+        getattr(self, f"_do_{command}")(**fields)
+
+    def _do_open(self, source: str, name: str) -> None:
+        if source == "empty":
+            self.open_text(EMPTY, self.folder / "model.nml")
+        elif source == "example":
+            if name not in self.shipped.examples:
+                raise InputError(f"there is no example {name!r}")
+            file = self.shipped.examples[name][1]
+            self.open_text(file.read_text(encoding="utf-8"), file)
+        elif source == "file":
+            if not is_below(self.folder, name) or not (self.folder / name).resolve().is_relative_to(
+                self.folder.resolve()
+            ):
+                raise InputError(f"{name!r} is not a file in {self.folder}")
+            self.open_file(self.folder / name)
+        else:
+            raise InputError(f"{source!r} cannot be opened")
+
+    def open_file(self, file: Path) -> None:
+        """Open an input."""
+        from ..input.building import read_input
+
+        self.open_text(read_input(file), file)
+
+    def open_text(self, text: str, file: Path) -> None:
+        """Edit a text that is from a file, or would be."""
+        document = Document(text, file)
+        self._end_run()
+        self.document = document
+        self._edited()
+        self.tell(self._start_message())
+
+    def _do_leave(self) -> None:
+        self._end_run()
+        self._checker.stop()
+        self.document, self._drawn = None, None
+        self._said.clear()
+        self.journal.keep("model", None)
+        for message in self.welcome():
+            self.tell(message)
+
+    def _edit(self) -> Document:
+        if self.document is None:
+            raise InputError("there is no model; open one first")
+        if self.run is not None:
+            raise InputError("the model runs; go back to it to edit it")
+        return self.document
+
+    def _do_write(self, text: str) -> None:
+        self._edit().write(text)
+        self._edited()
+
+    def _do_set(self, group: str, number: int, variable: str, value: str | None) -> None:
+        try:
+            self._edit().set(group, number, variable, value)
+        except InputError as error:
+            place = {"group": group, "number": number, "variable": variable}
+            self._say({"kind": "trouble", "message": str(error)} | place)
+            return
+        self._edited()
+
+    def _do_settle(self) -> None:
+        if self.document is not None:
+            self.document.settle()
+
+    def _do_add(self, group: str) -> None:
+        self._edit().add(group)
+        self._edited()
+
+    def _do_take_out(self, group: str, number: int) -> None:
+        self._edit().take_out(group, number)
+        self._edited()
+
+    def _do_record(self, number: int, name: str) -> None:
+        """Copy a record that is shipped beside the model, and let a motion follow it."""
+        document, shipped = self._edit(), self.shipped.records
+        if name not in shipped:
+            raise InputError(f"there is no record {name!r}")
+        if document.file.parent.resolve() == self.folder.resolve():
+            make_folder(self.folder / "records")
+            write(self.folder / "records" / name, shipped[name].read_bytes(), "the example")
+        for variable in ("values", "time_step", "quantity", "unit"):
+            document.set("motion", number, variable, None)
+        document.set("motion", number, "file", f"records/{name}")
+        self._edited()
+
+    def _do_undo(self) -> None:
+        self._edit().undo()
+        self._edited()
+
+    def _do_redo(self) -> None:
+        self._edit().redo()
+        self._edited()
+
+    def _do_check(self) -> None:
+        document = self._edit()
+        self._checker.start(document.text, document.file, document.version)
+
+    def _edited(self) -> None:
+        """Keep the model, then tell the pages and have it drawn."""
+        document = self.document
+        self.journal.keep("model", {"file": str(document.file), "text": document.text})
+        self._checker.stop()
+        self._said.pop("check", None)
+        self._said.pop("trouble", None)
+        self.tell(self._model_message())
+        with self._work:
+            self._wanted = document.version
+            self._work.notify()
+
+    # --- drawing --------------------------------------------------------------------------------
+
+    def _draw_always(self) -> None:
+        """Draw the newest version, as often as there is a newer one."""
+        done = (None, -1)
+        while not self._closing:
+            with self._work:
+                while not self._closing and (self.document, self._wanted) == done:
+                    self._work.wait(1.0)
+                document, version = self.document, self._wanted
+            if document is None or self._closing or self.run is not None:
+                done = (document, version)
+                continue
+            done = (document, version)
+            self._draw(document, version, document.text)
+
+    def _draw(self, document: Document, version: int, text: str) -> None:
+        begun = time.perf_counter()
+        try:
+            drawing = draw_model(text, document.file, version=version)
+        except SiteddaError as error:
+            found = {"kind": "trouble", "message": str(error), "version": version}
+            self._say(found | place_of_trouble(str(error), text, document.file))
+            return
+        except Exception as error:
+            traceback.print_exc()
+            self._say({"kind": "trouble", "message": f"the program fails: {error}"})
+            return
+        if document is not self.document or self.run is not None:
+            return
+        self._said.pop("trouble", None)
+        self._drawn = drawing.message
+        self.tell(drawing.message)
+        took = time.perf_counter() - begun
+        self.tell({"kind": "good", "version": version, "seconds": took})
+
+    def _say(self, message: dict) -> None:
+        """Tell a message that also pages hear that come later."""
+        self._said[message["kind"]] = message
+        self.tell(message)
+
+    # --- run ------------------------------------------------------------------------------------
+
+    def _begun(self) -> LiveRun:
+        """The run, which begins if there is none."""
+        if self.run is None:
+            document = self._edit()
+            self._checker.stop()
+            self.journal.forget_run()
+            self._start_run(document, None)
+        return self.run
+
+    def _start_run(self, document: Document, actions: list[dict] | None) -> None:
+        text, file = document.text, document.file
+
+        def keep(done: list[dict]) -> None:
+            kept = {"file": str(file), "text": text, "actions": done}
+            self.journal.keep("run", kept)
+
+        keep(actions or [])
+        self.run = LiveRun(text, file, self.journal.output, self.tell, self._watched, keep, actions)
+        self.tell(self._model_message())
+
+    def _end_run(self) -> None:
+        if self.run is not None:
+            run, self.run = self.run, None
+            run.close()
+            self.journal.forget_run()
+
+    def _do_rest(self) -> None:
+        self._begun().rest()
+
+    def _do_run(self) -> None:
+        self._begun().run()
+
+    def _do_step(self, steps: int) -> None:
+        self._begun().step(steps)
+
+    def _do_pause(self) -> None:
+        self._running().pause()
+
+    def _do_stop(self) -> None:
+        self._running().stop()
+
+    def _do_change(self, values: dict[str, str]) -> None:
+        self._running().change(values)
+
+    def _do_stage(self, values: dict[str, str]) -> None:
+        if "name" not in values:
+            raise InputError("a stage needs a name")
+        self._running().stage(values)
+
+    def _running(self) -> LiveRun:
+        if self.run is None:
+            raise InputError("nothing runs")
+        return self.run
+
+    def _do_back(self) -> None:
+        self._end_run()
+        if self.document is not None:
+            self._edited()
+
+    def recover(self) -> bool:
+        """Open the model, and go on with the run, that the last server of this folder had."""
+        kept, run = self.journal.kept("model"), self.journal.kept("run")
+        if kept is None:
+            return False
+        try:
+            self.document = Document(str(kept["text"]), str(kept["file"]))
+            if run is not None:
+                actions = list(run["actions"])
+                self.document.text = str(run["text"])
+        except (KeyError, TypeError):
+            self.document = None
+            return False
+        self._edited()
+        if run is not None:
+            self._start_run(self.document, actions)
+        return True
+
+    # --- saving ---------------------------------------------------------------------------------
+
+    def _do_save(self, what: str, name: str) -> None:
+        target = place(self.folder, name, what)
+        if self.document is None:
+            raise InputError("there is no model; open one first")
+        if what in ("report", "movie", "output"):
+            if self.run is None or self.run.result is None:
+                raise InputError(f"a {what} is of a run that has ended; stop it or let it end")
+            self.tell({"kind": "saving", "what": what})
+        threading.Thread(target=self._save, args=(what, target), name="save", daemon=True).start()
+
+    def _save(self, what: str, target: Path) -> None:
+        with self._saver:
+            try:
+                files = self._saved(what, target)
+            except (SiteddaError, OSError, ValueError) as error:
+                self.tell({"kind": "refused", "message": str(error), "what": what})
+                return
+        names = [str(file.relative_to(self.folder)) for file in files]
+        self.tell({"kind": "saved", "what": what, "files": names, "folder": str(self.folder)})
+
+    def _saved(self, what: str, target: Path) -> list[Path]:
+        run, document = self.run, self.document
+        if what == "namelist":
+            text = document.text if run is None else run.namelist
+            actions = [] if run is None else run.actions
+            return save_namelist(text, document.file, target, actions)
+        if what == "script":
+            model = target.with_name(f"{target.stem}_input.nml")
+            files = save_namelist(document.text, document.file, model, [])
+            actions, steps = ([], None) if run is None else (run.actions, run.steps_to_repeat)
+            return [save_script(model, target, target.stem, actions, steps), *files]
+        save = {"report": save_report, "movie": save_movie, "output": save_output}[what]
+        return [save(run.result, target)]
+
+    def close(self) -> None:
+        """End all threads; model and run stay in the journal."""
+        self._closing = True
+        self._checker.stop()
+        with self._work:
+            self._work.notify()
+        if self.run is not None:
+            self.run.close()

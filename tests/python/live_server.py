@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda live` as a process, and a client that speaks to it as its page does."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+from environment import DEADLINE
+from tornado.httpclient import HTTPRequest
+from tornado.websocket import websocket_connect
+
+PROGRAM = "import sys; from sitedda.program import main; sys.exit(main())"
+
+
+class LiveProcess:
+    """A server in a folder.
+
+    Parameters
+    ----------
+    folder : path
+        The working folder.
+    state : path
+        Where it keeps what is private.
+    *arguments
+        Of the command.
+    """
+
+    def __init__(self, folder: Path, state: Path, *arguments):
+        self.folder = folder
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, "live", "--no-open", *map(str, arguments)],
+            cwd=folder,
+            env=dict(os.environ, XDG_STATE_HOME=str(state), SSH_CONNECTION=""),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.said = ""
+        while "Ctrl-C" not in self.said:
+            line = self.process.stdout.readline()
+            assert line, self.process.stderr.read()
+            self.said += line
+        self.entrance = Path(re.search(r"to enter, open (\S+)", self.said)[1])
+        target = re.search(r"url=(\S+?)'", self.entrance.read_text())[1]
+        self.address, _, self.token = target.partition("#")
+
+    @property
+    def host(self) -> str:
+        """Name and port."""
+        return self.address.removeprefix("http://").rstrip("/")
+
+    def end(self) -> int:
+        """Ctrl-C; the exit status."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(DEADLINE)
+
+    def kill(self) -> None:
+        """End it at once."""
+        self.process.kill()
+        self.process.wait()
+
+
+@contextmanager
+def live(folder: Path, state: Path, *arguments):
+    """A server for as long as this is entered."""
+    server = LiveProcess(folder, state, *arguments)
+    try:
+        yield server
+    finally:
+        server.kill()
+
+
+class Client:
+    """A page without a browser.
+
+    Attributes
+    ----------
+    messages : list
+        Heads of all that was heard.
+    """
+
+    def __init__(self, server: LiveProcess):
+        self.server = server
+        self.messages: list[dict] = []
+        self.socket = None
+
+    async def __aenter__(self) -> Client:
+        """Connect and enter."""
+        self.socket = await connect(self.server)
+        await self.socket.write_message(json.dumps({"token": self.server.token}))
+        await self.until(lambda m: m["kind"] == "start")
+        return self
+
+    async def __aexit__(self, *_) -> None:
+        """Go away."""
+        self.socket.close()
+
+    async def ask(self, command: str, **fields) -> None:
+        """Say a command."""
+        await self.socket.write_message(json.dumps({"do": command, **fields}))
+
+    async def hear(self) -> dict:
+        """The head of the next message."""
+        data = await asyncio.wait_for(self.socket.read_message(), DEADLINE)
+        assert data is not None, f"the connection has ended: {self.socket.close_code}"
+        if isinstance(data, bytes):
+            data = data[4 : 4 + int.from_bytes(data[:4], "little")]
+        self.messages.append(json.loads(data))
+        return self.messages[-1]
+
+    async def until(self, wanted) -> dict:
+        """The first message from now on that is wanted."""
+        while not wanted(message := await self.hear()):
+            assert message["kind"] != "refused", message
+        return message
+
+    async def status(self, *names: str) -> dict:
+        """Until the run has one of these states."""
+        return await self.until(lambda m: m["kind"] == "run" and m["status"] in names)
+
+    async def saved(self, what: str, name: str) -> Path:
+        """Save, and the file."""
+        await self.ask("save", what=what, name=name)
+        message = await self.until(lambda m: m["kind"] == "saved")
+        return self.server.folder / message["files"][0]
+
+
+async def connect(server: LiveProcess, **headers):
+    """A connection that has not entered; headers in place of those of the page."""
+    given = {"Host": server.host, "Origin": server.address.rstrip("/")} | headers
+    given = {name: value for name, value in given.items() if value is not None}
+    request = HTTPRequest(f"ws://{server.host}/socket", headers=given)
+    return await websocket_connect(request, max_message_size=2**30)
+
+
+def wait_for(condition, words: str = "") -> None:
+    """Until something is so."""
+    end = time.monotonic() + DEADLINE
+    while not condition():
+        assert time.monotonic() < end, words
+        time.sleep(0.05)
