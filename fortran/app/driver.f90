@@ -175,7 +175,7 @@ contains
       type(run_verdict_type) :: verdict
 
       call say(summary(simulation))
-      verdict = new_verdict(0)
+      verdict = new_verdict(0, 0)
       call judge_movement(verdict, simulation)
       call say(verdict%words)
       call warn_of_state(state_warnings(simulation))

@@ -15,7 +15,7 @@ module dda_first_contacts
    implicit none
    private
    public :: first_contacts_type, begin_first_contacts, reserve_first_contacts, add_movement, &
-      may_exceed, drop_removed, count_moved
+      may_exceed, drop_removed, count_moved, foot_movement
 
    !> of the way of the blocks, to each side: how far a contact may have moved; what exact rotations
    !> and feet beyond the ends of an edge add to the two sides of a contact is less than half
@@ -188,15 +188,25 @@ contains
       integer, intent(in) :: c                        !< one of them
       real(wp) :: moved(2)
 
+      moved = foot_movement(first, blocks, c)
+      if (first%pressed(first%vertex(c)) == first%edge(c)) moved(2) = min(moved(2), 0.0_wp)
+   end function movement
+
+   !> Way of the vertex of contact c along the edge, and growth of its distance, m.
+   pure function foot_movement(first, blocks, c) result(moved)
+      type(first_contacts_type), intent(in) :: first  !< the contacts
+      type(blocks_type), intent(in) :: blocks         !< in their present state
+      integer, intent(in) :: c                        !< one of them
+      real(wp) :: moved(2)
+
       associate (v => first%vertex(c), e => first%edge(c))
          associate (apart => blocks%vertex(:, v) - blocks%vertex(:, e), &
             along => blocks%along(:, e))
             moved(1) = dot_product(apart, along) - first%share(c)*blocks%length(e)
             moved(2) = apart(1)*along(2) - apart(2)*along(1) - first%gap(c)
          end associate
-         if (first%pressed(v) == e) moved(2) = min(moved(2), 0.0_wp)
       end associate
-   end function movement
+   end function foot_movement
 
    !> The edge that each vertex presses on (of two, the last in order).
    pure subroutine find_pressed(first, contacts)

@@ -22,6 +22,7 @@ module dda_stages
    use dda_errors, only: error_type, error_input, error_interrupted, fail
    use dda_friction, only: accept_contacts
    use dda_model, only: model_type
+   use dda_joint_motion, only: check_measured_joints
    use dda_running_maxima, only: begin_maxima, restart_points
    use dda_scheme, only: scheme_named
    use dda_simulation, only: simulation_type, counters_type, next_step, block_name
@@ -61,6 +62,7 @@ contains
       if (allocated(error)) return
       call begin_stop_rule(simulation)
       call begin_maxima(simulation)
+      call check_measured_joints(simulation, error)
    end subroutine begin_first_stage
 
    !> Begin the stage after the present one, of columns of free fields first.

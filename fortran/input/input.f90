@@ -18,6 +18,7 @@ module dda_input
    use dda_input_free_field, only: check_columns
    use dda_input_material, only: read_material, fit_materials
    use dda_input_materials, only: read_motion
+   use dda_input_measured_joints, only: read_measured_joints
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification, &
       find_motions, number_of_block
    use dda_input_resolved, only: resolved_values
@@ -93,6 +94,7 @@ contains
       if (.not. allocated(error)) call read_bodies(model, file, folder, groups, error)
       if (.not. allocated(error)) call resolve_displaced(model, groups, control, error)
       if (.not. allocated(error)) call read_points(model, groups, error)
+      if (.not. allocated(error)) call read_measured_joints(model, groups, error)
       if (.not. allocated(error)) call read_bolts(model, groups, error)
       if (.not. allocated(error)) call read_edge_loads(model, groups, error)
       if (.not. allocated(error)) call read_boundaries(model, groups, error)

@@ -48,7 +48,8 @@ contains
       call take_boundaries(column, model%boundaries, number)
       column%ties = field%tie
       allocate (column%free_fields(0), column%loads(0), column%edge_loads(0), column%bolts(0), &
-         column%amplifications(0), column%boundary_edges(0), column%boundary_motions(0))
+         column%measured_joints(0), column%amplifications(0), column%boundary_edges(0), &
+         column%boundary_motions(0))
       column%points = [field%top]
       column%points%block = number(field%top%block)
       column%stages = [(column_stage(model%stages(i), field%block, kept), &

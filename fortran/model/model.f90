@@ -5,6 +5,7 @@ module dda_model
    use dda_settings, only: control_type, contact_settings_type, output_settings_type, &
       amplification_type
    use dda_material, only: material_type, joint_type
+   use dda_measured_joint, only: measured_joint_type
    use dda_support, only: fixed_point_type, load_type, point_type
    use dda_motion, only: motion_type
    use dda_stage, only: stage_type
@@ -54,6 +55,7 @@ module dda_model
       type(edge_load_type), allocatable :: edge_loads(:) !< tractions and water
       type(bolt_type), allocatable :: bolts(:)
       type(point_type), allocatable :: points(:)
+      type(measured_joint_type), allocatable :: measured_joints(:)
       type(stage_type), allocatable :: stages(:)     !< in order, one at least
       type(amplification_type), allocatable :: amplifications(:)
       character(len=64), allocatable :: block_names(:)

@@ -16,6 +16,7 @@ module dda_output_file
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: rename_file, remove_file, is_special
    use dda_frame, only: most_columns, contact_columns
+   use dda_joint_motion, only: joint_columns
    use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
       row_sample
    use dda_maxima, only: known, maxima_table, number_of_maxima
@@ -24,7 +25,8 @@ module dda_output_file
    use dda_own_file, only: check_replaceable, netcdf_file
    use dda_netcdf_calls, only: dataset_type, variable_type, path_of, checked, define_variables, &
       define_dimension, describe, describe_number, name_length, put, put_names, text_of
-   use dda_run_verdict, only: run_verdict_type, new_verdict, add_samples, conclude
+   use dda_run_verdict, only: run_verdict_type, new_verdict, add_samples, &
+      add_joint_samples, conclude
    use dda_sample, only: sample_energies, sample_head, sample_size
    use dda_simulation, only: simulation_type, summary, ending
    use dda_linear_solver, only: work_done
@@ -120,6 +122,23 @@ module dda_output_file
       variable_type('contact_fracture_energy_upper', nf90_double, 'contact', 'N/m', &
          'upper bound of the fracture energy spent, per area')]
 
+   !> Measured joints, of models that have some; the first ones in the order of `measure_joint`.
+   type(variable_type), parameter :: joint_variables(joint_columns + 1) = [ &
+      variable_type('joint_slip', nf90_double, 'measured_joint time', 'm', &
+         'mean slip of a measured joint, to the right where the blocks against it are below'), &
+      variable_type('joint_opening', nf90_double, 'measured_joint time', 'm', &
+         'widest opening of a measured joint'), &
+      variable_type('joint_normal_force', nf90_double, 'measured_joint time', 'N/m', &
+         'normal forces of its contacts added up, compression positive'), &
+      variable_type('joint_shear_force', nf90_double, 'measured_joint time', 'N/m', &
+         'shear forces of its contacts added up, positive against positive slip'), &
+      variable_type('joint_force_x', nf90_double, 'measured_joint time', 'N/m', &
+         'force along x on its blocks by those against them'), &
+      variable_type('joint_force_y', nf90_double, 'measured_joint time', 'N/m', &
+         'force along y on its blocks by those against them'), &
+      variable_type('measured_joint', nf90_char, 'letter measured_joint', '1', &
+         'name of a measured joint')]
+
    !> Bolts, of models that have some.
    type(variable_type), parameter :: bolt_variables(bolt_columns + 3) = [ &
       variable_type('bolt_force', nf90_double, 'bolt time', 'N/m', &
@@ -211,6 +230,7 @@ module dda_output_file
    type :: output_type
       type(dataset_type) :: dataset
       integer :: points = 0
+      integer :: joints = 0                       !< measured
       integer :: bolts = 0
       integer :: boundaries = 0                   !< that something comes in through
       integer :: samples = 0                      !< written and buffered
@@ -302,9 +322,10 @@ contains
             call define_file(dataset, journal, simulation)
             call write_constants(dataset, simulation)
             output%points = size(simulation%model%points)
+            output%joints = size(simulation%model%measured_joints)
             output%bolts = size(simulation%model%bolts)
             output%boundaries = size(simulation%model%boundary_motions)
-            output%verdict = new_verdict(output%points)
+            output%verdict = new_verdict(output%points, output%joints)
             call copy_rows(output, journal, simulation, error)
             call describe_verdict(dataset, output%verdict)
             call checked(dataset, nf90_close(dataset%id), 'close the file')
@@ -338,30 +359,30 @@ contains
          trim(energy_terms(i)%meaning)//', per metre of thickness'), i=1, size(energy_terms)), &
          frame_variables, contact_variables(:contact_columns(simulation)), model_variables, &
          maxima_variables])
-      if (size(simulation%model%bolts) > 0) then
-         call define_dimension(dataset, 'bolt', size(simulation%model%bolts))
-         call define_dimension(dataset, 'coordinate4', 4)
-         call define_variables(dataset, bolt_variables)
-      end if
-      if (size(simulation%model%body_names) > 0) then
-         call define_dimension(dataset, 'body', size(simulation%model%body_names))
-         call define_variables(dataset, body_variables)
-      end if
-      if (points_between(simulation%model%bolts) > 0) then
-         call define_dimension(dataset, 'through', points_between(simulation%model%bolts))
-         call define_variables(dataset, through_variables)
-      end if
-      if (size(simulation%model%boundary_edges) > 0) then
-         call define_dimension(dataset, 'boundary_edge', size(simulation%model%boundary_edges))
-         call define_variables(dataset, edge_variables)
-      end if
-      if (size(simulation%model%boundary_motions) > 0) then
-         call define_dimension(dataset, 'boundary', size(simulation%model%boundary_motions))
-         call define_variables(dataset, motion_variables)
-      end if
+      associate (model => simulation%model)
+         if (size(model%bolts) > 0) call define_dimension(dataset, 'coordinate4', 4)
+         call define_family(dataset, 'measured_joint', size(model%measured_joints), joint_variables)
+         call define_family(dataset, 'bolt', size(model%bolts), bolt_variables)
+         call define_family(dataset, 'body', size(model%body_names), body_variables)
+         call define_family(dataset, 'through', points_between(model%bolts), through_variables)
+         call define_family(dataset, 'boundary_edge', size(model%boundary_edges), edge_variables)
+         call define_family(dataset, 'boundary', size(model%boundary_motions), motion_variables)
+      end associate
       if (.not. allocated(dataset%error)) call checked(dataset, nf90_enddef(dataset%id), &
          'end the definitions')
    end subroutine define_file
+
+   !> Variables of what a model may have, and their dimension; none if it has nothing of it.
+   subroutine define_family(dataset, dimension, length, variables)
+      type(dataset_type), intent(inout) :: dataset         !< open; keeps the first error
+      character(len=*), intent(in) :: dimension            !< name
+      integer, intent(in) :: length                        !< of the dimension
+      type(variable_type), intent(in) :: variables(:)      !< along it
+
+      if (length == 0) return
+      call define_dimension(dataset, dimension, length)
+      call define_variables(dataset, variables)
+   end subroutine define_family
 
    !> All that is needed to repeat the run.
    subroutine describe_run(dataset, simulation, complete)
@@ -461,6 +482,8 @@ contains
             [blocks%n])
          call put_names(dataset, 'point', points%name)
          call put_names(dataset, 'joint', simulation%model%joints%name)
+         if (size(simulation%model%measured_joints) > 0) call put_names(dataset, 'measured_joint', &
+            simulation%model%measured_joints%name)
          call put(dataset, 'block_material', real(simulation%model%blocks%material - 1, wp), [1], &
             [blocks%n])
          if (size(simulation%model%body_names) > 0) then
@@ -605,7 +628,7 @@ contains
       n = output%waiting
       first = output%samples - n + 1
       output%waiting = 0
-      associate (dataset => output%dataset, sample => output%sample, bolts => output%bolts)
+      associate (dataset => output%dataset, sample => output%sample)
          call put(dataset, 'time', sample(1, :n), [first], [n])
          call put(dataset, 'time_step', sample(2, :n), [first], [n])
          call put(dataset, 'iterations', sample(3, :n), [first], [n])
@@ -623,11 +646,9 @@ contains
                sample(acceleration + 1:last, :n))
          end associate
          call put_motions(motions, output%points)
-         do i = 1, merge(bolt_columns, 0, bolts > 0)
-            call put(dataset, trim(bolt_variables(i)%name), reshape(sample( &
-               at + i:at + bolt_columns*bolts:bolt_columns, :n), [bolts*n]), [1, first], [bolts, n])
-         end do
-         at = at + bolt_columns*bolts
+         call add_joint_samples(output%verdict, sample(at + 1:at + joint_columns*output%joints, :n))
+         call put_columns(output, joint_variables(:joint_columns)%name, output%joints, n, at)
+         call put_columns(output, bolt_variables(:bolt_columns)%name, output%bolts, n, at)
          call put_motions(motion_variables(:boundary_series)%name, output%boundaries)
       end associate
 
@@ -646,6 +667,23 @@ contains
          end do
       end subroutine put_motions
    end subroutine put_samples
+
+   !> The next numbers of the samples, as columns of joints or bolts.
+   subroutine put_columns(output, names, count, n, at)
+      type(output_type), intent(inout) :: output  !< file being written
+      character(len=*), intent(in) :: names(:)    !< of the variables
+      integer, intent(in) :: count                !< joints or bolts
+      integer, intent(in) :: n                    !< samples buffered
+      integer, intent(inout) :: at !< numbers of a sample before these; then with them
+      integer :: column
+
+      do column = 1, merge(size(names), 0, count > 0)
+         call put(output%dataset, trim(names(column)), reshape(output%sample(at + column: &
+            at + size(names)*count:size(names), :n), [count*n]), [1, output%samples - n + 1], &
+            [count, n])
+      end do
+      at = at + size(names)*count
+   end subroutine put_columns
 
    !> Write the next frame of the journal, part by part.
    subroutine put_frame(output, reader, simulation, contacts, error)

@@ -1,12 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What happened in a run, in words and numbers: from its largest values and, of measured points,
-!> from the samples as they are written.
+!> What happened in a run, in words and numbers: from its largest values and, of measured points and
+!> joints, from the samples as they are written.
 module dda_run_verdict
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use dda_kinds, only: wp, pi
    use dda_base_motion, only: base_words, counts_from_motion
    use dda_diagnostics, only: audit_warning, state_warnings
    use dda_energy, only: balance
    use dda_equilibrium, only: farthest_moved
+   use dda_joint_motion, only: joint_columns
    use dda_maxima, only: largest_type, maxima_table, of_tilt, of_displacement, of_velocity, &
       of_acceleration, of_strain, of_slip, of_opening, of_penetration, of_penetration_ratio, &
       of_contact_force, of_point_displacement, of_point_velocity, of_point_acceleration, &
@@ -20,8 +22,8 @@ module dda_run_verdict
    use dda_text, only: to_text, short_text, valid_text
    implicit none
    private
-   public :: run_verdict_type, verdict_value_type, new_verdict, add_samples, judge_movement, &
-      conclude
+   public :: run_verdict_type, verdict_value_type, new_verdict, add_samples, add_joint_samples, &
+      judge_movement, conclude
 
    real(wp), parameter :: low_share = 0.7_wp  !< of a peak acceleration below 50 Hz: less is said
 
@@ -39,17 +41,21 @@ module dda_run_verdict
       character(len=:), allocatable :: words           !< "topic: sentence", a line each
       type(verdict_value_type), allocatable :: values(:)
       type(intensity_type), allocatable :: shaken(:)   !< [measured points]
+      real(wp), allocatable :: joints(:,:)             !< [columns, measured joints] last sample
+      real(wp), allocatable :: joints_most(:,:)        !< [2, joints] largest slip, opening, m
    end type run_verdict_type
 
 contains
 
    !> Before the first sample.
-   pure type(run_verdict_type) function new_verdict(points) result(verdict)
-      integer, intent(in) :: points  !< that are measured
+   pure type(run_verdict_type) function new_verdict(points, joints) result(verdict)
+      integer, intent(in) :: points, joints  !< that are measured
 
       verdict%words = ''
       allocate (verdict%values(0))
       allocate (verdict%shaken(points), source=new_intensity())
+      allocate (verdict%joints(joint_columns, joints), verdict%joints_most(2, joints), &
+         source=0.0_wp)
    end function new_verdict
 
    !> Take in samples, in the order of the run; point by point, whose oscillators then stay in the
@@ -69,6 +75,20 @@ contains
       end do
    end subroutine add_samples
 
+   !> Take in what the same samples have of measured joints.
+   pure subroutine add_joint_samples(verdict, values)
+      type(run_verdict_type), intent(inout) :: verdict   !< of the samples so far
+      real(wp), intent(in) :: values(:,:)                !< [columns × joints, samples]
+      integer :: i, sample
+
+      do sample = 1, size(values, 2)
+         verdict%joints = reshape(values(:, sample), shape(verdict%joints))
+         do i = 1, size(verdict%joints, 2)
+            verdict%joints_most(:, i) = max(verdict%joints_most(:, i), abs(verdict%joints(:2, i)))
+         end do
+      end do
+   end subroutine add_joint_samples
+
    !> Words and values, after the last sample.
    subroutine conclude(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
@@ -77,6 +97,7 @@ contains
 
       call judge_movement(verdict, simulation)
       call judge_points(verdict, simulation)
+      call judge_joints(verdict, simulation)
       if (state_warnings(simulation) /= '') verdict%words = verdict%words//new_line('a')// &
          state_warnings(simulation)
       if (audit_warning(simulation) == '') then
@@ -304,6 +325,33 @@ contains
          end associate
       end do
    end subroutine judge_points
+
+   !> Slip, opening and force of measured joints.
+   subroutine judge_joints(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< of all samples
+      type(simulation_type), intent(in) :: simulation    !< at the time of the last
+      character(len=:), allocatable :: name, words
+      integer :: i
+
+      do i = 1, size(verdict%joints, 2)
+         name = point_label(simulation%model%measured_joints(i)%name, i)
+         associate (last => verdict%joints(:, i), most => verdict%joints_most(:, i))
+            words = 'nothing is left of it'
+            if (.not. ieee_is_nan(last(1))) words = 'slip '//length_text(last(1))// &
+               ' at the end, largest '//length_text(most(1))//'; opening '// &
+               length_text(last(2))//', widest '//length_text(most(2))//'; normal force '// &
+               short_text(1.0e-3_wp*last(3))//' kN/m, shear force '//short_text(1.0e-3_wp*last(4))//' kN/m'
+            call say(verdict, 'joint '//name, words)
+            call note(verdict, 'largest_joint_slip_m['//name//']', most(1))
+            call note(verdict, 'largest_joint_opening_m['//name//']', most(2))
+            if (ieee_is_nan(last(1))) cycle
+            call note(verdict, 'joint_slip_m['//name//']', last(1))
+            call note(verdict, 'joint_opening_m['//name//']', last(2))
+            call note(verdict, 'joint_normal_force_n_m['//name//']', last(3))
+            call note(verdict, 'joint_shear_force_n_m['//name//']', last(4))
+         end associate
+      end do
+   end subroutine judge_joints
 
    !> The peak acceleration below 50 Hz, where much of the peak is of higher frequencies.
    pure function low_peak_text(peak, low) result(text)

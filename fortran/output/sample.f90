@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A sample of the output as a row of numbers: energies, maxima, measured points, bolts and
-!> boundaries.
+!> A sample of the output as a row of numbers: energies, maxima, measured points and joints, bolts
+!> and boundaries.
 module dda_sample
    use dda_kinds, only: wp
    use dda_bolts, only: bolt_columns
    use dda_boundary_motion, only: boundary_series, take_boundary_motions
    use dda_elements, only: bolt_states
    use dda_energy, only: energy_terms, energy_values
+   use dda_joint_motion, only: joint_columns, measure_joint
    use dda_maxima, only: number_of_maxima, known
    use dda_measure, only: measure_point
    use dda_simulation, only: simulation_type
@@ -25,13 +26,14 @@ contains
       type(simulation_type), intent(in) :: simulation  !< at its present time
 
       sample_size = sample_head + 6*size(simulation%model%points) &
+         + joint_columns*size(simulation%model%measured_joints) &
          + bolt_columns*size(simulation%model%bolts) &
          + 2*boundary_series*size(simulation%model%boundary_motions)
    end function sample_size
 
    !> Time, Δt, iterations, stage, energies, the largest values so far; then [2, points, 3]
-   !> displacement, velocity, acceleration; then [columns, bolts] of the bolts; then [2, boundaries,
-   !> series] of boundaries that something comes in through.
+   !> displacement, velocity, acceleration; then [columns, joints] and [columns, bolts] of measured
+   !> joints and bolts; then [2, boundaries, series] of boundaries that something comes in through.
    subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: iterations  !< most of a step since the last sample
@@ -53,6 +55,14 @@ contains
             end do
          end do
          at = sample_head + 6*size(points)
+      end associate
+      associate (joints => simulation%model%measured_joints)
+         do i = 1, size(joints)
+            call measure_joint(joints(i), simulation%maxima%contacts, &
+               simulation%contacts(simulation%now), simulation%blocks, &
+               sample(at + 1:at + joint_columns))
+            at = at + joint_columns
+         end do
       end associate
       associate (bolts => size(simulation%model%bolts))
          if (bolts > 0) sample(at + 1:at + bolt_columns*bolts) = pack(bolt_states( &

@@ -34,10 +34,12 @@ _LABELS = {
 _WRITTEN = "attributes"  # of the output: what the engine itself says
 _MAXIMA = engine_names("maxima numbers")
 _LARGEST = tuple(f"largest_{name}" for name in _MAXIMA)
+_JOINTS = ("joint_slip_m", "joint_opening_m", "joint_normal_force_n_m", "joint_shear_force_n_m",
+           "largest_joint_slip_m", "largest_joint_opening_m")  # fmt: skip
 _TOPICS = {
     _WRITTEN: (*_LARGEST, *(f"residual_{name}" for name in _MAXIMA), "contacts_slipped",
                "contacts_opened", "bonds_broken", "energy_balance_j_m", "end_s", "pga_m_s2",
-               "pgv_m_s", "arias_m_s", "sa_m_s2", "sa_period_s"),
+               "pgv_m_s", "arias_m_s", "sa_m_s2", "sa_period_s", *_JOINTS),
     "add_drift": ("residual_drift",),
     "add_fallen": ("blocks_fallen", "first_block_fallen_s"),
     "add_lost": ("blocks_lost", "first_block_lost_s"),

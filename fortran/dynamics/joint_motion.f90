@@ -1,0 +1,93 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Slip, opening and force of the joint between two sets of blocks.
+!>
+!> Slip and opening are those of the contacts that touched when counting began
+!> (`dda_first_contacts`); forces are of all contacts of the last step.  Seen from the blocks on the
+!> other side, with those below, slip of the first set to the right counts positive.
+module dda_joint_motion
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_contact, only: contacts_type
+   use dda_errors, only: error_type, error_input, fail
+   use dda_first_contacts, only: first_contacts_type, foot_movement
+   use dda_measured_joint, only: measured_joint_type
+   use dda_simulation, only: simulation_type
+   use dda_text, only: quoted
+   implicit none
+   private
+   public :: measure_joint, check_measured_joints, joint_columns
+
+   integer, parameter :: joint_columns = 6  !< slip, opening, normal and shear force, force x and y
+
+contains
+
+   !> Mean slip and widest opening, m, no numbers where nothing is left of the joint; normal force,
+   !> compression positive, and shear force that resists slip, each added up; force on the first
+   !> set, N/m.
+   pure subroutine measure_joint(joint, first, contacts, blocks, values)
+      type(measured_joint_type), intent(in) :: joint   !< of the model
+      type(first_contacts_type), intent(in) :: first   !< that touched at first
+      type(contacts_type), intent(in) :: contacts      !< of the last step
+      type(blocks_type), intent(in) :: blocks          !< in their present state
+      real(wp), intent(out) :: values(joint_columns)   !< as above
+      real(wp) :: moved(2), force(2), slip, opening
+      integer :: c, n
+
+      n = 0
+      slip = 0.0_wp
+      opening = 0.0_wp
+      do c = 1, size(first%vertex)
+         if (.not. is_between(joint, blocks%owner(first%vertex(c)), blocks%owner(first%edge(c)))) &
+            cycle
+         moved = foot_movement(first, blocks, c)
+         n = n + 1
+         slip = slip - moved(1)  ! edges run counter-clockwise: leftwards on top of a block
+         opening = max(opening, moved(2))
+      end do
+      values(:2) = ieee_value(slip, ieee_quiet_nan)
+      if (n > 0) values(:2) = [slip/n, opening]
+      values(3:) = 0.0_wp
+      do c = 1, contacts%n
+         if (.not. is_between(joint, contacts%block_v(c), contacts%block_e(c))) cycle
+         associate (edge => contacts%edge(c), normal => contacts%normal_force(c), &
+            shear => contacts%shear_force(c))
+            force = normal*contacts%normal(:, c) - shear*blocks%along(:, edge)
+            if (joint%side(contacts%block_v(c)) == 2) force = -force
+            values(3:) = values(3:) + [normal, -shear, force]
+         end associate
+      end do
+   end subroutine measure_joint
+
+   !> A contact of these two blocks is one of the joint.
+   pure logical function is_between(joint, one, other)
+      type(measured_joint_type), intent(in) :: joint  !< of the model
+      integer, intent(in) :: one, other               !< blocks
+
+      is_between = joint%side(one) + joint%side(other) == 3
+   end function is_between
+
+   !> An error for a joint of which nothing touches when the run begins.
+   subroutine check_measured_joints(simulation, error)
+      type(simulation_type), intent(in) :: simulation        !< that has begun to count
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: i, c
+      logical :: found
+
+      associate (joints => simulation%model%measured_joints, first => simulation%maxima%contacts, &
+         owner => simulation%blocks%owner)
+         do i = 1, size(joints)
+            found = .false.
+            do c = 1, size(first%vertex)
+               if (is_between(joints(i), owner(first%vertex(c)), owner(first%edge(c)))) &
+                  found = .true.
+            end do
+            if (found .or. allocated(error)) cycle
+            call fail(error, error_input, simulation%model%file//': &measured_joint '// &
+               quoted(trim(joints(i)%name))//': none of its blocks touches one of those '// &
+               'against them when the run begins; name blocks that share a joint')
+         end do
+      end associate
+   end subroutine check_measured_joints
+
+end module dda_joint_motion

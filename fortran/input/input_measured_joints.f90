@@ -1,0 +1,61 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The groups &measured_joint.
+module dda_input_measured_joints
+   use dda_errors, only: error_type
+   use dda_input_group, only: group_type, input_error, get, get_text
+   use dda_input_names, only: mark_names
+   use dda_measured_joint, only: measured_joint_type
+   use dda_model, only: model_type
+   use dda_text, only: quoted
+   implicit none
+   private
+   public :: read_measured_joints
+
+contains
+
+   !> All measured joints of an input.
+   subroutine read_measured_joints(model, groups, error)
+      type(model_type), intent(inout) :: model   !< with its blocks
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(measured_joint_type) :: new
+      integer :: i
+
+      allocate (model%measured_joints(0))
+      do i = 1, size(groups)
+         if (groups(i)%name /= 'measured_joint') cycle
+         call read_measured_joint(groups(i), model%block_names, new, error)
+         if (allocated(error)) return
+         if (any(model%measured_joints%name == new%name)) call input_error(error, groups(i), &
+            'name = '//quoted(trim(new%name))//' is used twice')
+         model%measured_joints = [model%measured_joints, new]
+      end do
+   end subroutine read_measured_joints
+
+   !> One of them; the blocks against the first set are all others unless they are named.
+   subroutine read_measured_joint(group, names, new, error)
+      type(group_type), intent(in) :: group    !< of the input
+      character(len=*), intent(in) :: names(:) !< [n] of the blocks
+      type(measured_joint_type), intent(out) :: new          !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=:), allocatable :: blocks, against
+      logical :: one(size(names)), other(size(names))
+
+      blocks = ''
+      against = ''
+      one = .false.
+      other = .false.
+      call get(group, 'name', new%name, error)
+      call get_text(group, 'blocks', blocks)
+      call get_text(group, 'against', against)
+      call mark_names(blocks, 'blocks', names, group, one, error)
+      call mark_names(against, 'against', names, group, other, error)
+      if (against == '') other = .not. one
+      if (any(one .and. other)) call input_error(error, group, 'block '//quoted(trim( &
+         names(findloc(one .and. other, .true., 1))))//' is of both blocks and against')
+      if (.not. any(other)) call input_error(error, group, &
+         'blocks are all blocks: there is none against them')
+      new%side = merge(1, merge(2, 0, other), one)
+   end subroutine read_measured_joint
+
+end module dda_input_measured_joints
