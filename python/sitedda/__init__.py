@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         InputError,
         InterruptedRun,
         MaximaWarning,
+        NoRootError,
         OutOfMemory,
         OutputError,
         PeakWarning,
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from .output import open_output
     from .site import Column, HalfSpace, Layer
     from .stability import limit_analysis, mechanism, safety
+    from .study.solving import Root, solve_for
 
 __all__ = [
     "Accuracy",
@@ -65,12 +67,14 @@ __all__ = [
     "MaximaWarning",
     "Model",
     "Modes",
+    "NoRootError",
     "OutOfMemory",
     "OutputError",
     "Peak",
     "PeakWarning",
     "Penalty",
     "Report",
+    "Root",
     "Run",
     "Simulation",
     "SiteddaError",
@@ -93,6 +97,7 @@ __all__ = [
     "safety",
     "scheme_damping",
     "scheme_frequency",
+    "solve_for",
     "theta_for_damping",
     "time_step_for_damping",
     "transfer",
@@ -106,7 +111,8 @@ _HOMES = {
     name: module
     for module, names in {
         "base.errors": "AuditWarning CheckError CheckpointError ConvergenceError InputError "
-        "InterruptedRun MaximaWarning OutOfMemory OutputError PeakWarning SiteddaError SolverError",
+        "InterruptedRun MaximaWarning NoRootError OutOfMemory OutputError PeakWarning SiteddaError "
+        "SolverError",
         "drawing.pictures": "draw",
         "engine.checking": "Modes Penalty Report check modes penalty_for_frequency "
         "penalty_for_shift transfer",
@@ -120,6 +126,7 @@ _HOMES = {
         "output": "open_output",
         "site": "Column HalfSpace Layer",
         "stability": "limit_analysis mechanism safety",
+        "study.solving": "Root solve_for",
     }.items()
     for name in names.split()
 }

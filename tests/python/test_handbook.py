@@ -15,7 +15,7 @@ from sitedda.schema import GROUPS
 
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-TUTORIALS = ("site", "soil", "slope", "arch", "colonnade", "study")
+TUTORIALS = ("site", "soil", "slope", "arch", "colonnade", "study", "back_analysis")
 
 
 def run_block(kind: str, text: str, names: dict) -> str:

@@ -72,6 +72,30 @@ class SolverError(SiteddaError, ArithmeticError):
     kind = 4
 
 
+class NoRootError(SiteddaError, ArithmeticError):
+    """A result has the wanted value nowhere in a bracket.
+
+    Attributes
+    ----------
+    mode : str
+        'outside', 'flat', 'jump', 'fails' or 'no number', see `sitedda.solve_for`.
+    bracket : (float, float)
+        Of a jump; else NaN.
+    trials : tuple of (float, float)
+        Values of the parameter that were tried, and results.
+    """
+
+    kind = 1
+
+    def __init__(self, words: str, mode: str, bracket=(float("nan"),) * 2, trials=()):
+        super().__init__(words)
+        self.mode, self.bracket, self.trials = mode, bracket, trials
+
+    def __reduce__(self):
+        """As processes pass it on."""
+        return type(self), (str(self), self.mode, self.bracket, self.trials)
+
+
 class OutputError(SiteddaError, OSError):
     """A file cannot be read or written."""
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from .api import gather, run, shown
 from .plan import plan_of_folder
 from .settings import Settings, read_settings
 from .slurm import SCRIPT, submit, write_batch
+from .solving import SolveFor
 from .table import check_table, collect, counts
 
 _COMMANDS = ("run", "plan", "collect")
@@ -159,6 +161,8 @@ def _finish(settings: Settings, options: argparse.Namespace) -> int:
         print(f"{table.status.size} cases: {words}")
         _tell(table, "failed", "message")
         _tell(table, None, "warning")
+        if isinstance(settings.plan.task, SolveFor):
+            _tell_roots(table, settings.plan.task)
         print(f"table: {file}")
         if options.report:
             from .page import write_report
@@ -172,11 +176,27 @@ def _tell(table, status: str | None, name: str) -> None:
     """The first messages of cases, with their parameters."""
     texts = table[name].values
     chosen = texts != "" if status is None else table.status.values == status
-    for place in list(zip(*np.nonzero(chosen), strict=True))[:_MOST]:
+    _tell_cases(status or name, table, chosen, lambda place: texts[place].splitlines()[0])
+
+
+def _tell_roots(table, task: SolveFor) -> None:
+    """The first roots, with the parameters of their cases."""
+    from ..error_bars import with_bar
+
+    if "root" in table:
+        root, bar = table.root.values, table.root_bar.values
+        _tell_cases("root", table, np.isfinite(root), lambda place: (
+            f"{task.parameter} = {with_bar(float(root[place]), float(bar[place]))}"))  # fmt: skip
+
+
+def _tell_cases(what: str, table, chosen: np.ndarray, words: Callable[[tuple], str]) -> None:
+    """Words on the first of the chosen cases."""
+    places = [place for place in np.ndindex(chosen.shape) if chosen[place]]
+    for place in places[:_MOST]:
         where = ", ".join(
             f"{dim} = {table[dim].values[i]}" if dim in table.coords else f"{dim} {i}"
             for dim, i in zip(table.status.dims, place, strict=True)
         )
-        print(f"{status or name}: {where}: {texts[place].splitlines()[0]}")
-    if (more := int(np.sum(chosen)) - _MOST) > 0:
+        print(": ".join(filter(None, [what, where, words(place)])))
+    if (more := len(places) - _MOST) > 0:
         print(f"… and {more} more")

@@ -35,7 +35,7 @@ from .store import (
     read_manifest,
 )
 from .store import write_whole as write
-from .tasks import TASKS
+from .tasks import task_of
 
 _LARGEST = 2**28  # bytes of a file that an input names, as in the engine
 _FORMAT = 1
@@ -154,10 +154,7 @@ def make_plan(model, parameters, results=None, folder=None, fixed=None, task="ru
     """The plan of a study; see `sitedda.study` for what the arguments are."""
     if isinstance(model, str | os.PathLike):
         model = Path(model)
-    task = TASKS.get(task, task) if isinstance(task, str) else task
-    if task != "run" and not callable(task):
-        known = ", ".join(map(repr, ("run", *TASKS)))
-        raise InputError(f"task = {task!r}: give {known} or a function of the path of an input")
+    task = task_of(task)
     if callable(model) and task != "run":
         raise InputError("a function as the model has no task of its own")
     default = DEFAULT if task == "run" and not callable(model) else ()

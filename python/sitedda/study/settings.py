@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +20,13 @@ from .plan import Plan, make_plan
 from .records import Records
 from .sampling import latin_hypercube, one_at_a_time, saltelli, sobol
 from .slurm import Slurm
+from .solving import SolveFor
 from .workers import check_limits
 
 _KNOWN = {
     "": ("model", "folder", "table", "task", "results", "time_limit", "memory", "fixed",
-         "parameters", "sample", "records", "slurm", "figures"),
+         "parameters", "sample", "records", "solve", "slurm", "figures"),
+    "solve": tuple(one.name for one in fields(SolveFor)),
     "sample": ("method", "count", "seed", "parameters"),
     "records": ("files", "synthetic", "levels", "measure", "motion", "period", "damping", "format",
                 "quantity", "unit", "time_step"),
@@ -99,7 +101,7 @@ def _settings(values: dict, file: Path, folder: Path | None) -> Settings:
         values.get("results"),
         folder,
         values.get("fixed"),
-        values.get("task", "run"),
+        _task(values),
     )
     table = folder / "table.nc"
     if "table" in values:
@@ -113,6 +115,20 @@ def _settings(values: dict, file: Path, folder: Path | None) -> Settings:
         _limits(values),
         check_figures(values.get("figures", []), plan),
     )
+
+
+def _task(values: dict):
+    """What is done with each case: 'run', 'safety', or `solve_for` of the table [solve]."""
+    if "solve" not in values:
+        return values.get("task", "run")
+    if "task" in values or "results" in values:
+        raise InputError("[solve] has its own task and result: leave out task and results")
+    solve = dict(values["solve"])
+    _check_names(solve, "solve")
+    for one in fields(SolveFor):
+        if one.default is MISSING and one.name not in solve:
+            raise InputError(f"[solve] {one.name} is missing")
+    return SolveFor(**solve | {"between": tuple(solve["between"])}).checked()
 
 
 def _limits(values: dict) -> dict:
@@ -155,8 +171,8 @@ def _axes(values: dict, here: Path) -> list[Axis]:
         axes.append(_sample(values["sample"]))
     if "records" in values:
         axes.append(_records(values["records"], here))
-    if not axes:
-        raise InputError("nothing varies: give [parameters], [sample] or [records]")
+    if not axes and "solve" not in values:
+        raise InputError("nothing varies: give [parameters], [sample], [records] or [solve]")
     return axes_of(axes)
 
 

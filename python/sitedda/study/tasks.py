@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ..base.errors import InputError
+
 
 def factor_of_safety(file) -> dict:
     """The factor of safety of an input, see `sitedda.safety`.
@@ -32,3 +34,18 @@ def factor_of_safety(file) -> dict:
 
 
 TASKS: dict[str, Callable] = {"safety": factor_of_safety}
+
+
+def task_of(task: str | Callable) -> str | Callable:
+    """'run', or the function that a task is.
+
+    Parameters
+    ----------
+    task : str or callable
+        Its name, or a function of the path of an input.
+    """
+    found = TASKS.get(task, task) if isinstance(task, str) else task
+    if found != "run" and not callable(found):
+        known = ", ".join(map(repr, ("run", *TASKS)))
+        raise InputError(f"task = {task!r}: give {known} or a function of the path of an input")
+    return found
