@@ -2,7 +2,8 @@
 !> The groups &measured_joint.
 module dda_input_measured_joints
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, get, get_text
+   use dda_input_group, only: group_type, input_error, positions
+   use dda_input_groups, only: measured_joint_values, read_values
    use dda_input_names, only: mark_names
    use dda_measured_joint, only: measured_joint_type
    use dda_model, only: model_type
@@ -19,15 +20,18 @@ contains
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(measured_joint_type) :: new
+      integer, allocatable :: joints(:)
       integer :: i
 
       allocate (model%measured_joints(0))
-      do i = 1, size(groups)
-         if (groups(i)%name /= 'measured_joint') cycle
-         call read_measured_joint(groups(i), model%block_names, new, error)
-         if (allocated(error)) return
-         if (any(model%measured_joints%name == new%name)) call input_error(error, groups(i), &
-            'name = '//quoted(trim(new%name))//' is used twice')
+      joints = positions(groups, 'measured_joint')
+      do i = 1, size(joints)
+         associate (group => groups(joints(i)))
+            call read_measured_joint(group, model%block_names, new, error)
+            if (allocated(error)) return
+            if (any(model%measured_joints%name == new%name)) call input_error(error, group, &
+               'name = '//quoted(trim(new%name))//' is used twice')
+         end associate
          model%measured_joints = [model%measured_joints, new]
       end do
    end subroutine read_measured_joints
@@ -38,19 +42,17 @@ contains
       character(len=*), intent(in) :: names(:) !< [n] of the blocks
       type(measured_joint_type), intent(out) :: new          !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=:), allocatable :: blocks, against
+      type(measured_joint_values) :: own
       logical :: one(size(names)), other(size(names))
 
-      blocks = ''
-      against = ''
       one = .false.
       other = .false.
-      call get(group, 'name', new%name, error)
-      call get_text(group, 'blocks', blocks)
-      call get_text(group, 'against', against)
-      call mark_names(blocks, 'blocks', names, group, one, error)
-      call mark_names(against, 'against', names, group, other, error)
-      if (against == '') other = .not. one
+      call read_values(group, own, error)
+      if (allocated(error)) return
+      new%name = own%name
+      call mark_names(own%blocks, 'blocks', names, group, one, error)
+      call mark_names(own%against, 'against', names, group, other, error)
+      if (own%against == '') other = .not. one
       if (any(one .and. other)) call input_error(error, group, 'block '//quoted(trim( &
          names(findloc(one .and. other, .true., 1))))//' is of both blocks and against')
       if (.not. any(other)) call input_error(error, group, &

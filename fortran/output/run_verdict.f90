@@ -340,7 +340,8 @@ contains
             if (.not. ieee_is_nan(last(1))) words = 'slip '//length_text(last(1))// &
                ' at the end, largest '//length_text(most(1))//'; opening '// &
                length_text(last(2))//', widest '//length_text(most(2))//'; normal force '// &
-               short_text(1.0e-3_wp*last(3))//' kN/m, shear force '//short_text(1.0e-3_wp*last(4))//' kN/m'
+               short_text(1.0e-3_wp*last(3))//' kN/m, shear force '// &
+               short_text(1.0e-3_wp*last(4))//' kN/m'
             call say(verdict, 'joint '//name, words)
             call note(verdict, 'largest_joint_slip_m['//name//']', most(1))
             call note(verdict, 'largest_joint_opening_m['//name//']', most(2))

@@ -4,6 +4,7 @@
 import inspect
 import re
 from dataclasses import fields
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +17,14 @@ from model_text import BONDED, flying_block, namelist, tower
 import sitedda
 from sitedda import InputError, Model
 from sitedda.building import built_text, find_groups
-from sitedda.groups import CUT, FROM_FILE, MASONRY, MESH, is_made, read_values, variables
+from sitedda.groups import COMPOSED, CUT, FROM_FILE, MASONRY, MESH, is_made, read_values, variables
 from sitedda.model import Group
 from sitedda.schema import GROUPS
 
 
 def test_groups_that_become_blocks_have_the_variables_of_the_schema():
-    made = CUT | MASONRY | MESH
+    others = {name: getattr(import_module(f"sitedda.{m}"), c) for name, (m, c) in COMPOSED.items()}
+    made = CUT | MASONRY | MESH | others
     assert {group.name for group in GROUPS.values() if group.built} == {*made, "polygons"}
     for name, builder in made.items():
         files = set(FROM_FILE.get(name, ())) and {"file", "layer", "scale"}

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..base.arguments import DAMPING_RATIO, POSITIVE, picture_name
+from ..base.arguments import DAMPING_RATIO, NOT_NEGATIVE, POSITIVE, picture_name
 from ..base.errors import InputError
 from ..base.files import save_picture
 
@@ -14,7 +14,9 @@ from ..base.files import save_picture
 def add_site_command(commands) -> None:
     """Add the sub-commands to those of the command line."""
     parser = commands.add_parser("site", help="a layered site as blocks and as a 1-D column")
-    parser.add_argument("file", type=Path, metavar="FILE", help="output, or namelist input to run")
+    parser.add_argument(
+        "file", type=Path, metavar="FILE", help="output, namelist input to run, or CSV profile"
+    )
     parser.add_argument(
         "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"
     )
@@ -26,6 +28,14 @@ def add_site_command(commands) -> None:
         metavar="RATIO",
         help="of the column's layers, 0.05 is 5 %% (that of the run's time integration)",
     )
+    parser.add_argument("--record", type=Path, help="of a CSV profile: ground motion")
+    parser.add_argument(
+        "--within", action="store_true", help="the record is of the base itself, not of an outcrop"
+    )
+    parser.add_argument(
+        "--water-table", type=NOT_NEGATIVE, default=float("inf"), metavar="M",
+        help="depth, of effective stresses of a CSV profile (none)",
+    )  # fmt: skip
     parser.set_defaults(act=_site)
     parser = commands.add_parser("surface", help="amplification along the surface of an output")
     parser.add_argument("file", type=Path, metavar="FILE.nc")
@@ -56,7 +66,39 @@ def _save(found, picture: Path, source: Path) -> None:
     print(f"picture: {save_picture(found.plot(), picture, [source], dpi=130)}")
 
 
+def _profile(options: argparse.Namespace) -> int:
+    """A CSV profile: its table and picture, and its columns under a record."""
+    from ..engine.records import read_record
+    from ..site import analyses, read_profile
+
+    path, profile = options.file, read_profile(options.file)
+    print(profile)
+    picture = options.output or path.with_name(f"{path.stem}_profile.png")
+    if options.record is None:
+        _save(profile, picture, path)
+        return 0
+    motion, curves = read_record(options.record), profile.curves(options.water_table)
+    kind = "within" if options.within else "outcrop"
+    try:
+        if any(curves):
+            found = analyses(profile.column(), curves, motion, kind=kind)
+        else:
+            found = profile.column().response(motion, kind=kind)
+    except ValueError as trouble:
+        raise InputError(f"{path}: {trouble}") from trouble
+    print(found)
+    _save(profile, path.with_name(f"{path.stem}_profile.png"), path)
+    _save(found, options.output or path.with_name(f"{path.stem}_site.png"), path)
+    return 0
+
+
 def _site(options: argparse.Namespace) -> int:
+    if options.file.suffix.lower() in (".csv", ".txt"):
+        return _profile(options)
+    return _beside(options)
+
+
+def _beside(options: argparse.Namespace) -> int:
     from ..facade.run import run
     from ..output.scene import open_output
     from ..site.beside import beside

@@ -20,10 +20,12 @@ from ..base.reading import read_bounded
 from .block_file import LARGE, write_block_file
 from .changes import with_files
 from .groups import (
+    COMPOSED,
     CUT,
     FROM_FILE,
     MASONRY,
     MESH,
+    composed,
     group_text,
     is_made,
     nearest,
@@ -33,7 +35,7 @@ from .input_text import Found, find_groups
 
 _NAMED = ("material", "joint", "region")  # groups that others name
 _ANY = re.compile(
-    r"^[^!\n]*&(" + "|".join([*CUT, *MASONRY, *MESH, "polygons"]) + r")\b",
+    r"^[^!\n]*&(" + "|".join([*COMPOSED, *CUT, *MASONRY, *MESH, "polygons"]) + r")\b",
     re.IGNORECASE | re.MULTILINE,
 )
 
@@ -50,6 +52,8 @@ class Built:
     blocks : list of dict
         Variables of &block groups: name, material, joint, vertices, edge_joints; blank ones left
         out.
+    groups : list of (str, dict)
+        Other groups that were made: names and variables.
     messages : list of str
         What was removed, merged or left.
     slivers : list of str
@@ -59,6 +63,7 @@ class Built:
     """
 
     blocks: list[dict] = field(default_factory=list)
+    groups: list[tuple[str, dict]] = field(default_factory=list)
     messages: list[str] = field(default_factory=list)
     slivers: list[str] = field(default_factory=list)
     meshed: list[int] = field(default_factory=list)
@@ -78,14 +83,18 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     -------
     Built
     """
+    built = Built()
+    pieces: list[dict] = []
+    groups = [*groups, *_composed(built, pieces, groups, folder)]
     names = _names(groups)
     made = [group for group in groups if is_made(group[0]) or group[0] in MESH]
     for _, values, place in made:
         _check_names(names, values, place)
-    built, parts = Built(), {name: [] for name in CUT}
-    pieces: list[dict] = []
+    parts: dict[str, list] = {name: [] for name in CUT}
     meshes, first, places = [], "", {}
     for name, values, place in made:
+        if name in COMPOSED:
+            continue
         try:
             if name in MESH:
                 meshes.append((MESH[name](**values), place))
@@ -113,6 +122,26 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     if meshes:
         _mesh(built, groups, meshes, cut)
     return built
+
+
+def _composed(built: Built, pieces: list[dict], groups, folder) -> list[tuple[str, dict, str]]:
+    """The groups that composed ones stand for; blocks among them are pieces."""
+    found: list[tuple[str, dict, str]] = []
+    for name, values, place in groups:
+        if name not in COMPOSED:
+            continue
+        try:
+            made, notes = composed(name, values, folder)
+        except InputError as error:
+            raise _placed(place, error) from None
+        except TypeError:
+            raise InputError(f"{place}: a variable is missing or of the wrong kind") from None
+        pieces += [dict(one) for kind, one in made if kind == "block"]
+        others = [(kind, one) for kind, one in made if kind != "block"]
+        built.groups += [(kind, one) for kind, one in others if not is_made(kind)]
+        built.messages += notes
+        found += [(kind, one, place) for kind, one in others]
+    return found
 
 
 def _mesh(built: Built, groups, meshes, cut) -> None:
@@ -232,7 +261,8 @@ def _add_cut(built: Built, parts: dict[str, list], first_joint: str, rings: bool
         parts["cutting"][0] if parts["cutting"] else None,
         rings,
     )
-    built.messages, built.slivers = blocks.messages, list(map(str, blocks.slivers))
+    built.messages += blocks.messages
+    built.slivers = list(map(str, blocks.slivers))
     rows = zip(
         blocks.names, blocks.materials, blocks.joints, blocks.polygons, blocks.edge_joints,
         strict=True,
@@ -352,7 +382,8 @@ def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built
     head = f"! {len(built.blocks)} blocks, made from the groups that stand as comments above.\n"
     body = _as_comments(text, found)
     end = "" if body.endswith("\n") else "\n"
-    return f"{body}{end}\n{head}{put(built.blocks)}", built
+    others = "".join(group_text(kind, values) for kind, values in built.groups)
+    return f"{body}{end}\n{head}{others}{put(built.blocks)}", built
 
 
 def _as_comments(text: str, found: Sequence[Found]) -> str:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from functools import cache
+from importlib import import_module
 
 import numpy as np
 
@@ -42,6 +43,8 @@ MASONRY = {
     "multi_leaf_wall": masonry.MultiLeafWall,
 }
 MESH = {"mesh": Mesh}
+# Groups that stand for others, made or not: the module and the class of each.
+COMPOSED = {"profile": ("build.layered", "LayeredGround")}
 # Groups whose points may come from a file: the variable that holds them.
 FROM_FILE = {"region": "outline", "hole": "outline", "excavation": "outline"}
 FROM_FILE |= {"surface": "points", "joint_line": "points"}
@@ -68,6 +71,24 @@ def _kind(variable: Variable) -> str:
 def is_made(name: str) -> bool:
     """Whether a group is turned into blocks before the engine reads the input."""
     return name in GROUPS and GROUPS[name].built
+
+
+def composed(name: str, values: dict, folder) -> tuple[list[tuple[str, dict]], list[str]]:
+    """The groups that one of `COMPOSED` stands for, names and variables; and notes on them.
+
+    Parameters
+    ----------
+    name : str
+        Of the group.
+    values : dict
+        Its variables.
+    folder : path
+        That file names are relative to.
+    """
+    module, made = COMPOSED[name]
+    thing = getattr(import_module(f"..{module}", __package__), made)(**values)
+    found, notes = thing.groups(folder)
+    return [(kind, {n: checked(kind, n, v) for n, v in one.items()}) for kind, one in found], notes
 
 
 def nearest(word: str, known) -> str:

@@ -403,6 +403,7 @@ class Model(Groups):
         gone = {id(given[i]) for i in built.meshed}
         kept = [one for one in self.groups if not is_made(one._name) and id(one) not in gone]
         model.groups[:] = [Group._of(one._name, one._values, one._place) for one in kept]
+        model.groups.extend(Group._of(kind, values) for kind, values in built.groups)
         model.groups.extend(Group._of("block", block) for block in built.blocks)
         return model
 

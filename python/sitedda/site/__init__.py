@@ -9,6 +9,7 @@ from .curves import SoilCurves, darendeli, gqh, hyperbolic, mkz
 from .equivalent_linear import EquivalentLinear, equivalent_linear
 from .intensity import Intensity, intensity
 from .nonlinear import NonlinearResponse, nonlinear
+from .profile import Profile, read_profile
 from .response import ColumnResponse
 from .surface import Surface, surface
 
@@ -23,6 +24,7 @@ __all__ = [
     "Intensity",
     "Layer",
     "NonlinearResponse",
+    "Profile",
     "SoilCurves",
     "Surface",
     "analyses",
@@ -34,5 +36,6 @@ __all__ = [
     "intensity",
     "mkz",
     "nonlinear",
+    "read_profile",
     "surface",
 ]

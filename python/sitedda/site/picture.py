@@ -57,6 +57,40 @@ def response_figure(response) -> Figure:
     return figure
 
 
+def profile_figure(profile) -> Figure:
+    """Velocities, density and damping of a site over depth.
+
+    Parameters
+    ----------
+    profile : Profile
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(9, 5), layout="constrained")
+    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=[2, 1, 1])
+    ground = [*profile.layers, *filter(None, [profile.half_space])]
+    bottom = 1.15 * profile.depth if profile.half_space else profile.depth
+    ends = np.append(profile.tops[: len(ground)], bottom)
+
+    def steps(axes, values, color, label=""):
+        axes.stairs(values, ends, orientation="horizontal", baseline=None, color=color, label=label)
+
+    steps(left, [one.shear_velocity for one in ground], BLOCKS, "$V_s$")
+    if np.isfinite([one.pressure_velocity for one in ground]).all():
+        steps(left, [one.pressure_velocity for one in ground], COLUMN, "$V_p$")
+    left.legend(frameon=False)
+    left.set(xlabel="velocity (m/s)", ylabel="depth (m)", ylim=(bottom, 0), xlim=(0, None))
+    steps(middle, [one.density for one in ground], BLOCKS)
+    middle.set(xlabel="density (kg/m³)")
+    steps(right, [100 * one.damping for one in ground], BLOCKS)
+    right.set(xlabel="damping ratio (%)", xlim=(0, None))
+    mean = f"$V_{{s30}}$ = {profile.mean_velocity():.0f} m/s"
+    figure.suptitle(f"{profile.file.stem}: {mean}", fontsize=10)
+    return figure
+
+
 def nonlinear_figure(response) -> Figure:
     """Motions, spectra, profiles and the loop of the largest strain of a column that yields.
 

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from ..base.arguments import TOLERANCE, Range
+from ..base.errors import InputError, InterruptedRun, NoRootError, SiteddaError
 from ..input.building import InputOfRun, opened_input
 from ..input.changes import changed_input, with_files
-from ..base.errors import InputError, InterruptedRun, NoRootError, SiteddaError
 from .axes import short_names
 from .quantities import Quantity, measure, quantities_of, returned
 from .tasks import task_of
@@ -315,8 +315,8 @@ def _whole_name(group, file: Path) -> str:
 
 def _run(source, output: Path) -> None:
     """Run a case to its end; a signal ends the search."""
-    from ..engine.simulation import Simulation, run_to_end
     from ..base.stop import SIGNALS, Stop
+    from ..engine.simulation import Simulation, run_to_end
 
     with Stop(SIGNALS, program=True) as stop, Simulation(source, output) as simulation:
         if not run_to_end(simulation, None, stop):

@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Level ground in layers: a group that makes blocks, materials, base, sides and measured points."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import InputError
+from .profile import Ground, SoilProfile, read_soil_profile
+
+_CELLS = 12  # in the length of S waves of the highest frequency
+_MOST = 100_000  # blocks
+_STIFF = 1e3  # times a block, what welds between blocks are: their compliance is a thousandth of it
+_STRENGTH = 1e12  # Pa, of welds
+_ANGLE = 45.0  # degrees
+
+
+@dataclass(kw_only=True)
+class LayeredGround:
+    """Level ground from a file of velocities over depth.
+
+    Attributes
+    ----------
+    file : str
+        See `read_soil_profile`; relative to the folder of the input.
+    name : str
+        Blocks are name_1, name_2 … from below, on name_base; materials name_1 … from the surface.
+    left, top : float
+        x of the left side and y of the surface, m.
+    width : float, optional
+        m (the thickness of the thickest block).
+    columns : int
+        Of blocks, across the width.
+    highest_frequency : float
+        Hz; a block is at most a twelfth of the length of its S waves thick.
+    base : {'compliant', 'fixed', 'none'}, optional
+        'compliant' where the file has a half-space, else 'fixed'.
+    sides : {'tied', 'free_field', 'roller', 'none'}
+    motion_x, motion_y : str
+        Names of motions of the base.
+    points : bool
+        Measured points: surface, base, and depth_D at each boundary of layers.
+    """
+
+    file: str = ""
+    name: str = "soil"
+    left: float = 0.0
+    top: float = 0.0
+    width: float | None = None
+    columns: int = 1
+    highest_frequency: float = 15.0
+    base: str | None = None
+    sides: str = "tied"
+    motion_x: str = ""
+    motion_y: str = ""
+    points: bool = True
+
+    def groups(self, folder: Path) -> tuple[list[tuple[str, dict]], list[str]]:
+        """What it stands for: names and variables of groups; and what is to be said of them.
+
+        Parameters
+        ----------
+        folder : Path
+            Of the input.
+        """
+        if not self.file:
+            raise InputError("file is missing")
+        profile = read_soil_profile(Path(folder) / self.file)
+        self._check(profile)
+        cells = [self._cells(layer) for layer in profile.layers]
+        if sum(cells) * self.columns > _MOST:
+            raise InputError(f"{sum(cells) * self.columns} blocks are more than {_MOST}; lower "
+                             "highest_frequency")  # fmt: skip
+        found = self._materials(profile) + self._joints(profile, cells)
+        found += self._blocks(profile, cells) + self._boundaries(profile)
+        notes = []
+        if any(layer.curve for layer in profile.layers):
+            notes = [f"the curves of {self.file} do not act in blocks, which are linear: sitedda "
+                     f"site {self.file} counts them"]  # fmt: skip
+        return found + (self._measured(profile) if self.points else []), notes
+
+    def _check(self, profile: SoilProfile) -> None:
+        for name, low in (("columns", 1), ("highest_frequency", 1e-9)):
+            if not low <= getattr(self, name) <= 1e9:
+                raise InputError(f"{name} = {getattr(self, name):g} must be at least {low:g}")
+        if self.base is None:
+            self.base = "fixed" if profile.half_space is None else "compliant"
+        if self.base == "compliant" and profile.half_space is None:
+            raise InputError(f"base = 'compliant' needs a half-space, and {self.file} ends with a "
+                             "layer: give it a last row without thickness")  # fmt: skip
+        for one in (*profile.layers, *filter(None, [profile.half_space])):
+            if math.isnan(one.pressure_velocity):
+                raise InputError(f"{self.file}, row {one.row}: blocks need pressure_velocity or "
+                                 "poisson_ratio")  # fmt: skip
+
+    def _cells(self, layer: Ground) -> int:
+        """Blocks over the height of a layer."""
+        length = layer.shear_velocity / self.highest_frequency
+        return max(1, math.ceil(_CELLS * layer.thickness / length * (1 - 1e-9)))
+
+    def _below(self, profile: SoilProfile) -> Ground:
+        """What the block under the layers is of."""
+        return profile.half_space or profile.layers[-1]
+
+    def _materials(self, profile: SoilProfile) -> list[tuple[str, dict]]:
+        ground = dict(zip(self._names(profile), (*profile.layers, self._below(profile)),
+                          strict=True))  # fmt: skip
+        found = []
+        for name, one in ground.items():
+            values = {"name": name, "density": one.density, "shear_velocity": one.shear_velocity,
+                      "pressure_velocity": one.pressure_velocity}  # fmt: skip
+            damping = {"damping_ratio": one.damping} if one.damping else {}
+            found.append(("material", values | damping))
+        return found
+
+    def _names(self, profile: SoilProfile) -> list[str]:
+        """Of the materials: layers from the surface, then what is below them."""
+        return [f"{self.name}_{i}" for i in range(1, len(profile.layers) + 1)] + [
+            f"{self.name}_base"
+        ]
+
+    def _joints(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
+        """Welds between layers, of a stiffness by area; upright ones, which may be tied."""
+        stiff = max(one.density * one.pressure_velocity**2 * count / one.thickness
+                    for one, count in zip(profile.layers, cells, strict=True))  # fmt: skip
+        whole = {"friction_angle": _ANGLE, "cohesion": _STRENGTH, "tensile_strength": _STRENGTH}
+        return [
+            ("joint", {"name": f"{self.name}_weld", **whole,
+                       "normal_stiffness_per_area": _STIFF * stiff}),
+            ("joint", {"name": f"{self.name}_side", **whole}),
+        ]  # fmt: skip
+
+    def _blocks(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
+        """Rectangles from below, row by row."""
+        names = self._names(profile)
+        thick = [layer.thickness / count for layer, count in zip(profile.layers, cells,
+                                                                 strict=True)]  # fmt: skip
+        self.width = self.width or max(thick) * self.columns
+        if not 0 < self.width <= 1e9:
+            raise InputError(f"width = {self.width:g} must be a positive number")
+        sides = np.linspace(self.left, self.left + self.width, self.columns + 1)
+        floor, found = self.top - profile.depth, []
+        if self.base != "none":
+            below = self._below(profile)
+            height = below.shear_velocity / self.highest_frequency / _CELLS
+            height = min(height, 0.25 * profile.depth)
+            found += self._row(f"{self.name}_base", names[-1], sides, floor - height, floor)
+        number = 1
+        for i in range(len(cells) - 1, -1, -1):
+            ends = self.top - np.linspace(profile.tops[i + 1], profile.tops[i], cells[i] + 1)
+            for low, high in zip(ends, ends[1:], strict=False):
+                found += self._row(f"{self.name}_{number}", names[i], sides, low, high)
+                number += 1
+        return found
+
+    def _row(self, name: str, material: str, sides, low: float, high: float):
+        """Blocks of one name beside each other."""
+        weld, side = f"{self.name}_weld", f"{self.name}_side"
+        for left, right in zip(sides, sides[1:], strict=False):
+            corners = np.array([[left, low], [right, low], [right, high], [left, high]])
+            yield "block", {"vertices": corners, "name": name, "material": material, "joint": weld,
+                            "edge_joints": (weld, side, weld, side)}  # fmt: skip
+
+    def _boundaries(self, profile: SoilProfile) -> list[tuple[str, dict]]:
+        moved = {"motion_x": self.motion_x, "motion_y": self.motion_y}
+        moved = {name: motion for name, motion in moved.items() if motion}
+        if moved and self.base == "none":
+            raise InputError("base = 'none' has no motion: leave out motion_x and motion_y")
+        found: list[tuple[str, dict]] = []
+        below = self._below(profile)
+        if self.base == "compliant":
+            found.append(
+                (
+                    "boundary",
+                    {
+                        "name": f"{self.name}_base",
+                        "kind": "compliant",
+                        "side": "bottom",
+                        "density": below.density,
+                        "shear_velocity": below.shear_velocity,
+                        "pressure_velocity": below.pressure_velocity,
+                        **moved,
+                    },
+                )
+            )
+        elif self.base == "fixed":
+            found.append(
+                (
+                    "boundary",
+                    {
+                        "name": f"{self.name}_base",
+                        "kind": "fixed",
+                        "blocks": f"{self.name}_base",
+                        "side": "bottom",
+                        **moved,
+                    },
+                )
+            )
+        if self.sides == "tied":
+            found.append(("boundary", {"kind": "tied"}))
+        elif self.sides == "free_field":
+            found += [("boundary", {"kind": "free_field", "side": s}) for s in ("left", "right")]
+        elif self.sides == "roller":
+            found += [
+                ("boundary", {"kind": "roller", "side": side, "direction": "y"})
+                for side in ("left", "right")
+            ]
+        return found  # fmt: skip
+
+    def _measured(self, profile: SoilProfile) -> list[tuple[str, dict]]:
+        """Points in the middle of the first column of blocks."""
+        x = self.left + 0.5 * self.width / self.columns
+        rows = self._rows(profile)
+        found = [("surface", self.top, rows[0])]
+        found += [(f"depth_{depth:.6g}", self.top - depth, row)
+                  for depth, row in zip(profile.tops[1:-1], rows[1:], strict=False)]  # fmt: skip
+        if self.base != "none":
+            found.append(("base", self.top - profile.depth, f"{self.name}_base"))
+        return [("measured_point", {"name": name, "x": x, "y": y, "block": block})
+                for name, y, block in found]  # fmt: skip
+
+    def _rows(self, profile: SoilProfile) -> list[str]:
+        """The name of the highest blocks of each layer."""
+        cells = [self._cells(layer) for layer in profile.layers]
+        return [f"{self.name}_{sum(cells[i:])}" for i in range(len(cells))]

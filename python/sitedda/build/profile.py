@@ -1,0 +1,332 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A site in a CSV file: layers with velocities, density, damping and curves over depth."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..base.reading import read_bounded
+
+GRAVITY = 9.80665  # m/s², in unit weights and stresses
+_LARGEST = 2**24  # bytes of a file
+_MOST = 10_000  # rows
+_FOOT = 0.3048  # m
+_COMMENT = "#"
+_LENGTH = {"m": 1.0, "ft": _FOOT, "km": 1e3}
+_SPEED = {"m/s": 1.0, "ft/s": _FOOT, "km/s": 1e3}
+_DENSITY = {"kg/m3": 1.0, "g/cm3": 1e3, "t/m3": 1e3, "kn/m3": 1e3 / GRAVITY}
+_SHARE = {"%": 0.01, "1": 1.0, "-": 1.0}
+_NONE = {"": 1.0, "1": 1.0, "-": 1.0}
+# Columns: their unit in a file and what a number in it is in SI units; other words for them.
+_COLUMNS: dict[str, tuple[dict[str, float] | None, tuple[str, ...]]] = {
+    "depth": (_LENGTH, ("z",)),
+    "top": (_LENGTH, ("top depth", "depth to top", "from")),
+    "bottom": (_LENGTH, ("bottom depth", "depth to bottom", "to")),
+    "thickness": (_LENGTH, ("h", "dz")),
+    "shear_velocity": (_SPEED, ("vs", "v_s", "shear velocity")),
+    "pressure_velocity": (_SPEED, ("vp", "v_p", "pressure velocity")),
+    "poisson_ratio": (_NONE, ("nu", "ν", "poisson", "poisson ratio")),
+    "density": (_DENSITY, ("rho", "ρ", "unit weight", "gamma", "γ")),
+    "damping": (_SHARE, ("damping ratio", "d", "d_min", "ξ", "xi")),
+    "curve": (None, ("curves",)),
+    "name": (None, ("layer", "soil", "unit")),
+}
+_WORDS = {word: name for name, (_, more) in _COLUMNS.items() for word in (name, *more)}
+_HEAD = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
+_CURVE = re.compile(r"(\w+)\s*[( ]?\s*([-+.\deE,; ]*)\)?")
+_FORMULAS = ("darendeli", "hyperbolic", "mkz", "linear")
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What a row of a file says.
+
+    Attributes
+    ----------
+    thickness : float
+        m; inf of the half-space.
+    shear_velocity, pressure_velocity : float
+        m/s; the latter NaN where the file has neither it nor Poisson's ratio.
+    density : float
+        kg/m³
+    damping : float
+        Damping ratio, a fraction.
+    curve : str
+        As the file has it; blank: linear.
+    name : str
+    row : int
+        Of the file, from 1.
+    """
+
+    thickness: float
+    shear_velocity: float
+    pressure_velocity: float
+    density: float
+    damping: float
+    curve: str
+    name: str
+    row: int
+
+    def values(self) -> dict[str, float]:
+        """What `Layer` and `HalfSpace` have of it."""
+        return {
+            "density": self.density,
+            "shear_velocity": self.shear_velocity,
+            "damping": self.damping,
+        }
+
+
+@dataclass(frozen=True)
+class SoilProfile:
+    """Layers of ground, from the surface downwards.
+
+    Attributes
+    ----------
+    layers : tuple of Ground
+    half_space : Ground or None
+        Below them; None: the file ends with its last layer.
+    file : Path
+    """
+
+    layers: tuple[Ground, ...]
+    half_space: Ground | None
+    file: Path
+
+    @property
+    def depth(self) -> float:
+        """Of the lowest layer's bottom, m."""
+        return float(sum(layer.thickness for layer in self.layers))
+
+    @property
+    def tops(self) -> np.ndarray:
+        """Depth of the top of each layer and of the bottom, shape (layers + 1,), m."""
+        return np.cumsum([0.0, *(layer.thickness for layer in self.layers)])
+
+    def mean_velocity(self, depth: float = 30.0) -> float:
+        """Depth over the travel time of S waves through it, m/s: V_s30 for 30 m.
+
+        Below the file its half-space goes on, or its last layer.
+        """
+        left, time = float(depth), 0.0
+        for layer in self.layers:
+            taken = min(layer.thickness, left)
+            time, left = time + taken / layer.shear_velocity, left - taken
+        return depth / (time + left / (self.half_space or self.layers[-1]).shear_velocity)
+
+    def __str__(self) -> str:
+        """The layers as a table, and the mean velocity of 30 m."""
+        head = f"{'depth (m)':>15}{'V_s (m/s)':>11}{'V_p (m/s)':>11}{'ρ (kg/m³)':>11}{'D (%)':>8}"
+        rows = [head + "  curve"]
+        tops = self.tops
+        for i, one in enumerate((*self.layers, *filter(None, [self.half_space]))):
+            to = f"{tops[i + 1]:.4g}" if i < len(self.layers) else "∞"
+            fast = "" if math.isnan(one.pressure_velocity) else f"{one.pressure_velocity:.5g}"
+            numbers = f"{one.shear_velocity:11.5g}{fast:>11}{one.density:11.5g}"
+            where = f"{tops[i]:.4g} – {to}"
+            rows.append(f"{where:>15}{numbers}{100 * one.damping:8.3g}  {one.curve}".rstrip())
+        deep = ""
+        if self.depth < 30:
+            below = "the half-space" if self.half_space else "the last layer"
+            deep = f", with {below} going on below {self.depth:g} m"
+        return "\n".join([*rows, f"V_s30 = {self.mean_velocity():.4g} m/s{deep}"])
+
+
+def read_soil_profile(file) -> SoilProfile:
+    """Read a site from a CSV file.
+
+    Parameters
+    ----------
+    file : path
+        Columns by their heads, with units in brackets, separated by commas, semicolons or tabs:
+        ``depth (m)`` or ``thickness (m)``, ``Vs (m/s)``, ``Vp (m/s)`` or ``nu``,
+        ``density (kg/m3)`` or ``unit weight (kN/m3)``, ``damping (%)``, ``curve``, ``name``.
+        Lines that begin with # are comments.
+
+    Returns
+    -------
+    SoilProfile
+
+    Raises
+    ------
+    InputError
+        If a column is not known or lacks its unit, or a value cannot be; the message names the row.
+
+    Notes
+    -----
+    ``depth`` is that of the tops where the first is 0, else of the bottoms.  With tops the last row
+    is the half-space; else a last row without thickness or depth is.  Curves: ``darendeli 15``
+    (plasticity index, %), ``hyperbolic 5e-4`` (reference strain), ``mkz 5e-4 1 0.9``, ``linear``,
+    or a CSV file of strain, G/G_max and damping ratio beside this one.
+    """
+    file = Path(file)
+    rows = rows_of(file)
+    number, heads = rows[0]
+    columns = [_column(head, file, number) for head in heads]
+    names = [name for name, _ in columns]
+    for name in set(names):
+        if names.count(name) > 1:
+            raise InputError(f"{file}, row {number}: there are two columns {name}")
+    table = [
+        {"row": at, **{n: _value(file, at, n, unit, cell)
+                       for (n, unit), cell in zip(columns, cells, strict=False)}}
+        for at, cells in rows[1:]
+    ]  # fmt: skip
+    if not table:
+        raise InputError(f"{file} has heads, and no layers below")
+    thickness = _thicknesses(file, names, table)
+    ground = [_ground(file, one, thick) for one, thick in zip(table, thickness, strict=True)]
+    below = ground.pop() if math.isinf(ground[-1].thickness) else None
+    if not ground:
+        raise InputError(f"{file} has no layer above its half-space")
+    return SoilProfile(tuple(ground), below, file)
+
+
+def rows_of(file: Path) -> list[tuple[int, list[str]]]:
+    """Numbers and cells of the lines of a CSV file that hold something.
+
+    Parameters
+    ----------
+    file : Path
+    """
+    try:
+        text = read_bounded(file, _LARGEST).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{file} is not a text file in UTF-8") from None
+    lines = text.splitlines()
+    kept = [line for line in lines if line.strip() and line.lstrip()[0] != _COMMENT]
+    if not kept:
+        raise InputError(f"{file} is empty")
+    mark = max(",;\t", key=kept[0].count)
+    found = []
+    for number, line in enumerate(lines, 1):
+        if not line.strip() or line.lstrip()[0] == _COMMENT:
+            continue
+        try:
+            cells = next(csv.reader([line], delimiter=mark, skipinitialspace=True))
+        except csv.Error as trouble:
+            raise InputError(f"{file}, row {number}: {trouble}") from None
+        found.append((number, [cell.strip() for cell in cells]))
+        if len(found) > _MOST:
+            raise InputError(f"{file} has more than {_MOST} rows")
+    return found
+
+
+def _column(head: str, file: Path, row: int) -> tuple[str, float | None]:
+    """Name of a column, and what a number in it is in SI units."""
+    words, unit = _HEAD.fullmatch(head).groups() if _HEAD.fullmatch(head) else (head, None)
+    word = " ".join(words.lower().replace("_", " ").split())
+    known = {name.replace("_", " "): there for name, there in _WORDS.items()}
+    if word not in known:
+        raise InputError(f"{file}, row {row}: there is no column {words!r}; "
+                         f"known are {', '.join(_COLUMNS)}")  # fmt: skip
+    units = _COLUMNS[known[word]][0]
+    if units is None:
+        return known[word], None
+    given = (unit or "").lower().replace("³", "3").replace("^", "").replace(" ", "")
+    if given not in units:
+        listed = ", ".join(one for one in units if one)
+        what = f"the unit {unit!r} is not known" if unit else "the unit is missing"
+        raise InputError(f"{file}, row {row}: {words}: {what}; use {words} ({listed})")
+    return known[word], units[given]
+
+
+def _value(file: Path, row: int, name: str, unit: float | None, cell: str):
+    """A cell in SI units; NaN where it is blank."""
+    if unit is None:
+        return cell
+    if not cell:
+        return math.nan
+    try:
+        number = float(cell)
+    except ValueError:
+        raise InputError(f"{file}, row {row}: {name} = {cell!r} is no number") from None
+    if name == "thickness" and math.isinf(number):
+        return math.nan
+    if not math.isfinite(number):
+        raise InputError(f"{file}, row {row}: {name} = {cell} is no usable number")
+    return number * unit
+
+
+def _thicknesses(file: Path, names: list[str], table: list[dict]) -> list[float]:
+    """Of each row, m; inf of a half-space."""
+    given = [name for name in ("thickness", "top", "bottom", "depth") if name in names]
+    if len(given) != 1:
+        raise InputError(f"{file}: give one column of depth, top, bottom or thickness, not "
+                         f"{' and '.join(given) or 'none'}")  # fmt: skip
+    name, values = given[0], [one.get(given[0], math.nan) for one in table]
+    tops = name == "top" or (name == "depth" and values[0] == 0)
+    missing = [i for i, value in enumerate(values) if math.isnan(value)]
+    if missing and (tops or missing != [len(values) - 1]):
+        raise InputError(f"{file}, row {table[missing[0]]['row']}: {name} is missing")
+    if name == "thickness":
+        if not missing and values[-1] == 0:
+            missing, values[-1] = [len(values) - 1], math.nan
+        found = values
+    elif tops:
+        if values[0] != 0:
+            raise InputError(f"{file}, row {table[0]['row']}: the first top must be 0")
+        found = [*np.diff(values), math.nan]
+    else:
+        found = np.diff([0.0, *values]).tolist()
+    for one, value in zip(table, found, strict=True):
+        if not math.isnan(value) and not 0 < value <= 1e5:
+            raise InputError(f"{file}, row {one['row']}: the layer would be {value:g} m thick; "
+                             "depths must increase, thicknesses be positive")  # fmt: skip
+    return [math.inf if math.isnan(value) else float(value) for value in found]
+
+
+def _ground(file: Path, values: dict, thickness: float) -> Ground:
+    """A row that has been read."""
+    where = f"{file}, row {values['row']}"
+    for name, most in (("shear_velocity", 1e5), ("density", 1e5)):
+        if not 0 < values.get(name, math.nan) <= most:
+            got = values.get(name, math.nan)
+            raise InputError(f"{where}: {name} is {'missing' if math.isnan(got) else f'{got:g}'}; "
+                             "it must be positive")  # fmt: skip
+    damping = values.get("damping", 0.0)
+    damping = 0.0 if math.isnan(damping) else damping
+    if not 0 <= damping < 0.5:
+        raise InputError(f"{where}: damping = {damping:g} must be a fraction from 0 to 0.5")
+    slow = values["shear_velocity"]
+    fast = values.get("pressure_velocity", math.nan)
+    poisson = values.get("poisson_ratio", math.nan)
+    if math.isnan(fast) and not math.isnan(poisson):
+        if not 0 <= poisson < 0.5:
+            raise InputError(f"{where}: poisson_ratio = {poisson:g} must lie from 0 to below 0.5")
+        fast = slow * math.sqrt((2 - 2 * poisson) / (1 - 2 * poisson))
+    if fast <= slow * math.sqrt(4 / 3):
+        raise InputError(f"{where}: pressure_velocity = {fast:g} must be above √(4/3) of the shear "
+                         f"velocity {slow:g}")  # fmt: skip
+    curve = values.get("curve", "")
+    curve_of(curve, where)
+    return Ground(thickness, slow, fast, values["density"], damping,
+                  "" if curve == "linear" else curve, values.get("name", ""),
+                  values["row"])  # fmt: skip
+
+
+def curve_of(text: str, where: str) -> tuple[str, list[float]]:
+    """Name and numbers of a curve; of a file its name alone.
+
+    Parameters
+    ----------
+    text : str
+    where : str
+        File and row, for messages.
+    """
+    if not text or text.lower().endswith((".csv", ".txt")):
+        return text, []
+    found = _CURVE.fullmatch(text)
+    if not found or found[1].lower() not in _FORMULAS:
+        raise InputError(f"{where}: curve = {text!r}: use {', '.join(_FORMULAS)} with numbers "
+                         "behind, or the name of a CSV file")  # fmt: skip
+    try:
+        return found[1].lower(), [float(one) for one in re.split(r"[,; ]+", found[2]) if one]
+    except ValueError:
+        raise InputError(f"{where}: curve = {text!r}: a number cannot be read") from None

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A site from a CSV file as a column, with the curves of its soils."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..build.profile import GRAVITY, Ground, SoilProfile, curve_of, read_soil_profile, rows_of
+from .column import Column, HalfSpace, Layer
+from .curves import SoilCurves, darendeli, hyperbolic, mkz
+
+
+@dataclass(frozen=True)
+class Profile(SoilProfile):
+    """Layers of ground, from the surface downwards, as a column.
+
+    Attributes
+    ----------
+    layers, half_space, file
+        Those of `sitedda.build.profile.SoilProfile`.
+    """
+
+    def column(self, base: str | None = None, convention: str | None = None) -> Column:
+        """The layers as a column.
+
+        Parameters
+        ----------
+        base : {'half_space', 'rigid'}, optional
+            The half-space where the file has one.
+        convention : str, optional
+            See `Column`.
+        """
+        if base not in (None, "half_space", "rigid"):
+            raise InputError(f"base = {base!r}: use 'half_space' or 'rigid'")
+        if base == "half_space" and self.half_space is None:
+            raise InputError(f"{self.file} has no half-space: a last row without thickness is one")
+        below: HalfSpace | str = "rigid"
+        if base != "rigid" and self.half_space is not None:
+            below = HalfSpace(**self.half_space.values())
+        more = {} if convention is None else {"convention": convention}
+        return Column([Layer(one.thickness, **one.values()) for one in self.layers], below, **more)
+
+    def curves(
+        self, water_table: float = math.inf, pressure_at_rest: float = 0.5
+    ) -> list[SoilCurves | None]:
+        """Modulus reduction and damping of each layer; None: linear.
+
+        Parameters
+        ----------
+        water_table : float
+            Depth, m (none): effective stresses, which `darendeli` has, count from it.
+        pressure_at_rest : float
+            K₀ of these.
+        """
+        tops, found, pressure = self.tops, [], 0.0
+        for layer, top in zip(self.layers, tops, strict=False):
+            half = 0.5 * layer.thickness
+            weight = layer.density * GRAVITY
+            water = 1e3 * GRAVITY * max(0.0, top + half - water_table)
+            vertical = pressure + half * weight - water
+            mean = vertical * (1 + 2 * pressure_at_rest) / 3
+            found.append(_curves(layer, mean, self.file))
+            pressure += layer.thickness * weight
+        return found
+
+    def plot(self):
+        """Velocities, density and damping over depth; a matplotlib.figure.Figure."""
+        from .picture import profile_figure
+
+        return profile_figure(self)
+
+
+def read_profile(file) -> Profile:
+    """Read a site from a CSV file, see `sitedda.build.profile.read_soil_profile`.
+
+    Parameters
+    ----------
+    file : path
+
+    Raises
+    ------
+    InputError
+        If a column is not known or lacks its unit, or a value cannot be; the message names the row.
+    """
+    found = read_soil_profile(file)
+    return Profile(found.layers, found.half_space, found.file)
+
+
+def _curves(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
+    where = f"{file}, row {layer.row}"
+    name, numbers = curve_of(layer.curve, where)
+    made: dict[str, Callable[..., SoilCurves]] = {
+        "darendeli": lambda *more: darendeli(stress, *more), "hyperbolic": hyperbolic, "mkz": mkz,
+    }  # fmt: skip
+    try:
+        if name in ("", "linear"):
+            return None
+        return made[name](*numbers) if name in made else _table(file.parent / name)
+    except (ValueError, TypeError) as trouble:
+        if isinstance(trouble, InputError):
+            raise
+        raise InputError(f"{where}: curve = {layer.curve!r}: {trouble}") from None
+
+
+def _table(file: Path) -> SoilCurves:
+    """Curves of a file of strain, G/G_max and damping ratio, all fractions."""
+    rows = rows_of(file)
+    try:
+        start = 0 if rows[0][1][0][:1] in "0123456789.+-" else 1
+        numbers = np.array([[float(cell) for cell in cells] for _, cells in rows[start:]])
+        if numbers.ndim != 2 or numbers.shape[1] != 3:
+            raise ValueError("three columns are wanted: strain, G/G_max and damping ratio")
+        return SoilCurves(*numbers.T, name=file.stem)
+    except (ValueError, IndexError) as trouble:
+        raise InputError(f"{file}: {trouble}") from None

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A site in a CSV file: read, as a column, as blocks, from the command line."""
+
+import math
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda import InputError
+from sitedda.site import read_profile
+
+SITE = """# a comment
+depth (m), Vs (m/s), Vp (m/s), density (kg/m3), damping (%), curve
+0, 150, 1500, 1800, 2, darendeli 15
+4, 200, 1500, 1850, 2, hyperbolic 5e-4
+10, 280, 1600, 1900, 1.5,
+20, 760, 1900, 2200, 0.5, linear
+"""
+
+
+@pytest.fixture
+def site(tmp_path):
+    """A file with a text; by default three layers on a half-space."""
+
+    def write(text=SITE, name="vs.csv"):
+        file = tmp_path / name
+        file.write_text(text)
+        return file
+
+    return write
+
+
+def test_a_profile_and_its_mean_velocity(site):
+    found = read_profile(site())
+    assert [one.thickness for one in found.layers] == [4, 6, 10]
+    assert found.half_space.shear_velocity == 760
+    assert found.layers[0].damping == pytest.approx(0.02)
+    time = 4 / 150 + 6 / 200 + 10 / 280 + 10 / 760
+    assert found.mean_velocity() == pytest.approx(30 / time)
+    assert found.mean_velocity(8.0) == pytest.approx(8 / (4 / 150 + 4 / 200))
+    assert f"V_s30 = {30 / time:.4g} m/s" in str(found)
+    assert found.plot().axes
+
+
+def test_other_heads_units_and_separators_say_the_same(site):
+    foot, weight = 0.3048, 9.80665e-3
+    rows = ["thickness [ft]; v_s (km/s); nu; unit weight (kN/m³); damping (1)"]
+    given = read_profile(site())
+    for one in given.layers:
+        ratio = (one.pressure_velocity / one.shear_velocity) ** 2
+        nu = (ratio - 2) / (2 * ratio - 2)
+        numbers = (one.thickness / foot, one.shear_velocity / 1e3, nu, one.density * weight)
+        rows.append("; ".join(f"{n!r}" for n in (*numbers, one.damping)))
+    below = given.half_space
+    ratio = (below.pressure_velocity / below.shear_velocity) ** 2
+    nu = (ratio - 2) / (2 * ratio - 2)
+    rows.append(f"; 0.76; {nu!r}; {below.density * weight!r}; 0.005")
+    same = read_profile(site("\n".join(rows), "other.csv"))
+    for mine, theirs in zip((*same.layers, same.half_space), (*given.layers, below), strict=True):
+        for name in ("thickness", "shear_velocity", "pressure_velocity", "density", "damping"):
+            assert getattr(mine, name) == pytest.approx(getattr(theirs, name), rel=1e-9), name
+
+
+def test_depths_of_bottoms_and_a_file_without_half_space(site):
+    found = read_profile(site("depth (m),vs (m/s),density (kg/m3)\n4,150,1800\n10,200,1850\n"))
+    assert [one.thickness for one in found.layers] == [4, 6]
+    assert found.half_space is None
+    assert found.column().base == "rigid"
+    with pytest.raises(InputError, match="has no half-space"):
+        found.column("half_space")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "is empty"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n", "no layers below"),
+        ("depth, Vs (m/s), density (kg/m3)\n0,1,1\n", "row 1: depth: the unit is missing"),
+        ("depth (m), Vs (mph), density (kg/m3)\n0,1,1\n", "unit 'mph' is not known"),
+        ("depth (m), speed (m/s)\n0,1\n", "there is no column 'speed'"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n0,fast,1800\n", "row 2: shear_velocity = 'fast'"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n4,150,\n", "density is missing"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n4,-150,1800\n", "shear_velocity is -150"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n4,150,1800\n3,150,1800\n", "-1 m thick"),
+        ("Vs (m/s), density (kg/m3)\n150,1800\n", "give one column of depth"),
+        ("depth (m), Vs (m/s), Vp (m/s), density (kg/m3)\n4,150,160,1800\n", "√\\(4/3\\)"),
+        ("depth (m), Vs (m/s), density (kg/m3), curve\n4,150,1800,seed 3\n", "curve = 'seed 3'"),
+        ("depth (m), Vs (m/s), density (kg/m3), Vs (m/s)\n4,150,1800,1\n", "two columns"),
+        ("depth (m), Vs (m/s), density (kg/m3), damping (%)\n4,150,1800,80\n", "damping = 0.8"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n4,nan,1800\n", "no usable number"),
+    ],
+)
+def test_files_that_cannot_be_read(site, text, words):
+    with pytest.raises(InputError, match=words):
+        read_profile(site(text))
+
+
+def test_curves_have_the_stress_of_their_depth(site):
+    from sitedda.site import darendeli
+
+    dry, wet = (read_profile(site()).curves(*w) for w in ((), (2.0,)))
+    assert dry[2] is None
+    stress = 2.0 * 1800 * 9.80665 * 2 / 3
+    np.testing.assert_allclose(dry[0].reduction, darendeli(stress, 15.0).reduction)
+    middle = (4 * 1800 + 3 * 1850) * 9.80665
+    assert dry[1].reduction_at(5e-4) == pytest.approx(0.5, rel=1e-3)
+    assert middle > stress
+    np.testing.assert_allclose(wet[0].reduction, dry[0].reduction)  # at the water table
+    table = "strain,reduction,damping\n1e-5,1,0.01\n1e-3,0.5,0.1\n"
+    site(table, "clay.csv")
+    found = read_profile(site(SITE.replace("darendeli 15", "clay.csv"), "b.csv")).curves()
+    np.testing.assert_allclose(found[0].reduction, [1, 0.5])
+
+
+def model_of(file, **values) -> sitedda.Model:
+    """A model whose ground is that of a file."""
+    model = sitedda.Model("site", time_step=1e-4, steps=1, integration="midpoint")
+    model.control(analysis="plane_strain")
+    model.profile(str(file), **values)
+    return model
+
+
+@pytest.mark.parametrize("columns", [1, 3])
+def test_blocks_amplify_as_the_column(site, columns):
+    """Surface over outcrop, with the damping of the materials left out."""
+    lines = SITE.replace(", 2,", ", 0,").replace("1.5,", "0,").replace("0.5,", "0,")
+    file = site(lines)
+    frequencies = np.linspace(0.5, 8.0, 31)
+    exact = abs(read_profile(file).column().transfer(frequencies, motion="outcrop"))
+    errors = []
+    for highest in (10.0, 20.0):
+        model = model_of(file, columns=columns, highest_frequency=highest)
+        found = abs(sitedda.transfer(model, frequencies, surface="surface", base=None))
+        errors.append(np.max(abs(found - exact)) / exact.max())
+    assert errors[0] < 0.05
+    assert errors[1] < 0.4 * errors[0]
+
+
+def test_a_profile_runs_from_both_programs_and_beside_its_column(tmp_path, site, native, same_bits):
+    site()
+    values = "values = 20*0.0, 1.0, 2.0, 0.0, -2.0, -1.0, 100*0.0"
+    text = f"""&control time_step = 2e-3, duration = 4, analysis = 'plane_strain' /
+    &motion name = 'quake', quantity = 'acceleration', time_step = 0.02, {values} /
+    &profile file = 'vs.csv', motion_x = 'quake', highest_frequency = 25 /
+    &amplification lowest = 0.5, highest = 8 /
+    """
+    file = tmp_path / "site.nml"
+    file.write_text(text)
+    run = sitedda.run(file, tmp_path / "a.nc")
+    assert run.history.point.values.tolist() == ["surface", "depth_4", "depth_10", "base"]
+    from sitedda.building import build_file
+
+    built, made = build_file(file)
+    assert any("curves of vs.csv do not act" in one for one in made.messages)
+    done = native("run", built, "-o", tmp_path / "b.nc", "-q")
+    assert done.returncode == 0, done.stderr
+    same_bits(tmp_path / "a.nc", tmp_path / "b.nc")
+    from sitedda.site import beside
+
+    found = beside(run.history)
+    peak = abs(found.column_surface).max()
+    assert abs(found.surface - found.column_surface).max() < 0.05 * peak
+    same = sitedda.Model.read(file).build().run()
+    np.testing.assert_array_equal(same.history.velocity, run.history.velocity)
+
+
+@pytest.mark.parametrize("sides", ["tied", "free_field", "roller"])
+def test_sides_of_level_ground_move_alike(site, sides):
+    model = model_of(site(), columns=4, sides=sides, highest_frequency=8.0, motion_x="quake")
+    model.control(duration=0.6, time_step=2e-3)
+    model.motion("quake", [0.0, 1.0, -1.0, 0.0], 0.05, "acceleration", drift_order=0)
+    found = model.run().history.acceleration.sel(point="surface", axis="x").values
+    tied = model_of(site(), sides="tied", highest_frequency=8.0, motion_x="quake")
+    tied.control(duration=0.6, time_step=2e-3)
+    tied.motion("quake", [0.0, 1.0, -1.0, 0.0], 0.05, "acceleration", drift_order=0)
+    wanted = tied.run().history.acceleration.sel(point="surface", axis="x").values
+    bound = 0.03 if sides == "roller" else 1e-6  # rollers do not keep upright faces straight
+    assert abs(found - wanted).max() < bound * abs(wanted).max()
+
+
+def test_a_rigid_base(site):
+    text = "depth (m),vs (m/s),vp (m/s),density (kg/m3)\n4,150,400,1800\n"
+    model = model_of(site(text), highest_frequency=10.0)
+    built = model.build()
+    assert [group.kind for group in built["boundary"]] == ["fixed", "tied"]
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"base": "compliant"}, "needs a half-space"),
+        ({"columns": 0}, "columns"),
+        ({"base": "none", "motion_x": "quake"}, "leave out motion_x"),
+        ({"highest_frequency": 1e7}, "blocks are more than"),
+    ],
+)
+def test_ground_that_cannot_be_made(site, values, words):
+    text = "depth (m),vs (m/s),vp (m/s),density (kg/m3)\n4,150,400,1800\n"
+    with pytest.raises(InputError, match=words):
+        model_of(site(text), **values).build()
+    with pytest.raises(InputError, match="row 2: blocks need pressure_velocity"):
+        model_of(site(text.replace(",vp (m/s)", "").replace(",400", ""))).build()
+
+
+def test_the_command_prints_and_draws(tmp_path, site, main, root):
+    file = site()
+    done = main("site", file)
+    assert done.returncode == 0, done.stderr
+    assert "V_s30 = " in done.stdout
+    assert (tmp_path / "vs_profile.png").stat().st_size > 1e4
+    linear = site("\n".join(line.rsplit(",", 1)[0] for line in SITE.splitlines()), "linear.csv")
+    record = root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
+    done = main("site", linear, "--record", record)
+    assert done.returncode == 0, done.stderr
+    assert "outcrop motion" in done.stdout
+    assert (tmp_path / "linear_site.png").exists()
+    assert main("site", tmp_path / "none.csv").returncode == 1
+    assert math.isfinite(read_profile(linear).mean_velocity())
