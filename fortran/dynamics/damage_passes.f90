@@ -3,7 +3,8 @@
 !>
 !> A first solve without further damage is the stiffest; each pass opens the bonds more.  Where a
 !> step has one solution the passes converge to it.  They may end anywhere: what a step spends is
-!> right for the damage at which it acted (see `dda_joint_bond`).
+!> right for the damage at which it acted (see `dda_joint_bond`).  Steps in which they end
+!> before they converge are counted.
 module dda_damage_passes
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
@@ -11,7 +12,7 @@ module dda_damage_passes
    use dda_joint_bond, only: fitting_damage, is_cohesive
    implicit none
    private
-   public :: begin_damage, renew_damage
+   public :: begin_damage, renew_damage, most_passes
 
    integer, parameter :: most_passes = 40      !< of a step; brittle ones need more, and jump
    real(wp), parameter :: same = 1.0e-6_wp     !< damage that differs by less is the same
@@ -31,7 +32,8 @@ contains
       end do
    end subroutine begin_damage
 
-   !> The damage that the solution asks for; `passes` counts how often it has been another one.
+   !> The damage that the solution asks for; `passes` counts how often it has been another one, and
+   !> exceeds `most_passes` where the step stands with one that does not fit.
    pure subroutine renew_damage(contacts, laws, passes, settled)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -41,17 +43,18 @@ contains
       integer :: c
 
       settled = .true.
-      if (passes == most_passes) return
       do c = 1, contacts%n
          associate (law => laws%slot(contacts%joint(c))%law)
             if (.not. is_cohesive(contacts, law, c)) cycle
             fitting = fitting_damage(contacts, law, c)
             if (abs(fitting - contacts%acting_damage(c)) <= same) cycle
-            contacts%acting_damage(c) = fitting
+            if (passes < most_passes) contacts%acting_damage(c) = fitting
             settled = .false.
          end associate
       end do
-      if (.not. settled) passes = passes + 1
+      if (settled) return
+      passes = passes + 1
+      settled = passes > most_passes
    end subroutine renew_damage
 
 end module dda_damage_passes

@@ -34,6 +34,7 @@ module dda_simulation
       integer(long) :: repeated = 0        !< steps taken again with a smaller Δt
       integer(long) :: too_far = 0         !< steps beyond the maximum displacement ratio
       integer(long) :: broken = 0          !< bonds broken
+      integer(long) :: unsettled = 0       !< steps in which the damage of bonds did not converge
       integer(long) :: changes = 0         !< contact states changed after the first step
       integer :: most_iterations = 0       !< in one step
    end type counters_type
@@ -55,7 +56,7 @@ module dda_simulation
       type(base_type) :: base                   !< that displacements and rates count from
       type(first_contacts_type) :: contacts     !< that slip and opening are of
       real(wp), allocatable :: first(:,:)       !< [3,blocks] places that displacements count from
-      real(wp), allocatable :: size_of(:)       !< [blocks] root of the area, m
+      real(wp), allocatable :: size_of(:)       !< [blocks] root of the area, or of its body, m
       real(wp) :: least_size = 0.0_wp           !< of these
       integer, allocatable :: below(:)          !< [points] the point below each, or 0
       !> displacement of the base that those of points count from, m
@@ -171,6 +172,8 @@ contains
             to_text(counters%searches)//' neighbour searches, '//to_text(counters%repeated)// &
             ' steps repeated with a smaller time step, '//to_text(counters%too_far)// &
             ' steps beyond max_displacement_ratio, '//to_text(counters%broken)//' bonds broken'
+         if (counters%unsettled > 0) text = text//'; in '//to_text(counters%unsettled)// &
+            ' steps the damage of cohesive joints did not converge: when they broke depends on Δt'
       end associate
       associate (impacts => simulation%impacts)
          if (impacts%steps > 0) text = text//'; '//to_text(impacts%contacts)//' impacts in '// &

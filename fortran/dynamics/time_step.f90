@@ -7,6 +7,7 @@ module dda_time_step
    use dda_columns, only: column_count, column_of, follow_columns, name_column
    use dda_contact_damping, only: damp_contacts, hold_forces
    use dda_contact_search, only: find_contacts
+   use dda_damage_passes, only: most_passes
    use dda_diagnostics, only: explain, check_state
    use dda_elements, only: accept_elements, revise_elements
    use dda_energy, only: add_energy, energy_algorithmic, energy_impact, energy_input, &
@@ -284,13 +285,15 @@ contains
       end associate
    end subroutine accept
 
-   !> Count broken bonds and, once the first step has closed what touches, changes of state.
+   !> Count broken bonds, steps in which damage did not converge and, once the first step has closed
+   !> what touches, changes of state.
    pure subroutine note_changes(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       associate (counters => simulation%counters, iteration => simulation%iteration)
          counters%broken = counters%broken + iteration%broken
          if (simulation%laws%cohesive) counters%broken = counters%broken + spent_bonds(simulation)
+         if (iteration%passes > most_passes) counters%unsettled = counters%unsettled + 1
          if (simulation%step > 0) counters%changes = counters%changes + iteration%changes &
             + iteration%broken
       end associate

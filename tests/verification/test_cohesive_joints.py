@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -133,8 +134,33 @@ def test_a_long_bar_snaps():
     data = history(bar(4000, 4e-4, length=2.0))
     lost = 2e6**2 * 2.0 / (2 * 2e10) * HEIGHT
     assert float(data.energy_strain.max()) == pytest.approx(lost, rel=1e-2)
-    assert float(data.energy_fracture[-1]) == pytest.approx(60.0 * HEIGHT, rel=2e-2)
+    spent = data.energy_fracture.values
+    assert spent[-1] == pytest.approx(60.0 * HEIGHT, rel=1e-3)
+    peak = int(data.energy_strain.values.argmax())
+    broken = np.flatnonzero(spent > 0.999 * spent[-1])[0]
+    moving = (data.energy_kinetic + data.energy_strain).values[broken]
+    given = float(data.energy_input[broken] - data.energy_input[peak])
+    assert moving - given == pytest.approx(lost - 60.0 * HEIGHT, rel=2e-2)
     assert residual(data) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("length", "energy", "softening"), [(2.0, 60.0, "linear"), (1.0, 60.0, "exponential")]
+)
+def test_bounds_are_close_at_the_step_that_check_names(length, energy, softening, tmp_path):
+    """A bar that snaps, at the Δt up to which check promises bounds 10 % apart."""
+    file = tmp_path / "bar.nml"
+
+    def text(steps: int) -> str:
+        pulled = bar(steps, 2.2e-4 * length, length, softening=softening, fracture_energy=energy)
+        return pulled.replace("block_interval = 1 ", f"block_interval = {steps} ")
+
+    file.write_text(text(10))
+    words = " ".join(str(sitedda.check(file)).split())
+    step = float(re.search(r"up to ([0-9.Ee+-]+) s bounds", words)[1])
+    lower, upper = bracket_of(history(text(int(0.2 / step) + 1)))
+    assert lower < energy * HEIGHT < upper
+    assert upper - lower < 0.1 * energy * HEIGHT
 
 
 @pytest.mark.parametrize("softening", ["linear", "exponential"])
@@ -171,6 +197,22 @@ def test_flexural_strength(strength, holds, tmp_path):
     glued = (data.contact_joint.values == 0) & (data.contact_frame.values == 1)
     assert glued.sum() >= 3
     assert (data.contact_damage.values[glued].max() < 1e-6) == holds
+
+
+def test_damage_that_does_not_converge_is_said(tmp_path):
+    """A joint that breaks within a step, long beyond the limit of softening."""
+    found = {
+        steps: sitedda.run(_written(tmp_path, bar(steps, 4e-4, 2.0))).summary
+        for steps in (40, 20000)
+    }
+    assert "the damage of cohesive joints did not converge" in found[40]
+    assert "did not converge" not in found[20000]
+
+
+def _written(folder: Path, text: str) -> Path:
+    file = folder / "model.nml"
+    file.write_text(text)
+    return file
 
 
 def test_the_law_unloads_to_the_origin_and_closes_in_full():

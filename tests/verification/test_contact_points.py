@@ -71,7 +71,12 @@ def test_axial_and_shear_stiffness_stay(points, stiffness):
         assert (left + right) / 2 - below == pytest.approx(force / (STIFFNESS * WIDTH), rel=2e-4)
 
 
-@pytest.mark.parametrize("stiffness", [{}, {"normal_stiffness_per_area": STIFFNESS}])
+SPENT = {"law": "cohesive", "tensile_strength": 1e-2, "cohesion": 1e9, "fracture_energy": 1e-9,
+         "shear_fracture_energy": 1e8, "normal_stiffness_per_area": STIFFNESS}  # fmt: skip
+
+
+@pytest.mark.parametrize("stiffness", [{}, {"normal_stiffness_per_area": STIFFNESS}, SPENT],
+                         ids=["dry", "per area", "bond spent"])  # fmt: skip
 @pytest.mark.parametrize(
     ("points", "turn"), [(2, 0.5), *((n, t) for n in (3, 5) for t in (0.5, 1.0, 2.0, 4.0))]
 )
@@ -130,12 +135,23 @@ def test_flexural_strength(points, share, options):
             assert run.contacts["bonded"].all() == whole
 
 
+def brittle(strength: float) -> dict:
+    """Of a cohesive joint that spends 1.1 times what it stores."""
+    return {"tensile_strength": strength, "fracture_energy": 0.55 * strength**2 / 1e10}
+
+
+@pytest.mark.parametrize("law", [{}, {"law": "cohesive", "shear_fracture_energy": 200.0}],
+                         ids=["bond", "cohesive"])  # fmt: skip
 @pytest.mark.parametrize(("strength", "stands"), [(62e3, True), (56e3, False)])
-def test_a_glued_block(strength, stands):
+def test_a_glued_block(strength, stands, law):
     """Once an end is cracked, the swing of what is left breaks it; two corners would hold both."""
     timing = control(1e-4, STEPS, (0.0, -GRAVITY), settle=True, integration="midpoint")
-    with simulation(glued(62e3, 3, timing)) as run:
-        run.change({"joint.mortar.tensile_strength": strength})
+    changed = {"tensile_strength": strength}
+    if law:
+        law, changed = law | brittle(62e3), brittle(strength)
+        law.pop("tensile_strength")
+    with simulation(glued(62e3, 3, timing, **law)) as run:
+        run.change({"joint.mortar": changed})
         run.advance(STEPS)
         assert (run.contacts["bonded"].sum() == 3) == stands
         assert (run.coordinates[1, 1] > 0.4999) == stands

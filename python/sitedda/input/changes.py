@@ -12,7 +12,8 @@ from .input_text import Found, find_groups, with_changes
 # What may change while a model is stepped; all variables of loads but their names.
 BETWEEN_STEPS = {
     "control": ("time_step", "gravity"),
-    "joint": ("friction_angle", "cohesion", "tensile_strength"),
+    "joint": ("friction_angle", "cohesion", "tensile_strength", "fracture_energy",
+              "shear_fracture_energy"),
     "load": ("x", "y", "block", "time", "force_x", "force_y"),
     "motion": ("file", "format", "quantity", "unit", "time_step", "values", "scale", "taper",
                "drift_order", "channel", "after_end"),
