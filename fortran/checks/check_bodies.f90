@@ -2,12 +2,31 @@
 !> What a check says of bodies and their cells.
 module dda_check_bodies
    use dda_kinds, only: wp, pi
-   use dda_blocks, only: blocks_type
+   use dda_blocks, only: blocks_type, place_of
+   use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, advice_if
+   use dda_counting_sort, only: counting_sort
+   use dda_elements, only: body_energies
    use dda_model, only: model_type
-   use dda_text, only: to_text, short_text
+   use dda_simulation, only: simulation_type
+   use dda_text, only: to_text, short_text, quoted
+   use dda_weld, only: weld_type, is_shifted
    implicit none
    private
-   public :: separate_blocks, blocks_in_words, dispersion_in_words
+   public :: separate_blocks, blocks_in_words, dispersion_in_words, check_bodies
+
+   integer, parameter :: enough = 4              !< cells across what bends
+   real(wp), parameter :: facing = -0.866_wp     !< cosine between edges that face each other
+   real(wp), parameter :: aside = 0.53_wp        !< of an edge: rays begin there, and miss corners
+   real(wp), parameter :: most_error = 0.2_wp    !< of stresses, without a warning
+   real(wp), parameter :: slender = 3.0_wp       !< cells in half-offset rows are too stiff beyond
+   real(wp), parameter :: least_share = 0.1_wp   !< of an edge, that a face of such a row has
+
+   !> The thinnest part of a body.
+   type :: thinnest_type
+      integer :: cells = huge(1)       !< across it
+      real(wp) :: width = 0.0_wp       !< m
+      integer :: cell = 0              !< at one side
+   end type thinnest_type
 
 contains
 
@@ -24,8 +43,9 @@ contains
       character(len=:), allocatable :: words
 
       words = to_text(separate_blocks(model))//' blocks'
+      if (separate_blocks(model) == 1) words = '1 block'
       if (size(model%body_names) > 0) words = words//', '//to_text(size(model%body_names))// &
-         ' of them of '//to_text(count(model%blocks%body > 0))//' cells'
+         ' of '//to_text(count(model%blocks%body > 0))//' cells'
    end function blocks_in_words
 
    !> By how much S waves along a row of blocks are too fast, (kΔx)²/24, as displacements are linear
@@ -41,5 +61,161 @@ contains
          words = short_text(100*(2.0_wp*pi*eta)**2/24.0_wp)//' % too fast'
       end if
    end function dispersion_in_words
+
+   !> Cells across the thinnest part, rows of slender cells that are offset, and the error of
+   !> stresses at rest.
+   subroutine check_bodies(simulation, report)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(report_type), intent(inout) :: report  !< check report
+      type(thinnest_type) :: thinnest
+      real(wp) :: energies(2), error
+      integer :: offset
+
+      associate (model => simulation%model, blocks => simulation%blocks)
+         if (size(model%body_names) == 0) return
+         thinnest = thinnest_part(blocks, model%welds, model%boundary_edges%piece%edge)
+         if (thinnest%cell > 0) call add_line(report, merge(verdict_ok, verdict_warn, &
+            thinnest%cells >= enough), 'cells', to_text(thinnest%cells)//' across the thinnest '// &
+            'part of a body, '//quoted(trim(model%body_names(blocks%body(thinnest%cell))))// &
+            ', '//short_text(thinnest%width)//' m; what bends wants '//to_text(enough), &
+            'deflection of a beam', advice_if(thinnest%cells < enough, 'where it bends, cells '// &
+            'of '//short_text(thinnest%width/enough)//' m'))
+         offset = offset_face(blocks, model%welds)
+         if (offset > 0) call add_line(report, verdict_warn, 'cells', 'of body '// &
+            quoted(trim(model%body_names(blocks%body(offset))))//' are longer than '// &
+            short_text(slender)//' times their height, in rows that are offset: S waves along '// &
+            'them are some 10 % too fast', 'Bloch waves', 'shorter cells')
+         energies = body_energies(simulation%elements, blocks)
+         if (.not. energies(2) > 0.0_wp) return
+         error = sqrt(energies(1)/energies(2))
+         call add_line(report, merge(verdict_ok, verdict_warn, error <= most_error), 'cells', &
+            'at the start stresses of bodies are off by about '//short_text(100*error)// &
+            ' % in the energy norm', 'jumps at faces', advice_if(error > most_error, &
+            'smaller cells'))
+      end associate
+   end subroutine check_bodies
+
+   !> The fewest cells between two free sides of a body that face each other.
+   pure type(thinnest_type) function thinnest_part(blocks, welds, bounded) result(thinnest)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(weld_type), intent(in) :: welds(:)  !< of all bodies
+      integer, intent(in) :: bounded(:)        !< edges with a boundary
+      integer, allocatable :: first(:), weld(:)
+      logical :: free(size(blocks%owner))
+      integer :: b, e, i, cells
+      real(wp) :: width
+
+      call counting_sort(blocks%n, [(welds(i)%block, i=1, size(welds))], first, weld)
+      weld = (weld + 1)/2
+      free = .not. blocks%inner
+      free(bounded) = .false.
+      do b = 1, blocks%n
+         if (blocks%body(b) == 0) cycle
+         do e = blocks%first(b), blocks%first(b + 1) - 1
+            if (.not. free(e)) cycle
+            call cross(blocks, welds, first, weld, free, e, cells, width)
+            if (cells > 0 .and. cells < thinnest%cells) thinnest = thinnest_type(cells, width, b)
+         end do
+      end do
+   end function thinnest_part
+
+   !> How many cells a ray from an edge across the body passes; 0 where it meets no side that faces
+   !> the edge.
+   pure subroutine cross(blocks, welds, first, weld, free, edge, cells, width)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(weld_type), intent(in) :: welds(:)  !< of all bodies
+      integer, intent(in) :: first(:), weld(:) !< welds of each cell
+      logical, intent(in) :: free(:)           !< [vertices] that edge is a free side
+      integer, intent(in) :: edge              !< free edge, by its first vertex
+      integer, intent(out) :: cells            !< that the ray passes
+      real(wp), intent(out) :: width           !< length of the ray, m
+      real(wp) :: at(2), way(2), step
+      integer :: cell, out
+
+      at = blocks%vertex(:, edge) + aside*blocks%length(edge)*blocks%along(:, edge)
+      way = [-blocks%along(2, edge), blocks%along(1, edge)]
+      cell = blocks%owner(edge)
+      out = edge
+      width = 0.0_wp
+      do cells = 1, blocks%n
+         call leave(blocks, cell, at, way, out, step)
+         if (out == 0) exit
+         width = width + step
+         at = at + step*way
+         if (free(out)) then
+            if (dot_product(blocks%along(:, out), blocks%along(:, edge)) < facing) return
+            exit
+         end if
+         out = beyond(blocks, welds(weld(first(cell):first(cell + 1) - 1)), out, at)
+         if (out == 0) exit
+         cell = blocks%owner(out)
+      end do
+      cells = 0
+   end subroutine cross
+
+   !> The edge that is welded to an edge at a place; 0 if there is none.
+   pure integer function beyond(blocks, welds, edge, at) result(other)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(weld_type), intent(in) :: welds(:)  !< of the cell of the edge
+      integer, intent(in) :: edge              !< by its first vertex
+      real(wp), intent(in) :: at(2)            !< m
+      real(wp), parameter :: half = 0.5001_wp  !< of a face, and rounding
+      integer :: i
+
+      other = 0
+      do i = 1, size(welds)
+         if (all(welds(i)%edge /= edge)) cycle
+         if (is_shifted(welds(i))) cycle
+         if (norm2(place_of(blocks, welds(i)%block(1), welds(i)%middle(:, 1)) - at) &
+            > half*welds(i)%length) cycle
+         other = welds(i)%edge(merge(2, 1, welds(i)%edge(1) == edge))
+         return
+      end do
+   end function beyond
+
+   !> The edge at which a ray leaves a cell that it has entered by another one, and how far that is.
+   pure subroutine leave(blocks, cell, at, way, edge, step)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer, intent(in) :: cell              !< convex
+      real(wp), intent(in) :: at(2), way(2)    !< m; unit vector
+      integer, intent(inout) :: edge           !< entered by; left by, or 0
+      real(wp), intent(out) :: step            !< m
+      real(wp) :: outward, distance
+      integer :: e, entered
+
+      entered = edge
+      edge = 0
+      step = huge(1.0_wp)
+      do e = blocks%first(cell), blocks%first(cell + 1) - 1
+         if (e == entered) cycle
+         associate (normal => [blocks%along(2, e), -blocks%along(1, e)])
+            outward = dot_product(normal, way)
+            if (.not. outward > 0.0_wp) cycle
+            distance = max(0.0_wp, dot_product(normal, blocks%vertex(:, e) - at)/outward)
+         end associate
+         if (.not. distance < step) cycle
+         step = distance
+         edge = e
+      end do
+   end subroutine leave
+
+   !> A cell of slender ones in rows that are offset: a face has only part of both of its long
+   !> edges; 0 if there is none.
+   pure integer function offset_face(blocks, welds) result(cell)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(weld_type), intent(in) :: welds(:)  !< of all bodies
+      real(wp) :: heights(2), lengths(2)
+      integer :: i
+
+      cell = 0
+      do i = 1, size(welds)
+         lengths = blocks%length(welds(i)%edge)
+         if (welds(i)%length > (1.0_wp - least_share)*minval(lengths)) cycle
+         heights = blocks%area(welds(i)%block)/lengths
+         if (all(lengths <= slender*heights)) cycle
+         cell = welds(i)%block(1)
+         return
+      end do
+   end function offset_face
 
 end module dda_check_bodies

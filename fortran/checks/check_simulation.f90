@@ -5,7 +5,8 @@ module dda_check_simulation
    use dda_interrupts, only: fail_if_stopped
    use dda_advice, only: stiff_limit
    use dda_blocks, only: blocks_type
-   use dda_check_bodies, only: separate_blocks, blocks_in_words, dispersion_in_words
+   use dda_check_bodies, only: check_bodies, separate_blocks, blocks_in_words, &
+      dispersion_in_words
    use dda_check_boundaries, only: check_boundaries
    use dda_contact, only: contact_open
    use dda_equilibrium, only: farthest_moved
@@ -71,6 +72,7 @@ contains
       call check_resolution(simulation%blocks, linear%time_step, report)
       call check_damping(linear, report)
       call check_material(simulation, linear, report)
+      call check_bodies(simulation, report)
       call check_boundaries(simulation, linear, report)
       call fail_if_stopped(error)
       if (allocated(error)) return

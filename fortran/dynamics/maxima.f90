@@ -50,7 +50,7 @@ module dda_maxima
       maximum_type('opening', 'm', 'opening_m', .false.), &
       ! Depth of a vertex in another block
       maximum_type('penetration', 'm', 'penetration_m', .false.), &
-      ! That depth over the root of the area of the smaller block
+      ! That depth over the root of the area of the smaller block or body
       maximum_type('penetration_ratio', '1', 'penetration_ratio', .false.), &
       ! Normal and shear force of a contact together, per metre of thickness
       maximum_type('contact_force', 'N/m', 'contact_force_n_m', .false.), &

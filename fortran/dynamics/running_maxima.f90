@@ -61,7 +61,7 @@ contains
          maxima%points_from = 0.0_wp
          if (allocated(maxima%first)) deallocate (maxima%first, maxima%size_of, maxima%below)
          allocate (maxima%first(3, blocks%n), source=0.0_wp)
-         allocate (maxima%size_of, source=sqrt(blocks%area))
+         allocate (maxima%size_of, source=sqrt(blocks%whole_area))
          maxima%least_size = minval(maxima%size_of)
          allocate (maxima%below(size(points)))
          do i = 1, size(points)

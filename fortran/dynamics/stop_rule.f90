@@ -79,7 +79,9 @@ contains
                   to_text(degrees(abs(moved(3))))//'°, tilt of &stop is '// &
                   to_text(degrees(settings%tilt))//'°'
             end if
-            if (far**2 > blocks%area(b)) fallen = fallen + 1
+            if (far**2 > blocks%whole_area(b)) then
+               if (first_of_body(blocks%body, b)) fallen = fallen + 1
+            end if
             if (settings%fallen > 0 .and. fallen >= settings%fallen) &
                state%reason = to_text(fallen)//trim(merge(' block has  ', ' blocks have', &
                fallen == 1))//' moved farther than large, the last of them '// &
@@ -88,6 +90,15 @@ contains
          end do
       end associate
    end subroutine judge_movement
+
+   !> A block counts, and of a body its first cell.
+   pure logical function first_of_body(body, b)
+      integer, intent(in) :: body(:)  !< [blocks] that a cell is part of; 0: none
+      integer, intent(in) :: b        !< block
+
+      first_of_body = body(b) == 0
+      if (.not. first_of_body) first_of_body = findloc(body, body(b), 1) == b
+   end function first_of_body
 
    pure real(wp) function degrees(angle)
       real(wp), intent(in) :: angle  !< rad

@@ -18,13 +18,13 @@ module dda_elements
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
    use dda_ties, only: ties_type, new_ties
-   use dda_welds, only: welds_type, new_welds, add_face_stress
+   use dda_welds, only: welds_type, new_welds, add_face_stress, face_energies
    implicit none
    private
    public :: elements_type, set_elements, register, linear_terms_of, &
       add_forces, update_stored, account_elements, revise_elements, bolt_states, accept_elements, &
       match_velocities, freeze_elements, balance_elements, serialise_elements, face_forces, &
-      follow_free_field, block_stress
+      follow_free_field, block_stress, body_energies
 
    !> One kind of elements.
    type :: kind_type
@@ -233,6 +233,30 @@ contains
          end if
       end do
    end function block_stress
+
+   !> Of bodies: what estimates the error of their stresses, and what they store in both of them, J
+   !> per metre of thickness.
+   function body_energies(elements, blocks) result(energies)
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      real(wp) :: energies(2)
+      integer :: i, b
+
+      energies = 0.0_wp
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (welds_type)
+            energies = energies + face_energies(element, blocks)
+         end select
+      end do
+      do b = 1, blocks%n
+         if (blocks%body(b) == 0 .or. blocks%removed(b)) cycle
+         associate (strain => blocks%position(4:6, b))
+            energies(2) = energies(2) + 0.5_wp*blocks%rest_share(b) &
+               *dot_product(strain, matmul(blocks%stiffness(:, :, b), strain))
+         end associate
+      end do
+   end function body_energies
 
    !> Sides take over the step of the column of a free field.
    subroutine follow_free_field(elements, number, block, column, d, force)

@@ -25,7 +25,7 @@ module dda_welds
       own_strain
    implicit none
    private
-   public :: welds_type, new_welds, add_face_stress
+   public :: welds_type, new_welds, add_face_stress, face_energies
 
    !> All welded faces.
    type, extends(element_type) :: welds_type
@@ -565,5 +565,26 @@ contains
          end do
       end do
    end subroutine add_face_stress
+
+   !> What estimates the error of stresses, η² = Σ (L/h) μ (|[u]|² + |[u]_l|²/3), and ½ Σ c s², what
+   !> all faces store; J per metre of thickness.
+   pure function face_energies(self, blocks) result(energies)
+      type(welds_type), intent(in) :: self     !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp) :: energies(2), q(n_deformations), none(n_deformations)
+      integer :: i
+
+      none = 0.0_wp
+      energies = 0.0_wp
+      do i = 1, size(self%weld)
+         if (.not. acts(self%weld(i), blocks)) cycle
+         q = deformations_of(self%weld(i), blocks)
+         ! The last four springs are those of the mean jump and of the linear one.
+         associate (springs => self%springs(i))
+            energies = energies + [springs%stiffness(springs%n - 3)*(sum(q(1:2)**2) &
+               + sum(q(3:4)**2)/3.0_wp), energy_of(springs, none, q)]
+         end associate
+      end do
+   end function face_energies
 
 end module dda_welds

@@ -47,6 +47,7 @@ module dda_blocks
       real(wp), allocatable :: reference(:,:)      !< [2, vertices] offset ρ from the centroid, m
       real(wp), allocatable :: radius(:)           !< [n] farthest vertex from the centroid, m
       real(wp), allocatable :: area(:)             !< [n] reference area, m²
+      real(wp), allocatable :: whole_area(:)       !< [n] of the body of a cell, else its own, m²
       real(wp), allocatable :: mass(:)             !< [n] kg per metre of thickness
       !> [4,n] mass, kg, and its second moments x², y², xy about the centroid, kg m², per metre of
       !> thickness; also of removed blocks, whose `mass` is 0
@@ -99,6 +100,7 @@ contains
          call set_block(blocks, b, vertices(:, first(b):first(b + 1) - 1), materials(material(b)), &
             plane_strain)
       end do
+      blocks%whole_area = blocks%area
       call update_geometry(blocks)
       blocks%vertex = vertices(:, :first(blocks%n + 1) - 1)
       blocks%half_size = 0.5_wp*maxval(maxval(blocks%vertex, 2) - minval(blocks%vertex, 2))

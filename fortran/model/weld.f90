@@ -64,7 +64,23 @@ contains
       blocks%inner = free < covered*blocks%length
       call find_outlines(blocks, welds)
       call take_area(blocks, welds)
+      call add_up_areas(blocks)
    end subroutine set_welds
+
+   !> Cells know how large their body is.
+   pure subroutine add_up_areas(blocks)
+      type(blocks_type), intent(inout) :: blocks  !< with the bodies of blocks
+      real(wp) :: total(maxval(blocks%body))
+      integer :: b
+
+      total = 0.0_wp
+      do b = 1, blocks%n
+         if (blocks%body(b) > 0) total(blocks%body(b)) = total(blocks%body(b)) + blocks%area(b)
+      end do
+      do b = 1, blocks%n
+         if (blocks%body(b) > 0) blocks%whole_area(b) = total(blocks%body(b))
+      end do
+   end subroutine add_up_areas
 
    !> The triangles of faces have the strains of the faces, and no longer those of their cells.
    pure subroutine take_area(blocks, welds)

@@ -6,6 +6,7 @@ module dda_run_verdict
    use dda_kinds, only: wp, pi
    use dda_base_motion, only: base_words, counts_from_motion
    use dda_diagnostics, only: audit_warning, state_warnings
+   use dda_elements, only: body_energies
    use dda_energy, only: balance
    use dda_equilibrium, only: farthest_moved
    use dda_joint_motion, only: joint_columns
@@ -130,11 +131,26 @@ contains
       call say_blocks(verdict, simulation)
       call judge_contacts(verdict, simulation)
       call say_points(verdict, simulation)
+      call say_bodies(verdict, simulation)
       if (simulation%counters%broken > 0) then
          call say(verdict, 'bonds', to_text(simulation%counters%broken)//' broken')
          call note(verdict, 'bonds_broken', real(simulation%counters%broken, wp))
       end if
    end subroutine judge_movement
+
+   !> How far the stresses of bodies are off at the end.
+   subroutine say_bodies(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets a line
+      type(simulation_type), intent(in) :: simulation    !< at its end
+      real(wp) :: energies(2)
+
+      energies = body_energies(simulation%elements, simulation%blocks)
+      if (.not. energies(2) > 0.0_wp) return
+      call say(verdict, 'bodies', 'at the end stresses are off by about '// &
+         short_text(100*sqrt(energies(1)/energies(2)))//' % in the energy norm, by the jumps '// &
+         'at faces of cells')
+      call note(verdict, 'stress_error', sqrt(energies(1)/energies(2)))
+   end subroutine say_bodies
 
    !> How far, how fast and how strongly blocks moved, turned and were strained.
    subroutine say_blocks(verdict, simulation)

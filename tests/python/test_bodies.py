@@ -385,6 +385,60 @@ def test_a_part_of_a_body_is_not_removed():
         model.run()
 
 
+def words_of(model, topic):
+    return [line.words for line in sitedda.check(model).lines if line.topic == topic]
+
+
+@pytest.mark.parametrize(("cells", "deep"), [("quadrilateral", 3), ("quadrilateral", 5)])
+def test_check_counts_the_cells_across_a_beam(cells, deep):
+    """Also turned by 30°, beside a block as deep as it is long; a side with a boundary is none."""
+    turn = np.array([[3**0.5, 1], [-1, 3**0.5]]) / 2
+    beam = [cell @ turn + [0, 3] for cell in cells_of((0, 0, 6, 1), 1 / deep, cells)]
+    block = cells_of((0, -8, 6, -2), 0.5)
+    found = words_of(model_of([block, beam]), "cells")
+    assert found[0].startswith(f"{deep} across the thinnest part of a body, 'b2', 1 m")
+    model = model_of([cells_of((0, -3, 6, -2), 0.5)])
+    model.boundary(side="bottom", kind="roller")
+    assert words_of(model, "cells")[0].startswith("12 across")
+
+
+def test_check_warns_of_slender_cells_in_offset_rows():
+    rows = [[0, 5, 10, 15], [0, 2.5, 7.5, 12.5, 15]]
+    cells = [
+        np.array([[a, y], [b, y], [b, y + 1], [a, y + 1]])
+        for y in range(4)
+        for a, b in zip(rows[y % 2][:-1], rows[y % 2][1:], strict=True)
+    ]
+    assert any("in rows that are offset" in words for words in words_of(model_of([cells]), "cells"))
+
+
+def test_the_error_of_stresses_is_said_and_falls_with_the_cells(root):
+    """Bending within n cells over the depth: 1/n in the energy norm, and more by shear."""
+    said = []
+    for size in (0.15, 0.075):
+        model = sitedda.Model.read(root / "inputs" / "roof_beam.nml")
+        model["mesh"][0].size = size
+        said.append(model.run().verdict.values["stress_error"])
+    assert 1 / 4 < said[0] < 2 / 4
+    assert said[1] == pytest.approx(said[0] / 2, rel=0.1)
+
+
+def test_a_body_falls_as_one_block(tmp_path):
+    """Four cells that fall by .6 of the root of their area have not fallen, by 1.1 they have."""
+    model = model_of([[np.array([[0, -1], [2, -1], [2, 0], [0, 0]])], cells_of((0, 3, 1, 4), 0.5)],
+                     gravity=[0.0, -10.0], steps=None)  # fmt: skip
+    model.fixed_point(x=1.0, y=-0.5, block="1")
+    model.fixed_point(x=1.5, y=-0.5, block="1")
+    model.stage(name="fall", steps=600)
+    model["block"][0].name = "floor"
+    model.stop(fallen=1, reference="floor")
+    run = model.run(output=tmp_path / "out.nc")
+    time = float(run.history.time[-1])
+    assert time == pytest.approx(np.sqrt(2 / 10), abs=5e-3)
+    assert "1 block has moved farther than large" in str(run.verdict)
+    assert run.verdict.values["blocks_fallen"] == 1
+
+
 def test_pictures_show_bodies(tmp_path):
     model = model_of([cells_of((0, 0, 2, 1), 0.5), cells_of((0, 1, 1, 2), 1.0)])
     scene = Scene.of(model)

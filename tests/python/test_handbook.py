@@ -15,7 +15,7 @@ from sitedda.schema import GROUPS
 
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-TUTORIALS = ("site", "soil", "slope", "arch", "colonnade", "study", "back_analysis",
+TUTORIALS = ("site", "soil", "slope", "arch", "beam", "colonnade", "study", "back_analysis",
              "profile")  # fmt: skip
 
 

@@ -154,6 +154,8 @@ def add_drift(found: Verdict, scene: Scene) -> None:
     shift = scene.displacement(scene.frames - 1)[:, 0]
     drift = (shift[high] - shift[low]) / height
     pair = f"{scene.names[high]} against {scene.names[low]}"
+    if scene.body[low] == scene.body[high] > 0:
+        pair = f"the top of {scene.names[high]} against its bottom"
     words = f"none at the end: {pair}"
     if abs(drift) >= _LEAST_DRIFT:
         words = (
@@ -164,12 +166,19 @@ def add_drift(found: Verdict, scene: Scene) -> None:
 
 
 def add_fallen(found: Verdict, scene: Scene) -> None:
-    """Blocks that have moved by more than their own size, against the lowest one."""
-    low, size = int(np.argmin(scene.coordinates(0)[:, 1])), np.sqrt(scene.areas())
+    """Blocks and bodies that have moved by more than their own size, against the lowest one."""
+    areas = scene.areas()
+    alone = -np.arange(1, scene.blocks + 1)
+    _, first_of, own = np.unique(
+        np.where(scene.body > 0, scene.body, alone), return_index=True, return_inverse=True
+    )
+    whole = np.bincount(own, areas)
+    low = own[int(np.argmin(scene.coordinates(0)[:, 1]))]
 
     def away(frame: int) -> np.ndarray:
-        moved = scene.displacement(frame)
-        return np.linalg.norm(moved - moved[low], axis=1) > size
+        moved = scene.displacement(frame)[:, :2]
+        moved = np.stack([np.bincount(own, areas * one) / whole for one in moved.T], axis=1)
+        return np.linalg.norm(moved - moved[low], axis=1) > np.sqrt(whole)
 
     gone = np.flatnonzero(away(scene.frames - 1))
     if len(gone) == 0:
@@ -177,8 +186,8 @@ def add_fallen(found: Verdict, scene: Scene) -> None:
     first = next((f for f in _looked_at(scene) if away(f).any()), scene.frames - 1)
     found.say(
         "fallen",
-        f"{len(gone)} of {scene.blocks} blocks ended farther from their place than they are "
-        f"large, the first by {scene.time[first]:.3g} s: {_names(scene, gone)}",
+        f"{len(gone)} of {len(whole)} blocks ended farther from their place than they are "
+        f"large, the first by {scene.time[first]:.3g} s: {_names(scene, np.sort(first_of[gone]))}",
         blocks_fallen=len(gone),
         first_block_fallen_s=scene.time[first],
     )
