@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is made of schema.txt: table and readers of the engine, methods of `Model`, a page of docs.
 
-python make_schema.py table|groups|python|page schema.txt OUTPUT
+python make_schema.py table|groups|python|made|page schema.txt OUTPUT
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ KIND = re.compile(r"(real|integer|logical|name|word|text|points)(?:\((\d+)\))?")
 NUMBERS = ("real", "integer", "points")
 NEXT, NEW_LINE = ", &\n      ", "\n      "  # between parts of a list, and statements, of Fortran
 BLANK = "''"
+LINES = ",\n            "
 RANGE = re.compile(r"(\S+) to (\S+)|above (0)|at least (\S+)|any")
 
 
@@ -336,11 +337,7 @@ class Groups:
 
 def method(group: Group) -> str:
     """What adds a group to a model, or has it."""
-    variables = "".join(
-        f"        {v.name} : {', '.join(filter(None, [hint(v), v.unit]))}\n"
-        f"{textwrap.fill(described(v), 96, initial_indent=' ' * 12, subsequent_indent=' ' * 12)}\n"
-        for v in group.variables
-    )
+    variables = described_all(group.variables, 8)
     if not group.repeats:
         return f'''
     @property
@@ -370,6 +367,21 @@ def method(group: Group) -> str:
 '''
 
 
+def described_all(variables: list[Variable], indent: int) -> str:
+    """A docstring's list of variables."""
+    blank = " " * (indent + 4)
+    return "".join(
+        f"{' ' * indent}{v.name} : {', '.join(filter(None, [shown(v), v.unit]))}\n"
+        f"{textwrap.fill(described(v), 96, initial_indent=blank, subsequent_indent=blank)}\n"
+        for v in variables
+    )
+
+
+def shown(variable: Variable) -> str:
+    """The type of a variable in a docstring."""
+    return f"{{{variable.values}}}" if variable.base == "word" else hint(variable)
+
+
 def hint(variable: Variable) -> str:
     """The type of a variable."""
     if variable.base == "word":
@@ -388,6 +400,74 @@ def described(variable: Variable) -> str:
     if variable.when:
         text += f"; of {variable.when}"
     return f"{text} ({variable.default})."
+
+
+def made(groups: list[Group]) -> str:
+    """The module `sitedda.build.made`."""
+    return '''# SPDX-License-Identifier: GPL-3.0-or-later
+# Made from fortran/input/schema.txt by fortran/input/make_schema.py.
+"""The values of groups that become blocks, with their defaults."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from numpy.typing import ArrayLike as Numbers
+from numpy.typing import ArrayLike as Points
+
+from .values import Values
+''' + "".join(map(values_of, filter(lambda group: group.built, groups)))
+
+
+def values_of(group: Group) -> str:
+    """The class of the values of a group; points from a file are read before."""
+    own = [v for v in group.variables if v.part != "points_file"]
+    points = next((v.name for v in own if v.base == "points"), "")
+    from_file = points if len(own) < len(group.variables) else ""
+    fields = "".join(
+        f"    {v.name}: {'str' if v.base == 'word' else hint(v)} | None = {value(v)}\n" for v in own
+    )
+    rows = "".join(map(row, own))
+    return f'''
+
+@dataclass(kw_only=True)
+class {"".join(map(str.capitalize, group.name.split("_")))}Values(Values):
+    """&{group.name}: {group.meaning}.
+
+    Attributes
+    ----------
+{described_all(own, 4)}    """
+
+    group: ClassVar[str] = {quoted(group.name)}
+    from_file: ClassVar[str] = {quoted(from_file)}
+    variables: ClassVar[tuple[tuple[str, str, int, bool, str], ...]] = (
+{rows}    )
+
+{fields}'''
+
+
+def quoted(text: str) -> str:
+    """A text of Python."""
+    return f'"{text}"'
+
+
+def row(variable: Variable) -> str:
+    """What a variable is, as its values are checked."""
+    parts = [quoted(variable.name), quoted(variable.base), str(variable.size)]
+    parts += [str(variable.default == "required"), quoted(variable.values)]
+    line = f"        ({', '.join(parts)}),\n"
+    return (
+        line if len(line) <= 101 else f"        (\n            {LINES.join(parts)},\n        ),\n"
+    )
+
+
+def value(variable: Variable) -> str:
+    """The default in Python."""
+    if variable.base in ("name", "word", "text"):
+        return quoted(preset(variable).strip("'"))
+    number = preset(variable).replace("_wp", "")
+    return number.replace("[", "(").replace("]", ")") or "None"
 
 
 # --- Page ----------------------------------------------------------------------------------------
@@ -429,5 +509,5 @@ def section(group: Group) -> str:
 
 if __name__ == "__main__":
     what, source, target = sys.argv[1:]
-    make = {"table": table, "groups": groups, "python": python, "page": page}[what]
+    make = {"table": table, "groups": groups, "python": python, "made": made, "page": page}[what]
     Path(target).write_text(make(read(Path(source))), encoding="utf-8")

@@ -205,12 +205,12 @@ def test_no_more_blocks_than_asked_for():
 
 
 BAD = {
-    "zero spacing": (lambda: JointSet(angle=0), "spacing = 0"),
+    "zero spacing": (lambda: JointSet(angle=0, spacing=0), "spacing = 0"),
     "no angle": (lambda: JointSet(spacing=1), "either angle or dip"),
     "nan angle": (lambda: JointSet(angle=np.nan, spacing=1), "angle = nan"),
     "bridge alone": (lambda: JointSet(angle=0, spacing=1, bridge=1), "bridge needs"),
     "distribution": (
-        lambda: JointSet(angle=0, spacing=1, spacing_distribution="gauss"), "'gauss' is not known",
+        lambda: JointSet(angle=0, spacing=1, spacing_distribution="gauss"), "= 'gauss' must be",
     ),
     "deviation": (lambda: JointSet(angle=0, spacing=1, angle_deviation=3), "has none"),
     "negative seed": (lambda: Voronoi(size=1, seed=-1), "seed"),

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.errors import InputError
+from . import made
 
 MOST_BLOCKS = 100_000  # of one structure
 
@@ -32,35 +33,9 @@ class Stone:
     joint: str = ""
 
 
-def _require_positive(thing, *names: str) -> None:
-    for name in names:
-        value = getattr(thing, name)
-        if not 0 < value <= 1e9:
-            raise InputError(f"{name} = {value:g} must be a positive number")
-
-
-def _require_count(thing, **least: int) -> None:
-    for name, low in least.items():
-        value = getattr(thing, name)
-        if not low <= value <= MOST_BLOCKS:
-            raise InputError(f"{name} = {value} must lie between {low} and {MOST_BLOCKS}")
-
-
 def _require_few(blocks: int) -> None:
     if blocks > MOST_BLOCKS:
         raise InputError(f"{blocks} blocks are more than {MOST_BLOCKS}")
-
-
-def _require_place(thing, *names: str) -> None:
-    for name in names:
-        value = np.asarray(getattr(thing, name), dtype=float)
-        if not (abs(value) <= 1e9).all():
-            raise InputError(f"{name} = {value} is not a usable place")
-
-
-def _require_stem(name: str) -> None:
-    if not name or len(name) > 40:
-        raise InputError(f"name = {name!r} must have 1 to 40 characters: its blocks get numbers")
 
 
 def _rectangle(left, bottom, right, top) -> np.ndarray:
@@ -102,55 +77,16 @@ def _numbered(name: str, polygons, material: str, joint: str) -> list[Stone]:
     return [Stone(f"{name}_{i}", one, material, joint) for i, one in enumerate(polygons, 1)]
 
 
-@dataclass(kw_only=True)
-class Arch:
-    """An arch of straight-sided voussoirs, cut at right angles to its centre line.
+class Arch(made.ArchValues):
+    """An arch of straight-sided voussoirs, cut at right angles to its centre line."""
 
-    Attributes
-    ----------
-    name : str
-    centre : (float, float)
-        Middle between the springings of the centre line, m.
-    radius : float
-        Of the centre line of a half-circle, m; in place of `span` and `rise`.
-    span, rise : float
-        Of the centre line, m.  A rise of half the span is a half-circle, less a segmental arch,
-        more a pointed one of two arcs whose centres lie on the springing line.
-    thickness : float
-        m.
-    voussoirs : int
-        Of equal angle; even for a pointed arch.
-    abutment : float
-        Size of a block behind each springing, ``name_left`` and ``name_right``, m (0: none).
-    material, joint : str
-        Blank: the first of the model.
-    """
-
-    name: str = "voussoir"
-    centre: np.ndarray = (0.0, 0.0)
-    radius: float | None = None
-    span: float | None = None
-    rise: float | None = None
-    thickness: float = 0.0
-    voussoirs: int = 0
-    abutment: float = 0.0
-    material: str = ""
-    joint: str = ""
-
-    def __post_init__(self):
-        _require_stem(self.name)
-        _require_place(self, "centre")
+    def _check(self) -> None:
         if self.radius is not None:
             if self.span is not None or self.rise is not None:
                 raise InputError("give either radius, or span and rise")
-            _require_positive(self, "radius")
             self.span, self.rise = 2 * self.radius, self.radius
         if self.span is None or self.rise is None:
             raise InputError("give radius, or span and rise")
-        _require_positive(self, "span", "rise", "thickness")
-        _require_count(self, voussoirs=2)
-        if not 0 <= self.abutment <= 1e9:
-            raise InputError(f"abutment = {self.abutment:g} must not be negative")
         if self.is_pointed and self.voussoirs % 2:
             raise InputError(f"voussoirs = {self.voussoirs} of a pointed arch must be even")
         radius, _ = self._arc()
@@ -211,42 +147,11 @@ class Arch:
         return np.array(corners if outer[0] > inner[0] else corners[::-1])
 
 
-@dataclass(kw_only=True)
-class Pier:
-    """A pier of courses in running bond.
+class Pier(made.PierValues):
+    """A pier of courses in running bond."""
 
-    Attributes
-    ----------
-    name : str
-    centre, bottom : float
-        x of its axis, y of its foot, m.
-    width, height : float
-        m.
-    top_width : float
-        m (as `width`).
-    courses, stones : int
-        Courses, and stones in a full course.
-    material, joint : str
-        Blank: the first of the model.
-    """
-
-    name: str = "pier"
-    centre: float = 0.0
-    bottom: float = 0.0
-    width: float = 0.0
-    top_width: float | None = None
-    height: float = 0.0
-    courses: int = 1
-    stones: int = 1
-    material: str = ""
-    joint: str = ""
-
-    def __post_init__(self):
-        _require_stem(self.name)
-        self.top_width = self.width if self.top_width is None else self.top_width
-        _require_place(self, "centre", "bottom")
-        _require_positive(self, "width", "top_width", "height")
-        _require_count(self, courses=1, stones=1)
+    def _check(self) -> None:
+        self.top_width = self.top_width or self.width
         _require_few(self.courses * (self.stones + 1))
 
     def blocks(self) -> list[Stone]:
@@ -257,38 +162,8 @@ class Pier:
         return _numbered(self.name, (stone for _, stone in laid), self.material, self.joint)
 
 
-@dataclass(kw_only=True)
-class Lintel:
-    """A beam over an opening.
-
-    Attributes
-    ----------
-    name : str
-    left, bottom : float
-        x of the left side of the opening, y of the underside, m.
-    span : float
-        Of the opening, m.
-    height : float
-        m.
-    bearing : float
-        Length on each side that rests on the walls, m.
-    material, joint : str
-        Blank: the first of the model.
-    """
-
-    name: str = "lintel"
-    left: float = 0.0
-    bottom: float = 0.0
-    span: float = 0.0
-    height: float = 0.0
-    bearing: float = 0.0
-    material: str = ""
-    joint: str = ""
-
-    def __post_init__(self):
-        _require_stem(self.name)
-        _require_place(self, "left", "bottom")
-        _require_positive(self, "span", "height", "bearing")
+class Lintel(made.LintelValues):
+    """A beam over an opening."""
 
     def blocks(self) -> list[Stone]:
         """The beam."""
@@ -297,58 +172,14 @@ class Lintel:
         return [Stone(self.name, beam, self.material, self.joint)]
 
 
-@dataclass(kw_only=True)
-class Colonnade:
-    """Columns of drums, with capitals and beams from axis to axis if wanted.
+class Colonnade(made.ColonnadeValues):
+    """Columns of drums, with capitals and beams if wanted; outer beams end flush."""
 
-    Attributes
-    ----------
-    name : str
-        Drums are ``name1_1`` … from below, then ``name1_capital``; beams ``name_beam_1`` ….
-    left, bottom : float
-        x of the axis of the first column, y of its foot, m.
-    columns, drums : int
-    spacing : float
-        Between axes, m.
-    width, top_width : float
-        Of a shaft at its foot and its top, m (`top_width`: as `width`).
-    height : float
-        Of a shaft, m.
-    capital_width, capital_height : float
-        m (0: no capitals).
-    beam_height : float
-        m (0: no beams); the outer ones end flush with what they rest on.
-    material, joint : str
-        Blank: the first of the model.
-    """
-
-    name: str = "column"
-    left: float = 0.0
-    bottom: float = 0.0
-    columns: int = 2
-    drums: int = 1
-    spacing: float = 0.0
-    width: float = 0.0
-    top_width: float | None = None
-    height: float = 0.0
-    capital_width: float = 0.0
-    capital_height: float = 0.0
-    beam_height: float = 0.0
-    material: str = ""
-    joint: str = ""
-
-    def __post_init__(self):
-        _require_stem(self.name)
-        self.top_width = self.width if self.top_width is None else self.top_width
-        _require_place(self, "left", "bottom")
-        _require_positive(self, "spacing", "width", "top_width", "height")
-        _require_count(self, columns=1, drums=1)
+    def _check(self) -> None:
+        self.top_width = self.top_width or self.width
         _require_few(self.columns * (self.drums + 2))
         if (self.capital_width > 0) != (self.capital_height > 0):
             raise InputError("give both capital_width and capital_height, or neither")
-        for name in ("capital_width", "capital_height", "beam_height"):
-            if not 0 <= getattr(self, name) <= 1e9:
-                raise InputError(f"{name} = {getattr(self, name):g} must not be negative")
         if self.spacing <= max(self.width, self.top_width, self.capital_width):
             raise InputError(f"spacing = {self.spacing:g}: the columns would touch each other")
 
@@ -380,45 +211,11 @@ class Colonnade:
             yield _rectangle(left, low, right + (over if last else 0.0), low + self.beam_height)
 
 
-@dataclass(kw_only=True)
-class RetainingWall:
-    """A wall of courses in running bond with an upright back and a battered face.
+class RetainingWall(made.RetainingWallValues):
+    """A wall of courses in running bond with an upright back and a battered face."""
 
-    Attributes
-    ----------
-    name : str
-    left, bottom : float
-        Lower left corner, m.
-    base_width, top_width, height : float
-        m.
-    face : {'left', 'right'}
-        The battered side.
-    courses, stones : int
-        Courses, and stones in a full course.
-    material, joint : str
-        Blank: the first of the model.
-    """
-
-    name: str = "wall"
-    left: float = 0.0
-    bottom: float = 0.0
-    base_width: float = 0.0
-    top_width: float = 0.0
-    height: float = 0.0
-    face: str = "left"
-    courses: int = 1
-    stones: int = 1
-    material: str = ""
-    joint: str = ""
-
-    def __post_init__(self):
-        _require_stem(self.name)
-        _require_place(self, "left", "bottom")
-        _require_positive(self, "base_width", "top_width", "height")
-        _require_count(self, courses=1, stones=1)
+    def _check(self) -> None:
         _require_few(self.courses * (self.stones + 1))
-        if self.face not in ("left", "right"):
-            raise InputError(f"face = {self.face!r} must be 'left' or 'right'")
 
     def blocks(self) -> list[Stone]:
         """Stones course by course from below."""
@@ -430,50 +227,10 @@ class RetainingWall:
         return _numbered(self.name, (stone for _, stone in laid), self.material, self.joint)
 
 
-@dataclass(kw_only=True)
-class MultiLeafWall:
-    """Two leaves of stones with a core between them, seen in section.
+class MultiLeafWall(made.MultiLeafWallValues):
+    """Two leaves of stones with a core between them, seen in section."""
 
-    Attributes
-    ----------
-    name : str
-        Stones are ``name_left_1``, ``name_core_1``, ``name_right_1``, ``name_tie_1`` ….
-    left, bottom, height : float
-        Lower left corner and height, m.
-    leaf, core : float
-        Thickness of each leaf and of the core, m.
-    courses : int
-        Of the leaves.
-    core_courses, core_stones : int
-        Of the core in each course of the leaves, and stones in each, in running bond.
-    ties : int
-        Every so many courses a stone goes through the whole wall (0: never).
-    material, joint : str
-        Of leaves and ties; blank: the first of the model.
-    core_material, core_joint : str
-        Blank: as those of the leaves.
-    """
-
-    name: str = "wall"
-    left: float = 0.0
-    bottom: float = 0.0
-    height: float = 0.0
-    leaf: float = 0.0
-    core: float = 0.0
-    courses: int = 1
-    core_courses: int = 1
-    core_stones: int = 1
-    ties: int = 0
-    material: str = ""
-    joint: str = ""
-    core_material: str = ""
-    core_joint: str = ""
-
-    def __post_init__(self):
-        _require_stem(self.name)
-        _require_place(self, "left", "bottom")
-        _require_positive(self, "height", "leaf", "core")
-        _require_count(self, courses=1, core_courses=1, core_stones=1, ties=0)
+    def _check(self) -> None:
         _require_few(self.courses * (2 + self.core_courses * (self.core_stones + 1)))
 
     def blocks(self) -> list[Stone]:

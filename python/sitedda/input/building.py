@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -17,25 +17,25 @@ import numpy as np
 from ..base.errors import InputError
 from ..base.files import OWN_INPUT, is_same, write
 from ..base.reading import read_bounded
+from ..build import masonry
+from ..build.cutting import geometry
+from ..build.meshing import settings
 from .block_file import LARGE, write_block_file
 from .changes import with_files
-from .groups import (
-    COMPOSED,
-    CUT,
-    FROM_FILE,
-    MASONRY,
-    MESH,
-    composed,
-    group_text,
-    is_made,
-    nearest,
-    read_values,
-)
+from .groups import COMPOSED, composed, group_text, is_made, nearest, read_values
 from .input_text import Found, find_groups
+from .schema import GROUPS
 
+# What makes blocks of each group.
+KINDS = {
+    one.group: one
+    for module in (geometry, masonry, settings)
+    for one in vars(module).values()
+    if hasattr(one, "group")
+}
 _NAMED = ("material", "joint", "region")  # groups that others name
 _ANY = re.compile(
-    r"^[^!\n]*&(" + "|".join([*COMPOSED, *CUT, *MASONRY, *MESH, "polygons"]) + r")\b",
+    r"^[^!\n]*&(" + "|".join(filter(is_made, GROUPS)) + r")\b",
     re.IGNORECASE | re.MULTILINE,
 )
 
@@ -87,21 +87,22 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     pieces: list[dict] = []
     groups = [*groups, *_composed(built, pieces, groups, folder)]
     names = _names(groups)
-    made = [group for group in groups if is_made(group[0]) or group[0] in MESH]
+    made = [group for group in groups if is_made(group[0])]
     for _, values, place in made:
         _check_names(names, values, place)
-    parts: dict[str, list] = {name: [] for name in CUT}
+    parts: dict[str, list] = defaultdict(list)
     meshes, first, places = [], "", {}
     for name, values, place in made:
         if name in COMPOSED:
             continue
         try:
-            if name in MESH:
-                meshes.append((MESH[name](**values), place))
+            if name == "mesh":
+                meshes.append((settings.Mesh(**values), place))
             elif name == "polygons":
                 pieces += _imported(values, folder)
-            elif name in MASONRY:
-                pieces += [_block(vars(stone)) for stone in MASONRY[name](**values).blocks()]
+            elif hasattr(KINDS[name], "blocks"):
+                stones = KINDS[name](**values).blocks()
+                pieces += [_block(vars(stone)) for stone in stones]
             else:
                 own = _parts(name, values, folder)
                 parts[name] += own
@@ -174,7 +175,7 @@ def _names(groups) -> dict[str, list[str]]:
     names = {kind: [] for kind in _NAMED}
     for kind, values, _ in groups:
         if kind in _NAMED:
-            names[kind].append(values.get("name", getattr(CUT.get(kind), "name", "")))
+            names[kind].append(values.get("name", getattr(KINDS.get(kind), "name", "")))
     return names
 
 
@@ -200,13 +201,13 @@ def _block(values: dict) -> dict:
 
 def _parts(name: str, values: dict, folder) -> list:
     """The objects that a group stands for: one, or as many as its file holds lines."""
-    made, values = CUT[name], dict(values)
-    if name not in FROM_FILE or "file" not in values:
+    made, values = KINDS[name], dict(values)
+    points = made.from_file
+    if not points or "file" not in values:
         for given in ("layer", "scale"):
-            if name in FROM_FILE and given in values:
+            if points and given in values:
                 raise InputError(f"{given} needs a file")
         return [made(**values)]
-    points = FROM_FILE[name]
     if points in values:
         raise InputError(f"give either {points} or file")
     from ..build.importing import read_outlines

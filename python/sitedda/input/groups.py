@@ -11,9 +11,7 @@ from importlib import import_module
 import numpy as np
 
 from ..base.errors import InputError
-from ..build import masonry
-from ..build.cutting import geometry
-from ..build.meshing.settings import Mesh
+from ..build.values import points_of
 from .input_text import UNSET, Found
 from .schema import GROUPS, Variable
 
@@ -22,32 +20,8 @@ _KINDS = {"name": "text", "word": "text", "text": "text", "real": "number", "int
 _KINDS |= {"logical": "logical", "points": "points"}
 _LARGEST = 2**53 - 1  # of whole numbers, which are read as floating-point numbers
 
-# What is turned into blocks before the engine reads it.
-CUT = {
-    "region": geometry.Region,
-    "surface": geometry.Surface,
-    "joint_line": geometry.JointLine,
-    "joint_set": geometry.JointSet,
-    "voronoi": geometry.Voronoi,
-    "hole": geometry.Hole,
-    "tunnel": geometry.Tunnel,
-    "excavation": geometry.Excavation,
-    "cutting": geometry.Cutting,
-}
-MASONRY = {
-    "arch": masonry.Arch,
-    "pier": masonry.Pier,
-    "lintel": masonry.Lintel,
-    "colonnade": masonry.Colonnade,
-    "retaining_wall": masonry.RetainingWall,
-    "multi_leaf_wall": masonry.MultiLeafWall,
-}
-MESH = {"mesh": Mesh}
 # Groups that stand for others, made or not: the module and the class of each.
 COMPOSED = {"profile": ("build.layered", "LayeredGround")}
-# Groups whose points may come from a file: the variable that holds them.
-FROM_FILE = {"region": "outline", "hole": "outline", "excavation": "outline"}
-FROM_FILE |= {"surface": "points", "joint_line": "points"}
 
 
 @cache
@@ -166,7 +140,7 @@ def _numbers(value) -> np.ndarray:
 
 
 def _points(value) -> np.ndarray:
-    array = _numbers(geometry.points_of("points", value, 1))
+    array = _numbers(points_of("points", value, 1))
     return array.reshape(-1, 2)
 
 

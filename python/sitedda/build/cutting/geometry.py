@@ -3,42 +3,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from ...base.errors import InputError
+from .. import made
+from ..values import points_of
 from .distributions import check_distribution, draw, draw_lengths, uniform
 
 MOST_JOINTS = 2_000_000  # segments of all joints together
-_FARTHEST = 1e9  # m
-_NO_POINTS = np.zeros((0, 2))
-
-
-def points_of(name: str, values, least: int) -> np.ndarray:
-    """Points, shape (n, 2), from a list x, y, x, y …, an array, or a polygon of shapely."""
-    if hasattr(values, "exterior"):
-        if len(values.interiors):
-            raise InputError(f"{name}: the polygon has holes; give each as a hole of its own")
-        values = np.asarray(values.exterior.coords)[:-1, :2]
-    elif hasattr(values, "coords"):
-        values = np.asarray(values.coords)[:, :2]
-    try:
-        points = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must hold numbers x, y, x, y …") from None
-    if points.size % 2 or (points.ndim == 2 and points.shape[1] != 2) or points.ndim > 2:
-        raise InputError(f"{name} must hold pairs x, y; there are {points.size} numbers")
-    points = points.reshape(-1, 2)
-    if not (abs(points) <= _FARTHEST).all():
-        at = int(np.flatnonzero(~(abs(points) <= _FARTHEST).all(axis=1))[0])
-        raise InputError(
-            f"{name}: point {at + 1} ({points[at, 0]:g}, {points[at, 1]:g}) lies beyond "
-            f"{_FARTHEST:g} m or is no number"
-        )
-    if len(points) < least:
-        raise InputError(f"{name}: {len(points)} points given, at least {least} are needed")
-    return points
 
 
 def outline_of(name: str, values) -> np.ndarray:
@@ -59,126 +31,37 @@ def outline_of(name: str, values) -> np.ndarray:
     return points if shapely.is_ccw(polygon.exterior) else points[::-1].copy()
 
 
-def _positive(thing, *names: str) -> None:
-    for name in names:
-        value = getattr(thing, name)
-        if not 0 < value <= _FARTHEST:
-            raise InputError(f"{name} = {value:g} must be a positive number")
-
-
 def _chain(points) -> np.ndarray:
     """Segments between successive points, shape (n − 1, 2, 2)."""
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-@dataclass(kw_only=True)
-class Region:
-    """A polygon to be cut into blocks.
+class Region(made.RegionValues):
+    """A polygon to be cut into blocks."""
 
-    Attributes
-    ----------
-    name : str
-        Its blocks are ``name_1``, ``name_2`` …
-    outline : array_like
-        Corners x, y in either sense, m; or a polygon of shapely.
-    material, joint : str
-        Of its blocks, and of its outline; blank: the first of the model.
-    """
-
-    name: str = "rock"
-    outline: np.ndarray = field(default_factory=_NO_POINTS.copy)
-    material: str = ""
-    joint: str = ""
-
-    def __post_init__(self):
-        self.outline = outline_of("outline", self.outline)
-        _check_stem(self.name)
-
-
-def _check_stem(name: str) -> None:
-    if not name or len(name) > 56:
-        raise InputError(f"name = {name!r} must have 1 to 56 characters: its blocks get numbers")
-
-
-@dataclass(kw_only=True)
-class Hole:
-    """A polygon that is left empty.
-
-    Attributes
-    ----------
-    name : str
-    outline : array_like
-        Corners x, y, m.
-    joint : str
-        Of its outline; blank: the first of the model.
-    """
-
-    name: str = "hole"
-    outline: np.ndarray = field(default_factory=_NO_POINTS.copy)
-    joint: str = ""
-
-    def __post_init__(self):
+    def _check(self) -> None:
         self.outline = outline_of("outline", self.outline)
 
 
-@dataclass(kw_only=True)
-class Excavation:
-    """A polygon whose outline cuts blocks that a later stage can remove: ``name_1``, ``name_2`` …
+class Hole(made.HoleValues):
+    """A polygon that is left empty."""
 
-    Attributes
-    ----------
-    name : str
-    outline : array_like
-        Corners x, y, m.
-    joint : str
-        Of its outline; blank: the first of the model.
-    """
-
-    name: str = "excavation"
-    outline: np.ndarray = field(default_factory=_NO_POINTS.copy)
-    joint: str = ""
-
-    def __post_init__(self):
+    def _check(self) -> None:
         self.outline = outline_of("outline", self.outline)
-        _check_stem(self.name)
 
 
-@dataclass(kw_only=True)
-class Tunnel:
-    """A hole of a usual shape.
+class Excavation(made.ExcavationValues):
+    """A polygon whose outline cuts blocks that a later stage can remove."""
 
-    Attributes
-    ----------
-    name : str
-    centre : (float, float)
-        Middle of its width and height, m.
-    width, height : float
-        m; a height left out is the width.
-    shape : {'circle', 'horseshoe', 'rectangle'}
-        An ellipse where width and height differ; upright walls under half an ellipse whose height
-        is half the width; or a box.
-    sides : int
-        Of a polygon that stands for a whole ellipse, 8 … 512.
-    joint : str
-        Of its outline; blank: the first of the model.
-    """
+    def _check(self) -> None:
+        self.outline = outline_of("outline", self.outline)
 
-    name: str = "tunnel"
-    centre: np.ndarray = (0.0, 0.0)
-    width: float = 0.0
-    height: float = 0.0
-    shape: str = "circle"
-    sides: int = 32
-    joint: str = ""
 
-    def __post_init__(self):
-        self.centre = points_of("centre", self.centre, 1)[0]
+class Tunnel(made.TunnelValues):
+    """A hole of a usual shape: an ellipse, upright walls under half of one, or a box."""
+
+    def _check(self) -> None:
         self.height = self.height or self.width
-        _positive(self, "width", "height")
-        if not 8 <= self.sides <= 512:
-            raise InputError(f"sides = {self.sides} must lie between 8 and 512")
-        if self.shape not in ("circle", "horseshoe", "rectangle"):
-            raise InputError(f"shape = {self.shape!r} must be 'circle', 'horseshoe' or 'rectangle'")
         if self.shape == "horseshoe" and self.height <= self.width / 2:
             raise InputError("height must be more than half the width of a horseshoe")
 
@@ -198,26 +81,10 @@ class Tunnel:
         return corners + self.centre
 
 
-@dataclass(kw_only=True)
-class Surface:
-    """A line from left to right across the regions, below which another material may begin.
+class Surface(made.SurfaceValues):
+    """A line from left to right across the regions, below which another material may begin."""
 
-    Attributes
-    ----------
-    points : array_like
-        x, y with growing x, m; level beyond the first and the last.
-    material : str
-        Of the blocks below, down to the next surface in the order given; blank: as it was.
-    joint : str
-        Of the cut; blank: the first of the model.
-    """
-
-    points: np.ndarray = field(default_factory=_NO_POINTS.copy)
-    material: str = ""
-    joint: str = ""
-
-    def __post_init__(self):
-        self.points = points_of("points", self.points, 1)
+    def _check(self) -> None:
         if (np.diff(self.points[:, 0]) <= 0).any():
             at = int(np.flatnonzero(np.diff(self.points[:, 0]) <= 0)[0]) + 2
             raise InputError(f"points: x must grow; at point {at} it does not")
@@ -235,26 +102,11 @@ class Surface:
         return np.interp(places[:, 0], *self.points.T) > places[:, 1]
 
 
-@dataclass(kw_only=True)
-class JointLine:
-    """A single joint, or a fault, as a chain of straight pieces.
+class JointLine(made.JointLineValues):
+    """A single joint, or a fault, as a chain of straight pieces."""
 
-    Attributes
-    ----------
-    points : array_like
-        x, y of its bends, m.
-    joint : str
-        Blank: the first of the model.
-    region : str
-        The only region that it cuts; blank: all.
-    """
-
-    points: np.ndarray = field(default_factory=_NO_POINTS.copy)
-    joint: str = ""
-    region: str = ""
-
-    def __post_init__(self):
-        self.points = points_of("points", self.points, 2)
+    def _check(self) -> None:
+        points_of("points", self.points, 2)
 
     def segments(self, centre, radius: float) -> np.ndarray:
         """Its pieces, shape (n, 2, 2), m."""
@@ -265,84 +117,22 @@ class JointLine:
         return len(self.points) - 1
 
 
-@dataclass(kw_only=True)
-class JointSet:
+class JointSet(made.JointSetValues):
     """Parallel joints, or joints that are so on average.
 
-    Attributes
-    ----------
-    joint : str
-        Blank: the first of the model.
-    angle : float
-        Of the joints, degrees from the x axis, counter-clockwise.
-    dip : float
-        In place of `angle`: degrees below the horizontal, towards +x.
-    spacing : float
-        Between neighbours, at right angles to them, m.
-    trace_length : float
-        m; 0: without end.
-    bridge : float
-        Rock between two traces on one line, m.
-    angle_distribution, spacing_distribution, trace_length_distribution, bridge_distribution : str
-        'constant', 'uniform', 'normal', 'log-normal' or 'exponential'.
-    angle_deviation, spacing_deviation, trace_length_deviation, bridge_deviation : float
-        Standard deviation; of a uniform distribution the greatest distance from the mean.
-    origin : (float, float)
-        A point on a joint; on its line traces begin there, unless their lengths are random.  None:
-        the lower left corner of the box around what is cut, so that the blocks move with it.
-    stagger : float
-        Share of a trace and a bridge by which each line is shifted beyond the one before.
-    seed : int
-        0 … 2⁶³ − 1.
-    region : str
-        The only region that is cut; blank: all.
-
-    Notes
-    -----
     Joints are drawn from the origin outwards, each line from numbers of its own: with the same
-    origin, a larger region holds the joints of a smaller one.  Joints of random angle turn about
-    the middle of their trace; those without end about the point nearest to the middle of the
-    regions.
+    origin, a larger region holds the joints of a smaller one; without one they begin at the corner
+    of what is cut, so that the blocks move with it.  Joints of random angle turn about the middle
+    of their trace; those without end about the point nearest to the middle of the regions.
     """
 
-    joint: str = ""
-    angle: float | None = None
-    dip: float | None = None
-    spacing: float = 0.0
-    trace_length: float = 0.0
-    bridge: float = 0.0
-    angle_distribution: str = "constant"
-    angle_deviation: float = 0.0
-    spacing_distribution: str = "constant"
-    spacing_deviation: float = 0.0
-    trace_length_distribution: str = "constant"
-    trace_length_deviation: float = 0.0
-    bridge_distribution: str = "constant"
-    bridge_deviation: float = 0.0
-    origin: np.ndarray | None = None
-    stagger: float = 0.0
-    seed: int = 0
-    region: str = ""
-
-    def __post_init__(self):
+    def _check(self) -> None:
         if (self.angle is None) == (self.dip is None):
             raise InputError("give either angle or dip")
         if self.angle is None:
             self.angle = -self.dip
-        if not abs(self.angle) <= 360:
-            raise InputError(f"angle = {self.angle:g} must lie between -360 and 360")
-        if self.origin is not None:
-            self.origin = points_of("origin", self.origin, 1)[0]
-        _positive(self, "spacing")
-        for name in ("trace_length", "bridge"):
-            if not 0 <= getattr(self, name) <= _FARTHEST:
-                raise InputError(f"{name} = {getattr(self, name):g} must not be negative")
         if self.bridge and not self.trace_length:
             raise InputError("bridge needs a trace_length")
-        if not 0 <= self.seed < 2**63:
-            raise InputError(f"seed = {self.seed} must lie between 0 and 2**63 - 1")
-        if not abs(self.stagger) <= 1:
-            raise InputError(f"stagger = {self.stagger:g} must lie between -1 and 1")
         for name in ("angle", "spacing", "trace_length", "bridge"):
             check_distribution(name, *self._distribution(name))
 
@@ -460,36 +250,8 @@ def _placed(origin, ends, p: float, turns, along, across) -> np.ndarray:
     return np.stack([foot - arm, foot + arm], axis=1)
 
 
-@dataclass(kw_only=True)
-class Voronoi:
-    """Random polygons.
-
-    Attributes
-    ----------
-    size : float
-        Side of a square as large as a polygon is on average, m.
-    iterations : int
-        How often each seed point is moved to the middle of its polygon: 0 wild … 50 even.
-    seed : int
-        0 … 2⁶³ − 1.
-    joint : str
-        Blank: the first of the model.
-    region : str
-        The only region that is cut; blank: all.
-    """
-
-    size: float = 0.0
-    iterations: int = 3
-    seed: int = 0
-    joint: str = ""
-    region: str = ""
-
-    def __post_init__(self):
-        _positive(self, "size")
-        if not 0 <= self.iterations <= 50:
-            raise InputError(f"iterations = {self.iterations} must lie between 0 and 50")
-        if not 0 <= self.seed < 2**63:
-            raise InputError(f"seed = {self.seed} must lie between 0 and 2**63 - 1")
+class Voronoi(made.VoronoiValues):
+    """Random polygons."""
 
     def expected(self, radius: float) -> float:
         """About how many segments there are in a circle (m)."""
@@ -545,42 +307,5 @@ def _middles(diagram, count: int) -> np.ndarray:
     return np.where(area[:, None] > 0, moment / np.maximum(area, 1e-300)[:, None], points[:count])
 
 
-@dataclass(kw_only=True)
-class Cutting:
-    """How joints become blocks, and what is done with slivers.
-
-    Attributes
-    ----------
-    slivers : {'merge', 'refuse', 'keep'}
-        Merge each with the neighbour that it has the longest common edge with, refuse the model,
-        or leave them.
-    least_area : float
-        m²; smaller blocks are slivers (1e-3 of the mean area).
-    least_edge : float
-        m; when slivers are merged, corners closer than this to each other or to a joint become one
-        first (1e-3 of the root of the mean area); when refused, shorter edges make a sliver.
-    least_angle : float
-        Degrees; blocks with a sharper corner are slivers (0).
-    tolerance : float
-        m; what is closer than this is the same point, as ends of joints that miss an outline by
-        rounding (1e-9 of the size of the regions).
-    most_blocks : int
-        More are refused, before the work (1,000,000).
-    """
-
-    slivers: str = "merge"
-    least_area: float | None = None
-    least_edge: float | None = None
-    least_angle: float = 0.0
-    tolerance: float | None = None
-    most_blocks: int = 1_000_000
-
-    def __post_init__(self):
-        if self.slivers not in ("merge", "refuse", "keep"):
-            raise InputError(f"slivers = {self.slivers!r} must be 'merge', 'refuse' or 'keep'")
-        for name in ("least_area", "least_edge", "least_angle", "tolerance"):
-            value = getattr(self, name)
-            if value is not None and not 0 <= value <= _FARTHEST:
-                raise InputError(f"{name} = {value:g} must not be negative")
-        if not 0 < self.most_blocks <= 10_000_000:
-            raise InputError(f"most_blocks = {self.most_blocks} must lie between 1 and 10000000")
+class Cutting(made.CuttingValues):
+    """How joints become blocks, and what is done with slivers."""

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Values of groups that become blocks, checked by the schema."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from inspect import cleandoc
+from typing import ClassVar
+
+import numpy as np
+
+from ..base.errors import InputError
+
+FARTHEST = 1e9  # m
+
+
+def points_of(name: str, values, least: int) -> np.ndarray:
+    """Points, shape (n, 2), from a list x, y, x, y …, an array, or a polygon of shapely."""
+    if hasattr(values, "exterior"):
+        if len(values.interiors):
+            raise InputError(f"{name}: the polygon has holes; give each as a hole of its own")
+        values = np.asarray(values.exterior.coords)[:-1, :2]
+    elif hasattr(values, "coords"):
+        values = np.asarray(values.coords)[:, :2]
+    try:
+        points = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must hold numbers x, y, x, y …") from None
+    if points.size % 2 or (points.ndim == 2 and points.shape[1] != 2) or points.ndim > 2:
+        raise InputError(f"{name} must hold pairs x, y; there are {points.size} numbers")
+    points = points.reshape(-1, 2)
+    if not (abs(points) <= FARTHEST).all():
+        at = int(np.flatnonzero(~(abs(points) <= FARTHEST).all(axis=1))[0])
+        raise InputError(
+            f"{name}: point {at + 1} ({points[at, 0]:g}, {points[at, 1]:g}) lies beyond "
+            f"{FARTHEST:g} m or is no number"
+        )
+    if len(points) < least:
+        raise InputError(f"{name}: {len(points)} points given, at least {least} are needed")
+    return points
+
+
+@dataclass(kw_only=True)
+class Values:
+    """The values of a group; `sitedda.build.made` has a class for each."""
+
+    group: ClassVar[str] = ""
+    from_file: ClassVar[str] = ""  # variable whose points a file may hold, if any
+    variables: ClassVar[tuple[tuple[str, str, int, bool, str], ...]] = ()
+
+    def __init_subclass__(cls):
+        attributes = [cleandoc(one.__doc__ or "") for one in (cls, cls.__base__)]
+        if "Attributes" not in attributes[0]:
+            cls.__doc__ = "\n\n".join([attributes[0], *attributes[1].split("\n\n")[1:]])
+
+    def __post_init__(self):
+        for name, kind, size, required, limits in self.variables:
+            value = getattr(self, name)
+            if required and (value is None or (isinstance(value, str) and not value)):
+                raise InputError(f"{name} is missing")
+            if kind == "points":
+                setattr(self, name, points_of(name, () if value is None else value, 0))
+            elif size and value is not None:
+                setattr(self, name, points_of(name, value, 1)[0])
+            elif kind == "word":
+                _check_word(name, value, limits)
+            elif kind == "name" and limits.startswith("at most"):
+                _check_stem(name, value, int(re.findall(r"\d+", limits)[0]))
+            elif kind in ("real", "integer") and value is not None:
+                _check_number(name, value, limits)
+        self._check()
+
+    def _check(self) -> None:
+        """What the values must be to each other."""
+
+
+def _check_number(name: str, value: float, limits: str) -> None:
+    low, high = -FARTHEST, FARTHEST
+    failure = "is not a usable place"
+    if limits == "above 0":
+        low, failure = np.nextafter(0, 1), "must be a positive number"
+    elif limits.startswith("at least"):
+        low = int(limits.split()[-1])
+        failure = f"must be at least {low}" if low else "must not be negative"
+    elif " to " in limits:
+        low, high = map(int, limits.split(" to "))
+        failure = f"must lie between {low} and {high}"
+    if not low <= value <= high:
+        number = value if isinstance(value, int) else f"{value:g}"
+        raise InputError(f"{name} = {number} {failure}")
+
+
+def _check_word(name: str, value: str, words: str) -> None:
+    if value not in words.replace("'", "").split(", "):
+        first, _, last = words.rpartition(", ")
+        raise InputError(f"{name} = {value!r} must be {first} or {last}")
+
+
+def _check_stem(name: str, value: str, most: int) -> None:
+    if not value or len(value) > most:
+        raise InputError(
+            f"{name} = {value!r} must have 1 to {most} characters: its blocks get numbers"
+        )
