@@ -427,3 +427,17 @@ def test_errors_of_a_model_cite_the_call_or_the_line_that_was_read(tmp_path):
     bad = model()
     bad.arch(span=-4.0, rise=1.0, thickness=0.5, voussoirs=15)
     assert refusal(bad).startswith("Model.arch(…), number 1: ")
+
+
+def test_errors_of_a_change_cite_the_call():
+    with sitedda.Simulation(sitedda.Model.from_namelist(namelist(tower()))) as run:
+        for call, words in [
+            (lambda: run.change(time_step=-1.0), "change(time_step = -1.0): &control: time_step"),
+            (lambda: run.change(time_step="a"), "change(time_step = 'a'): &control: time_step"),
+            (lambda: run.change({"joint.cohesion": -1.0}), "change(joint.cohesion = -1.0): &joint"),
+            (lambda: run.add("load", x=1, y=99, time=[0, 1]), "add('load', …): &load: the point"),
+        ]:
+            with pytest.raises(sitedda.InputError) as caught:
+                call()
+            assert str(caught.value).startswith(f"Simulation.{words}")
+            assert ".nml" not in str(caught.value)

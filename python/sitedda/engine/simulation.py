@@ -23,8 +23,10 @@ from ..input.building import built_text, opened_input
 from ..input.changes import BETWEEN_STEPS, changed_input, flat_changes, in_words
 from ..input.groups import checked as checked_value
 from ..input.groups import group_text
+from ..input.input_text import cited, find_groups
 from .maxima import Maximum, as_maxima
 
+_LONGEST_CALL = 80  # characters of one in a message
 _PIECE = 2048  # bytes of a text that the engine gives at once
 _CHUNK_TIME = 0.1  # s between looks at the signals, unless a step takes longer
 
@@ -184,7 +186,7 @@ class Simulation:
         changes = dict(changes or {}) | more
         with self._one:
             text = changed_input(self.present_input, changes, BETWEEN_STEPS, self.file)
-            self._change(text, in_words(changes))
+            self._change(text, words := in_words(changes), f"change({words})")
 
     def add(self, kind: str, **values) -> None:
         """Add a load or a fixed point from the present time on.
@@ -201,7 +203,8 @@ class Simulation:
             raise InputError(f"&{kind} cannot be added during a run, only &load and &fixed_point")
         group = group_text(kind, {k: checked_value(kind, k, v) for k, v in values.items()})
         with self._one:
-            self._change(f"{self.present_input.rstrip()}\n{group}", group.strip())
+            text = f"{self.present_input.rstrip()}\n{group}"
+            self._change(text, group.strip(), f"add({kind!r}, …)")
 
     def begin_stage(self, name: str, kind: str = "dynamic", **values) -> None:
         """End the last stage now, and begin another: excavate, let supports go, change joints.
@@ -227,7 +230,7 @@ class Simulation:
         """
         with self._one:
             text = with_stage(self.present_input, self.present_stage, self.file, name, kind, values)
-            self._change(text, f"stage {name}")
+            self._change(text, f"stage {name}", f"begin_stage({name!r}, …)")
 
     @property
     def present_stage(self) -> PresentStage:
@@ -256,9 +259,17 @@ class Simulation:
         pieces = [self._ask("run_text", what, i + 1).ljust(_PIECE) for i in range(count)]
         return b"".join(pieces).rstrip().decode("utf-8", "surrogateescape")
 
-    def _change(self, text: str, words: str) -> None:
-        with self._one, FILES:  # in this order everywhere
-            self._ask("change_input", text.encode("utf-8", "surrogateescape"), words.encode())
+    def _change(self, text: str, words: str, call: str) -> None:
+        """Go on with another input; errors cite the call in place of a text that nobody saw."""
+        try:
+            with self._one, FILES:  # in this order everywhere
+                self._ask("change_input", text.encode("utf-8", "surrogateescape"), words.encode())
+        except InputError as error:
+            short = call if len(call) <= _LONGEST_CALL else f"{call[:_LONGEST_CALL]}…"
+            before = find_groups(self.present_input, self.file, ("block",))
+            named = {one.line: one.called() for one in before}
+            message = cited(str(error), self.file, lambda kind, n: named.get(n, f"&{kind}"))
+            raise InputError(f"Simulation.{short}: {message}") from None
 
     def checkpoint(self) -> None:
         """Write a checkpoint now, beside those that the input asks for.

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import re
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -45,6 +45,10 @@ class Found:
     end: int
     values: dict = field(default_factory=dict)
 
+    def called(self) -> str:
+        """Its kind and its name, for messages."""
+        return f"&{self.name} {self.values['name']!r}" if "name" in self.values else f"&{self.name}"
+
     def place(self, file) -> str:
         """Where it stands, for messages."""
         return f"{file}, group &{self.name} (line {self.line})"
@@ -78,6 +82,14 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
         own = dict(one for _, one in zip(range(count), values, strict=False))
         found.append(Found(name, int(line), int(start) - 1, int(end), own))
     return found
+
+
+def cited(message: str, file, place: Callable[[str, int], str]) -> str:
+    """A message with other places than lines of a text that nobody has seen."""
+    where = rf"{re.escape(str(file))}, group &(\w+) \(line (\d+)\)"
+    message = re.sub(where, lambda found: place(found[1], int(found[2])), message)
+    other = r"the &(\w+) of line (\d+)"
+    return re.sub(other, lambda found: f"that of {place(found[1], int(found[2]))}", message)
 
 
 def with_changes(

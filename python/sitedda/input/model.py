@@ -28,7 +28,7 @@ from .groups import (
     single_groups,
     variables,
 )
-from .input_text import find_groups
+from .input_text import cited, find_groups
 from .schema import Groups
 
 _UNIQUE = ("material", "joint", "motion", "measured_point")
@@ -425,20 +425,16 @@ class Model(Groups):
         """A message about the text, which nobody has seen, with the call or the line of a file."""
         groups = [one for one in self._once.values() if one._values] + self.groups
 
-        def place(found: re.Match) -> str:
-            group = groups[int(found[1]) - 1]  # each on a line of its own
+        def place(_: str, line: int) -> str:
+            group = groups[line - 1]  # each on a line of its own
             same = [one for one in groups if one._name == group._name]
             number = next(i for i, one in enumerate(same, 1) if one is group)
             name = repr(group.name) if group._values.get("name") else f"number {number}"
             called = "" if group._name in single_groups() else f"(…), {name}"
             return group._place or f"Model.{group._name}{called}"
 
-        where = re.escape(str(file))
-        message = re.sub(rf"{where}, group &\w+ \(line (\d+)\)", place, message)
-        message = re.sub(
-            r"the &\w+ of line (\d+)", lambda found: f"that of {place(found)}", message
-        )
-        return re.sub(rf"^{where}(?=[:,])", "Model", message)
+        message = cited(message, file, place)
+        return re.sub(rf"^{re.escape(str(file))}(?=[:,])", "Model", message)
 
     def check(self, **changes):
         """Check the model before a run, see `sitedda.check`."""
