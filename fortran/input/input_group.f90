@@ -130,8 +130,9 @@ contains
       character(len=:), allocatable :: text
 
       call take_text(group, v, text, error)
+      if (input_variables(v)%kind == 'word' .and. (text /= '' .or. given(group, &
+         trim(input_variables(v)%name)))) call check_word(error, group, input_variables(v), text)
       if (text == '') return
-      if (input_variables(v)%kind == 'word') call check_word(error, group, input_variables(v), text)
       call check_length(error, group, trim(input_variables(v)%name), text)
       value = text
    end subroutine take_name

@@ -466,6 +466,8 @@ def value(variable: Variable) -> str:
     """The default in Python."""
     if variable.base in ("name", "word", "text"):
         return quoted(preset(variable).strip("'"))
+    if variable.base == "logical":
+        return variable.default.strip(".").capitalize()
     number = preset(variable).replace("_wp", "")
     return number.replace("[", "(").replace("]", ")") or "None"
 

@@ -6,30 +6,18 @@ module dda_frame
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
+   use dda_contact_table, only: contact_columns, take_column
    use dda_elements, only: block_stress
    use dda_errors, only: error_type
    use dda_journal, only: journal_type, begin_row, append_numbers, row_frame
    use dda_simulation, only: simulation_type
    implicit none
    private
-   public :: most_columns, contact_columns, append_frame
+   public :: append_frame
 
    integer, parameter :: at_once = 512       !< blocks, vertices or contacts
-   integer, parameter :: plain_columns = 9   !< of a contact
-   integer, parameter :: law_columns = 12    !< of one under a joint law
-   integer, parameter :: point_columns = 13  !< of one that may be between corners
-   integer, parameter :: most_columns = 16   !< of one whose bond may be damaged
 
 contains
-
-   !> Numbers of a contact.
-   pure integer function contact_columns(simulation)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
-
-      contact_columns = merge(plain_columns, law_columns, simulation%laws%plain)
-      if (simulation%laws%pointed) contact_columns = point_columns
-      if (simulation%laws%cohesive) contact_columns = most_columns
-   end function contact_columns
 
    !> Time, stage; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; contacts
    !> [contacts, columns].
@@ -100,35 +88,5 @@ contains
          call append_numbers(journal, part, n, error)
       end do
    end subroutine append_column
-
-   !> Vertex and edge from 0, state, bonded, joint from 0; distance, normal force, shear force,
-   !> stretch; under a joint law also length, slip path, weakening; with points between corners,
-   !> place; with cohesive joints, damage and bounds of the fracture energy.
-   pure subroutine take_column(contacts, number, first, column)
-      type(contacts_type), intent(in) :: contacts  !< of the last step
-      integer, intent(in) :: number  !< of the column
-      integer, intent(in) :: first   !< contact
-      real(wp), intent(out) :: column(:)  !< [contacts from the first]
-      integer :: last
-
-      last = first + size(column) - 1
-      select case (number)
-      case (1); column = contacts%vertex(first:last) - 1
-      case (2); column = contacts%edge(first:last) - 1
-      case (3); column = contacts%state(first:last)
-      case (4); column = merge(1, 0, contacts%bonded(first:last))
-      case (5); column = contacts%joint(first:last) - 1
-      case (6); column = contacts%new_gap(first:last) + contacts%offset(first:last)
-      case (7); column = contacts%normal_force(first:last)
-      case (8); column = contacts%shear_force(first:last)
-      case (9); column = contacts%stretch(first:last)
-      case (10); column = contacts%length(first:last)
-      case (11); column = contacts%slip_path(first:last)
-      case (12); column = contacts%weakened(first:last)
-      case (13); column = contacts%place(first:last)
-      case (14); column = contacts%weakened(first:last)
-      case (15:16); column = contacts%spent(number - 14, first:last)
-      end select
-   end subroutine take_column
 
 end module dda_frame

@@ -15,7 +15,7 @@ module dda_output_file
    use dda_energy, only: energy_terms
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: rename_file, remove_file, is_special
-   use dda_frame, only: most_columns, contact_columns
+   use dda_contact_table, only: contact_columns, contact_variables
    use dda_joint_motion, only: joint_columns
    use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
       row_sample
@@ -90,37 +90,6 @@ module dda_output_file
       variable_type('residual', nf90_double, 'maximum', '', 'largest value at the end'), &
       variable_type('largest_so_far', nf90_double, 'maximum time', '', &
          'largest value of all steps up to a sample')]
-
-   !> Contact states of all frames, one after the other: the frame, then the columns of
-   !> `append_frame`.
-   type(variable_type), parameter :: contact_variables(0:most_columns) = [ &
-      variable_type('contact_frame', nf90_int, 'contact', '1', 'frame, from 0'), &
-      variable_type('contact_vertex', nf90_int, 'contact', '1', 'vertex that touches, from 0'), &
-      variable_type('contact_edge', nf90_int, 'contact', '1', &
-         'edge touched, by its first vertex, from 0'), &
-      variable_type('contact_state', nf90_int, 'contact', '1', '0 open, 1 slide, 2 stick'), &
-      variable_type('contact_bonded', nf90_int, 'contact', '1', &
-         '1 while cohesion and tension hold'), &
-      variable_type('contact_joint', nf90_int, 'contact', '1', 'joint material, from 0'), &
-      variable_type('contact_gap', nf90_double, 'contact', 'm', 'gap, negative is penetration'), &
-      variable_type('contact_normal_force', nf90_double, 'contact', 'N/m', &
-         'compression positive'), &
-      variable_type('contact_shear_force', nf90_double, 'contact', 'N/m', 'resists slip'), &
-      variable_type('contact_stretch', nf90_double, 'contact', 'm', 'elastic shear stretch'), &
-      variable_type('contact_length', nf90_double, 'contact', 'm', &
-         'length of joint that the contact stands for'), &
-      variable_type('contact_slip_path', nf90_double, 'contact', 'm', &
-         'slip beyond the elastic one, both ways added up'), &
-      variable_type('contact_weakened', nf90_double, 'contact', '1', &
-         '0 at peak strength, 1 at residual strength'), &
-      variable_type('contact_place', nf90_double, 'contact', '1', &
-         'share of the edge that begins at the vertex, before the point that touches'), &
-      variable_type('contact_damage', nf90_double, 'contact', '1', &
-         '0 whole bond of a cohesive joint, 1 contact alone'), &
-      variable_type('contact_fracture_energy_lower', nf90_double, 'contact', 'N/m', &
-         'lower bound of the fracture energy spent, per area'), &
-      variable_type('contact_fracture_energy_upper', nf90_double, 'contact', 'N/m', &
-         'upper bound of the fracture energy spent, per area')]
 
    !> Measured joints, of models that have some; the first ones in the order of `measure_joint`.
    type(variable_type), parameter :: joint_variables(joint_columns + 1) = [ &

@@ -8,7 +8,7 @@ module api
    use dda_advice, only: penalty_type, penalty_for_frequency, penalty_for_shift
    use dda_check_report, only: report_type, report_text, add_notes
    use dda_check_simulation, only: check_simulation
-   use dda_contact, only: contacts_type
+   use dda_contact_table, only: contact_table, contact_variables, whole_columns
    use dda_damping, only: damping_type, fit_body, most_mechanisms
    use dda_elements, only: block_stress, bolt_states
    use dda_energy, only: energy_terms, energy_values
@@ -43,7 +43,7 @@ module api
    use dda_scheme_response, only: free_damping, period_elongation, forced_damping, steps_to_decay, &
       amplification_roots, steady_type, steady_weights, step_for_damping, theta_for_damping
    use dda_running_maxima, only: take_residuals
-   use dda_simulation, only: end_of_run, summary, ending
+   use dda_simulation, only: simulation_type, end_of_run, summary, ending
    use dda_shear_column, only: shear_column_type, shear_state_type, begin_column, shake_column, &
       end_accelerations, energy_balance
    use dda_site_response, only: response_peak_type, amplification_peak
@@ -57,10 +57,8 @@ module api
    use dda_version, only: version, commit
    implicit none
    private
-   public :: open_run, advance_run, change_input, save_state, finish_run, close_run, run_sizes, &
-      run_clock, run_text
-   public :: block_states, block_properties, set_block_states, vertex_places, contact_states, &
-      boundary_edges, bolts, energies, maxima, point_motions, run_phases, run_counts
+   public :: open_run, advance_run, change_input, save_state, finish_run, close_run, &
+      set_block_states, make_table, read_table, make_text, read_text
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
@@ -68,12 +66,11 @@ module api
    public :: spectrum_of, amplification_of, peak_of, oscillator_peaks_of
    public :: hear_python, stop_engine
    public :: engine_version, engine_commit, engine_names, parse_input, parsed_input, &
-      reduced_joint, make_changes, changed_text
+      reduced_joint, make_changes
 
    integer, parameter :: most_runs = 65536
 
    type(group_type), allocatable :: parsed(:)     !< of the text that was parsed last
-   character(len=:), allocatable :: changed       !< the text that was changed last
 
    !> One slot of the table of open runs.
    type :: slot_type
@@ -81,9 +78,11 @@ module api
       integer(c_int) :: process = 0   !< that opened it
       !> on the model as it was read, a line each
       character(len=note_length), allocatable :: notes(:)
+      real(c_double), allocatable :: table(:,:)  !< that was made last
+      character(len=:), allocatable :: text      !< that was made last
    end type slot_type
 
-   type(slot_type) :: slots(most_runs)
+   type(slot_type) :: slots(0:most_runs)
 
    interface
       !> Python: take the lock of the interpreter, which this thread may or may not hold; its state.
@@ -279,124 +278,248 @@ contains
       deallocate (slots(handle)%run)
    end subroutine close_run
 
-   !> Numbers of blocks, vertices, measured points and contacts, of the bytes of the input with the
-   !> changes between steps, of edges with boundaries, of bolts, and of the bytes of its values.
-   subroutine run_sizes(handle, sizes, status, message)
+   !> Make a table of a run, which `read_table` hands over; its shape.
+   subroutine make_table(handle, what, sizes, status, message)
       integer(c_int), intent(in) :: handle
-      integer(c_int), intent(out) :: sizes(8)
+      character(len=*), intent(in) :: what      !< see `take_table`
+      integer(c_int), intent(out) :: sizes(2)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
       type(run_type), pointer :: run
 
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call take_table(run, what, slots(handle)%table, error)
       sizes = 0
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) sizes = [run%simulation%blocks%n, &
-         size(run%simulation%blocks%owner), size(run%simulation%model%points), &
-         run%simulation%contacts(run%simulation%now)%n, len(run%simulation%changed_text), &
-         size(run%simulation%model%boundary_edges), size(run%simulation%model%bolts), &
-         len(run%simulation%model%values)]
+      if (.not. allocated(error)) sizes = shape(slots(handle)%table)
       call report(error, status, message)
-   end subroutine run_sizes
+   end subroutine make_table
 
-   !> Time, duration, last time step (s), steps done, open-close iterations of the last step,
-   !> gravity (m/s2), penalty stiffness (N/m); of the present stage: its number, the step and the
-   !> time (s) that it began after, its steps and their length (s).
-   subroutine run_clock(handle, clock, status, message)
-      integer(c_int), intent(in) :: handle
-      real(c_double), intent(out) :: clock(13)
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
+   !> The table that was made last.
+   subroutine read_table(handle, rows, columns, values)
+      integer(c_int), intent(in) :: handle, rows, columns
+      real(c_double), intent(out) :: values(rows, columns)
 
-      clock = 0.0_c_double
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) then
-         associate (simulation => run%simulation)
-            clock = [simulation%time, &
-               end_of_run(simulation), &
-               simulation%last_time_step, real(simulation%step, c_double), &
-               real(simulation%iteration%iterations, c_double), simulation%model%control%gravity, &
-               simulation%model%contact%normal_stiffness, real(simulation%stage, c_double), &
-               real(simulation%first_step, c_double), simulation%first_time, &
-               real(simulation%model%control%steps, c_double), simulation%model%control%time_step]
-         end associate
-      end if
-      call report(error, status, message)
-   end subroutine run_clock
+      values = slots(handle)%table
+   end subroutine read_table
 
-   !> A text of the run: 'output', 'title', 'summary', 'ending', 'warning', 'notice', 'solver',
-   !> 'peaks' (what is wrong with the peaks of amplifications in the finished output), 'point i' or
-   !> 'block i' (from 1), 'changed i' (of the input with the changes between steps, the i-th 2048
-   !> bytes), 'values i' (of what the input means).
-   subroutine run_text(handle, what, which, text, status, message)
+   !> A table of a run: one of its blocks and contacts, or of its course.
+   subroutine take_table(run, what, table, error)
+      type(run_type), intent(inout) :: run
+      character(len=*), intent(in) :: what
+      real(c_double), allocatable, intent(out) :: table(:,:)
+      type(error_type), allocatable, intent(inout) :: error
+
+      call take_state(run%simulation, what, table)
+      if (.not. allocated(table)) call take_course(run, what, table, error)
+      if (.not. (allocated(table) .or. allocated(error))) call fail(error, error_input, &
+         'there is no table '//what)
+   end subroutine take_table
+
+   !> 'coordinates' and 'rates' [6, blocks], 'stresses' [3, blocks]; 'blocks': material from 0,
+   !> body, 1 if it is removed [blocks, 3]; 'vertices' [2, vertices]; 'edges', by the vertex where
+   !> each begins: block and joint from 0, 1 within a body [vertices, 3]; 'contacts' [contacts,
+   !> columns]; 'boundary_edges': edge and group from 0, shares of the edge [pieces, 4]; 'bolts':
+   !> axial and shear force, stretch, state [4, bolts]; 'points': displacement, velocity,
+   !> acceleration [2, 3 points].
+   subroutine take_state(simulation, what, table)
+      type(simulation_type), intent(inout) :: simulation
+      character(len=*), intent(in) :: what
+      real(c_double), allocatable, intent(out) :: table(:,:)
+      integer :: i
+
+      associate (blocks => simulation%blocks, model => simulation%model)
+         select case (what)
+         case ('coordinates')
+            table = blocks%position
+            table(1:2, :) = table(1:2, :) + spread(model%origin, 2, blocks%n)
+         case ('rates')
+            table = blocks%velocity
+         case ('stresses')
+            table = block_stress(simulation%elements, blocks)
+         case ('blocks')
+            table = as_columns([blocks%material - 1, blocks%body, merge(1, 0, blocks%removed)], 3)
+         case ('vertices')
+            table = blocks%vertex + spread(model%origin, 2, size(blocks%owner))
+         case ('edges')
+            table = as_columns([blocks%owner - 1, blocks%joint - 1, merge(1, 0, blocks%inner)], 3)
+         case ('contacts')
+            table = contact_table(simulation)
+         case ('boundary_edges')
+            associate (edges => model%boundary_edges)
+               table = reshape([real(edges%piece%edge - 1, c_double), real(edges%group - 1, &
+                  c_double), edges%piece%from, edges%piece%to], [size(edges), 4])
+            end associate
+         case ('bolts')
+            allocate (table(4, size(model%bolts)))
+            if (size(table) > 0) table = bolt_states(simulation%elements, size(model%bolts))
+         case ('points')
+            allocate (table(2, 3*size(model%points)))
+            do i = 1, size(model%points)
+               call measure_point(blocks, model%points(i), table(:, 3*i - 2), table(:, 3*i - 1), &
+                  table(:, 3*i))
+            end do
+         end select
+      end associate
+   end subroutine take_state
+
+   !> Whole numbers one after the other, as columns of a table.
+   pure function as_columns(numbers, columns) result(table)
+      integer, intent(in) :: numbers(:), columns
+      real(c_double) :: table(size(numbers)/columns, columns)
+
+      table = reshape(real(numbers, c_double), shape(table))
+   end function as_columns
+
+   !> 'clock': time, duration, last time step (s), steps done, open-close iterations of the last
+   !> step, gravity (m/s2), penalty stiffness (N/m); of the present stage: its number, the step and
+   !> the time (s) that it began after, its steps and their length (s); 'energies'; 'counts';
+   !> 'phases': seconds since the first call, which starts the watch [1, n]; 'maxima': largest
+   !> values of all steps, their times, present values, blocks and points from 0 [7, maxima].
+   subroutine take_course(run, what, table, error)
+      type(run_type), intent(inout) :: run
+      character(len=*), intent(in) :: what
+      real(c_double), allocatable, intent(out) :: table(:,:)
+      type(error_type), allocatable, intent(inout) :: error
+
+      associate (simulation => run%simulation, solver => run%simulation%solver)
+         select case (what)
+         case ('clock')
+            table = as_row([simulation%time, end_of_run(simulation), simulation%last_time_step, &
+               real(simulation%step, c_double), real(simulation%iteration%iterations, c_double), &
+               simulation%model%control%gravity, simulation%model%contact%normal_stiffness, &
+               real(simulation%stage, c_double), real(simulation%first_step, c_double), &
+               simulation%first_time, real(simulation%model%control%steps, c_double), &
+               simulation%model%control%time_step])
+         case ('energies')
+            table = as_row(energy_values(simulation%energy))
+         case ('counts')
+            table = as_row(real([simulation%step, simulation%counters%iterations, &
+               simulation%counters%searches, solver%solves, solver%factors, solver%iterations, &
+               solver%handed_over, simulation%counters%broken], c_double))
+         case ('phases')
+            simulation%system%watch%running = .true.
+            table = as_row(seconds_of(simulation%system%watch))
+         case ('maxima')
+            call take_maxima(run, table, error)
+         end select
+      end associate
+   end subroutine take_course
+
+   !> Numbers as a table.
+   pure function as_row(numbers) result(table)
+      real(c_double), intent(in) :: numbers(:)
+      real(c_double) :: table(1, size(numbers))
+
+      table(1, :) = numbers
+   end function as_row
+
+   !> Largest values; a complete output that has only been opened has none.
+   subroutine take_maxima(run, table, error)
+      type(run_type), intent(inout) :: run
+      real(c_double), allocatable, intent(out) :: table(:,:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: i
+
+      if (run%was_complete) call fail(error, error_input, 'the output is complete: read its maxima')
+      if (allocated(error)) return
+      allocate (table(7, number_of_maxima), source=-1.0_c_double)
+      call take_residuals(run%simulation)
+      associate (found => run%simulation%maxima)
+         table(1, :) = known(found%largest)
+         table(2, :) = found%largest%time
+         table(3, :) = known(found%last)
+         do i = 1, number_of_maxima
+            if (maxima_table(i)%of_points) table(6:7, i) = found%largest(i)%who - 1
+            if (.not. maxima_table(i)%of_points) table(4:5, i) = found%largest(i)%who - 1
+         end do
+      end associate
+   end subroutine take_maxima
+
+   !> Make a text of a run, which `read_text` hands over; its length in bytes.  'output', 'title',
+   !> 'solver', 'summary', 'ending', 'warning', 'notice', 'threads'; 'changed', the input with the
+   !> changes between steps, and 'values', what it means; 'description', 'notes', 'points' and
+   !> 'blocks' (names), 'peaks' (what is wrong with those of amplifications), a line each.
+   subroutine make_text(handle, what, length, status, message)
       integer(c_int), intent(in) :: handle
       character(len=*), intent(in) :: what
-      integer(c_int), intent(in) :: which
-      character(len=2048), intent(out) :: text
-      integer(c_int), intent(out) :: status
+      integer(c_int), intent(out) :: length, status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
       type(run_type), pointer :: run
+      character(len=:), allocatable :: made
 
-      text = ''
       call find_run(handle, run, error)
+      length = 0
       if (.not. allocated(error)) then
+         made = ''
          associate (model => run%simulation%model)
             select case (what)
             case ('output')
-               text = model%output%file
+               made = model%output%file
             case ('title')
-               text = model%title
+               made = model%title
             case ('solver')
-               text = run%simulation%solver%method
+               made = trim(run%simulation%solver%method)
             case ('notice')
-               if (allocated(run%notice)) text = run%notice
+               if (allocated(run%notice)) made = run%notice
             case ('summary')
-               text = summary(run%simulation)
+               made = summary(run%simulation)
             case ('ending')
-               text = ending(run%simulation)
+               made = ending(run%simulation)
             case ('description')
-               associate (lines => model_description(model))
-                  if (which >= 1 .and. which <= size(lines)) text = lines(which)
-               end associate
+               made = lines(model_description(model))
             case ('notes')
-               text = joined(slots(handle)%notes, new_line('a'))
+               made = lines(slots(handle)%notes)
             case ('threads')
-               text = team_words()
+               made = team_words()
             case ('warning')
-               text = audit_warning(run%simulation)
+               made = audit_warning(run%simulation)
             case ('peaks')
-               call find_peak_warnings(run, text)
+               call find_peak_warnings(run, made)
             case ('changed')
-               text = piece(run%simulation%changed_text, which)
+               made = run%simulation%changed_text
             case ('values')
-               text = piece(model%values, which)
-            case ('point')
-               if (which >= 1 .and. which <= size(model%points)) text = model%points(which)%name
-            case ('block')
-               if (which >= 1 .and. which <= size(model%block_names)) &
-                  text = model%block_names(which)
+               made = model%values
+            case ('points')
+               made = lines(model%points%name)
+            case ('blocks')
+               made = lines(model%block_names)
             end select
          end associate
+         length = len(made)
+         call move_alloc(made, slots(handle)%text)
       end if
       call report(error, status, message)
-   end subroutine run_text
+   end subroutine make_text
 
-   !> The i-th 2048 bytes of a text.
-   pure function piece(whole, i)
-      character(len=*), intent(in) :: whole
-      integer(c_int), intent(in) :: i
-      character(len=:), allocatable :: piece
+   !> Texts, each with its line end.
+   pure function lines(texts) result(all)
+      character(len=*), intent(in) :: texts(:)
+      character(len=:), allocatable :: all
+      integer :: i, at
 
-      piece = whole(min(len(whole), 2048*max(0, i - 1)) + 1:min(len(whole), 2048*max(0, i)))
-   end function piece
+      allocate (character(len=sum(len_trim(texts)) + size(texts)) :: all)
+      at = 0
+      do i = 1, size(texts)
+         all(at + 1:at + len_trim(texts(i)) + 1) = trim(texts(i))//new_line('a')
+         at = at + len_trim(texts(i)) + 1
+      end do
+   end function lines
+
+   !> The text that was made last of a run; of handle 0, by `make_changes`.
+   subroutine read_text(handle, n, bytes)
+      integer(c_int), intent(in) :: handle, n
+      integer(c_int), intent(out) :: bytes(n)
+      integer :: i
+
+      bytes = [(iachar(slots(handle)%text(i:i)), i=1, n)]
+   end subroutine read_text
 
    !> What is wrong with the peaks of the amplifications in the finished output, a line each.
    subroutine find_peak_warnings(run, text)
       type(run_type), intent(in) :: run
-      character(len=*), intent(inout) :: text
+      character(len=:), allocatable, intent(inout) :: text
       type(error_type), allocatable :: unused
       type(response_peak_type) :: peak
       character(len=:), allocatable :: warning
@@ -408,65 +531,10 @@ contains
             call amplification_peak(model%output%file, model%amplifications(i), peak, unused)
             if (allocated(unused)) cycle  ! who asks for the peak itself is told
             call peak_warning(run%simulation, model%amplifications(i), peak, warning)
-            if (warning /= '') text = trim(text)//warning//new_line('a')
+            if (warning /= '') text = text//warning//new_line('a')
          end do
       end associate
    end subroutine find_peak_warnings
-
-   !> Coordinates, their rates, and stresses of all blocks.
-   subroutine block_states(handle, n, coordinates, rates, stress, status, message)
-      integer(c_int), intent(in) :: handle, n
-      real(c_double), intent(out) :: coordinates(6, n), rates(6, n), stress(3, n)
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
-
-      coordinates = 0.0_c_double
-      rates = 0.0_c_double
-      stress = 0.0_c_double
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) call check_size(n, run%simulation%blocks%n, error)
-      if (.not. allocated(error)) then
-         coordinates = run%simulation%blocks%position
-         coordinates(1:2, :) = coordinates(1:2, :) + spread(run%simulation%model%origin, 2, n)
-         rates = run%simulation%blocks%velocity
-         stress = block_stress(run%simulation%elements, run%simulation%blocks)
-      end if
-      call report(error, status, message)
-   end subroutine block_states
-
-   !> Present material of each block and joint of each edge, by the vertex where it begins, from 0.
-   subroutine block_properties(handle, n, vertices, material, joint, body, welded, removed, &
-      status, message)
-      integer(c_int), intent(in) :: handle, n, vertices
-      integer(c_int), intent(out) :: material(n), joint(vertices), body(n), welded(vertices)
-      integer(c_int), intent(out) :: removed(n)  !< 1: a stage has taken the block out
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
-
-      material = 0
-      joint = 0
-      body = 0
-      welded = 0
-      removed = 0
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) call check_size(n, run%simulation%blocks%n, error)
-      if (.not. allocated(error)) call check_size(vertices, size(run%simulation%blocks%owner), &
-         error)
-      if (.not. allocated(error)) then
-         associate (blocks => run%simulation%blocks)
-            material = blocks%material - 1
-            joint = blocks%joint - 1
-            body = blocks%body
-            welded = merge(1, 0, blocks%inner)
-            removed = merge(1, 0, blocks%removed)
-         end associate
-      end if
-      call report(error, status, message)
-   end subroutine block_properties
 
    !> Set the rates of all blocks, such as a mode's shape for a free vibration.
    subroutine set_block_states(handle, n, rates, status, message)
@@ -490,183 +558,6 @@ contains
       if (given /= wanted) call fail(error, error_input, 'the array has not the size of the model')
    end subroutine check_size
 
-   !> Places of all vertices and the block of each, from 0.
-   subroutine vertex_places(handle, n, places, blocks, status, message)
-      integer(c_int), intent(in) :: handle, n
-      real(c_double), intent(out) :: places(2, n)
-      integer(c_int), intent(out) :: blocks(n)
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
-
-      places = 0.0_c_double
-      blocks = 0
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) call check_size(n, size(run%simulation%blocks%owner), error)
-      if (.not. allocated(error)) then
-         places = run%simulation%blocks%vertex + spread(run%simulation%model%origin, 2, n)
-         blocks = run%simulation%blocks%owner - 1
-      end if
-      call report(error, status, message)
-   end subroutine vertex_places
-
-   !> Contacts of the last step: vertex, edge, state, bonded, joint; gap, normal force, shear force,
-   !> stretch; under joint laws length, slip path, weakening, place; with cohesive joints
-   !> damage and bounds of the fracture energy.
-   subroutine contact_states(handle, n, who, values, status, message)
-      integer(c_int), intent(in) :: handle, n
-      integer(c_int), intent(out) :: who(5, n)
-      real(c_double), intent(out) :: values(11, n)
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
-
-      who = 0
-      values = 0.0_c_double
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) &
-         call check_size(n, run%simulation%contacts(run%simulation%now)%n, error)
-      if (.not. allocated(error)) then
-         associate (contacts => run%simulation%contacts(run%simulation%now))
-            who(1, :) = contacts%vertex(:n) - 1
-            who(2, :) = contacts%edge(:n) - 1
-            who(3, :) = contacts%state(:n)
-            who(4, :) = merge(1, 0, contacts%bonded(:n))
-            who(5, :) = contacts%joint(:n) - 1
-            values(1, :) = contacts%new_gap(:n) + contacts%offset(:n)
-            values(2, :) = contacts%normal_force(:n)
-            values(3, :) = contacts%shear_force(:n)
-            values(4, :) = contacts%stretch(:n)
-            if (contacts%with_laws) then
-               values(5, :) = contacts%length(:n)
-               values(6, :) = contacts%slip_path(:n)
-               values(7, :) = contacts%weakened(:n)
-               values(8, :) = contacts%place(:n)
-            end if
-            if (run%simulation%laws%cohesive) then
-               values(9, :) = contacts%weakened(:n)
-               values(10:11, :) = contacts%spent(:, :n)
-            end if
-         end associate
-      end if
-      call report(error, status, message)
-   end subroutine contact_states
-
-   !> Pieces of edges that groups &boundary take: the edge by its first vertex and the group, both
-   !> from 0, and the shares of the edge between which the piece lies.
-   subroutine boundary_edges(handle, n, who, share, status, message)
-      integer(c_int), intent(in) :: handle, n
-      integer(c_int), intent(out) :: who(2, n)
-      real(c_double), intent(out) :: share(2, n)
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
-
-      who = 0
-      share = 0.0_c_double
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) &
-         call check_size(n, size(run%simulation%model%boundary_edges), error)
-      if (.not. allocated(error)) then
-         associate (edges => run%simulation%model%boundary_edges)
-            who(1, :) = edges%piece%edge - 1
-            who(2, :) = edges%group - 1
-            share(1, :) = edges%piece%from
-            share(2, :) = edges%piece%to
-         end associate
-      end if
-      call report(error, status, message)
-   end subroutine boundary_edges
-
-   !> Axial and shear force, stretch and state of the bolts.
-   subroutine bolts(handle, n, values, status, message)
-      integer(c_int), intent(in) :: handle, n
-      real(c_double), intent(out) :: values(4, n)
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
-
-      values = 0.0_c_double
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) call check_size(n, size(run%simulation%model%bolts), error)
-      if (.not. allocated(error) .and. n > 0) values = bolt_states(run%simulation%elements, n)
-      call report(error, status, message)
-   end subroutine bolts
-
-   !> Energies in the order of the output file.
-   subroutine energies(handle, n, values, status, message)
-      integer(c_int), intent(in) :: handle, n
-      real(c_double), intent(out) :: values(n)  !< of `energy_terms`
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
-
-      values = 0.0_c_double
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) call check_size(n, size(energy_terms), error)
-      if (.not. allocated(error)) values = energy_values(run%simulation%energy)
-      call report(error, status, message)
-   end subroutine energies
-
-   !> Displacement, velocity, acceleration [2, points, 3] of the measured points.
-   subroutine point_motions(handle, n, motions, status, message)
-      integer(c_int), intent(in) :: handle, n
-      real(c_double), intent(out) :: motions(2, n, 3)
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
-      integer :: i
-
-      motions = 0.0_c_double
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) call check_size(n, size(run%simulation%model%points), error)
-      if (.not. allocated(error)) then
-         do i = 1, n
-            call measure_point(run%simulation%blocks, run%simulation%model%points(i), &
-               motions(:, i, 1), motions(:, i, 2), motions(:, i, 3))
-         end do
-      end if
-      call report(error, status, message)
-   end subroutine point_motions
-
-   !> Largest values of all steps, their times, present values; their blocks and points, from 0.
-   subroutine maxima(handle, n, values, blocks, points, status, message)
-      integer(c_int), intent(in) :: handle, n
-      real(c_double), intent(out) :: values(3, n)
-      integer(c_int), intent(out) :: blocks(2, n), points(2, n)
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
-      integer :: i
-
-      values = 0.0_c_double
-      blocks = -1
-      points = -1
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) call check_size(n, number_of_maxima, error)
-      if (.not. allocated(error)) call require_state(run, error)
-      if (.not. allocated(error)) then
-         call take_residuals(run%simulation)
-         associate (found => run%simulation%maxima)
-            values(1, :) = known(found%largest)
-            values(2, :) = found%largest%time
-            values(3, :) = known(found%last)
-            do i = 1, n
-               if (maxima_table(i)%of_points) points(:, i) = found%largest(i)%who - 1
-               if (.not. maxima_table(i)%of_points) blocks(:, i) = found%largest(i)%who - 1
-            end do
-         end associate
-      end if
-      call report(error, status, message)
-   end subroutine maxima
-
    !> A complete output that has only been opened has no state.
    subroutine require_state(run, error)
       type(run_type), intent(in) :: run
@@ -674,46 +565,6 @@ contains
 
       if (run%was_complete) call fail(error, error_input, 'the output is complete: read its maxima')
    end subroutine require_state
-
-   !> Seconds spent in each phase of the steps since the first call, which starts the watch.
-   subroutine run_phases(handle, seconds, status, message)
-      integer(c_int), intent(in) :: handle
-      real(c_double), intent(out) :: seconds(7)
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
-
-      seconds = 0.0_c_double
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) then
-         run%simulation%system%watch%running = .true.
-         seconds(:size(phase_names)) = seconds_of(run%simulation%system%watch)
-      end if
-      call report(error, status, message)
-   end subroutine run_phases
-
-   !> Steps, open-close iterations, neighbour searches, systems solved, factors made, iterations of
-   !> the solver, solves that it handed over, bonds broken.
-   subroutine run_counts(handle, counts, status, message)
-      integer(c_int), intent(in) :: handle
-      real(c_double), intent(out) :: counts(8)
-      integer(c_int), intent(out) :: status
-      character(len=2048), intent(out) :: message
-      type(error_type), allocatable :: error
-      type(run_type), pointer :: run
-
-      counts = 0.0_c_double
-      call find_run(handle, run, error)
-      if (.not. allocated(error)) then
-         associate (simulation => run%simulation, solver => run%simulation%solver)
-            counts = real([simulation%step, simulation%counters%iterations, &
-               simulation%counters%searches, solver%solves, solver%factors, solver%iterations, &
-               solver%handed_over, simulation%counters%broken], c_double)
-         end associate
-      end if
-      call report(error, status, message)
-   end subroutine run_counts
 
    !> Largest displacement, velocity and absolute acceleration of oscillators under a motion.
    subroutine oscillator_peaks_of(n, acceleration, time_step, oscillators, frequency, damping, &
@@ -1241,6 +1092,10 @@ contains
          names = joined(phase_names, ' ')
       case ('counts')
          names = 'steps iterations searches solves factors solver_iterations handed_over broken'
+      case ('contacts')
+         names = joined(contact_variables(1:)%name(9:), ' ')
+      case ('whole contacts')
+         names = joined(contact_variables(1:whole_columns)%name(9:), ' ')
       case ('boundary kinds')
          names = joined(boundary_kinds%name, ' ')
       case ('boundary kinds at rest')
@@ -1346,22 +1201,12 @@ contains
          if (lengths(2, i) >= 0) changes(i)%value = words(at + 1:at + lengths(2, i))
          at = at + max(0_c_int, lengths(2, i))
       end do
-      changed = text
-      call change_text(file, changed, changes, error)
+      slots(0)%text = text
+      call change_text(file, slots(0)%text, changes, error)
       variables = changes%variable
-      length = len(changed)
+      length = len(slots(0)%text)
       call report(error, status, message)
    end subroutine make_changes
-
-   !> The text that was changed last.
-   subroutine changed_text(n, bytes)
-      integer(c_int), intent(in) :: n          !< of `make_changes`
-      integer(c_int), intent(out) :: bytes(n)
-      integer :: i
-
-      bytes = [(iachar(changed(i:i)), i=1, n)]
-      deallocate (changed)
-   end subroutine changed_text
 
    !> The variables of a group &joint with which all its strength is divided by a factor.
    subroutine reduced_joint(text, factor, names, values, status, message)

@@ -508,7 +508,7 @@ class ProfileValues(Values):
     sides: str | None = "tied"
     motion_x: str | None = ""
     motion_y: str | None = ""
-    points: bool | None = .true.
+    points: bool | None = True
 
 
 @dataclass(kw_only=True)

@@ -27,7 +27,6 @@ from ..input.input_text import cited, find_groups
 from .maxima import Maximum, as_maxima
 
 _LONGEST_CALL = 80  # characters of one in a message
-_PIECE = 2048  # bytes of a text that the engine gives at once
 _CHUNK_TIME = 0.1  # s between looks at the signals, unless a step takes longer
 
 
@@ -121,7 +120,7 @@ class Simulation:
         """Title, blocks and time."""
         if not self.is_open:
             return f"<sitedda.Simulation of {self.file}, closed>"
-        blocks, now = self._sizes()[0], f"{self.time:g} of {self.duration:g} s"
+        blocks, now = len(self.rates), f"{self.time:g} of {self.duration:g} s"
         return f"<sitedda.Simulation {self.title!r}: {blocks} blocks, {now}>"
 
     def _repr_html_(self) -> str:
@@ -246,18 +245,12 @@ class Simulation:
     @property
     def present_input(self) -> str:
         """The text of the input with the changes so far."""
-        return self._long_text("changed", 4) or self.input_text
+        return self._text("changed").decode("utf-8", "surrogateescape") or self.input_text
 
     @property
     def input_values(self) -> str:
         """What the input means, as JSON: given, default and derived values of its groups."""
-        return self._long_text("values", 7)
-
-    def _long_text(self, what: str, size: int) -> str:
-        """A text of any length; its size stands in `run_sizes`."""
-        count = -(-int(self._sizes()[size]) // _PIECE)
-        pieces = [self._ask("run_text", what, i + 1).ljust(_PIECE) for i in range(count)]
-        return b"".join(pieces).rstrip().decode("utf-8", "surrogateescape")
+        return self._words("values")
 
     def _change(self, text: str, words: str, call: str) -> None:
         """Go on with another input; errors cite the call in place of a text that nobody saw."""
@@ -295,7 +288,7 @@ class Simulation:
     @property
     def output(self) -> Path:
         """Where the output goes, or would go."""
-        return Path(os.fsdecode(self._text("output")))
+        return Path(os.fsdecode(self._text("output").strip()))
 
     def _writing(self):
         """The lock of files, if this simulation has an output."""
@@ -306,34 +299,36 @@ class Simulation:
         with self._one:
             return checked(*getattr(api, routine)(self._handle, *arguments))
 
-    def _ask_all(self, routine: str, which: int):
-        """The same where the routine wants to know how many: see `run_sizes`."""
+    def _table(self, what: str) -> np.ndarray:
+        """A table of the engine, see `take_state` and `take_course` there."""
         with self._one:
-            return self._ask(routine, self._sizes()[which])
+            return api.read_table(self._handle, *self._ask("make_table", what))
 
-    def _text(self, what: str, which: int = 0) -> bytes:
-        return self._ask("run_text", what, which).strip()
+    def _text(self, what: str) -> bytes:
+        """A text of the engine, see `make_text` there."""
+        with self._one:
+            return api.read_text(self._handle, self._ask("make_text", what)).astype("u1").tobytes()
 
-    def _sizes(self) -> np.ndarray:
-        return self._ask("run_sizes")
+    def _words(self, what: str) -> str:
+        return self._text(what).decode("utf-8", "replace").strip()
 
     def _clock(self) -> np.ndarray:
-        return self._ask("run_clock")
+        return self._table("clock")[0]
 
     @property
     def title(self) -> str:
         """Title of the run."""
-        return self._text("title").decode("utf-8", "replace")
+        return self._words("title")
 
     @property
     def summary(self) -> str:
         """What step control did so far, in words."""
-        return self._text("summary").decode()
+        return self._words("summary")
 
     @property
     def warning(self) -> str:
         """What the energy audit has against the run so far; empty if it balances."""
-        return self._text("warning").decode()
+        return self._words("warning")
 
     @property
     def description(self) -> str:
@@ -343,36 +338,33 @@ class Simulation:
         took of velocity and displacement; velocity and displacement at the end of the record, and
         how the motion goes on.
         """
-        lines = []
-        while line := self._text("description", len(lines) + 1).decode("utf-8", "replace"):
-            lines.append(line)
-        return "\n".join(lines)
+        return self._words("description")
 
     @property
     def notes(self) -> str:
         """What the model has that is seldom meant, a line each; empty if there is nothing."""
-        return self._text("notes").decode("utf-8", "replace")
+        return self._words("notes")
 
     @property
     def thread_notes(self) -> str:
         """For how long other programs left too few processors for all threads; empty if never."""
-        return self._text("threads").decode()
+        return self._words("threads")
 
     @property
     def peak_warnings(self) -> list[str]:
         """Where amplification peaks of a linear run are not those of its transfer function."""
         with self._one, FILES:
-            return self._text("peaks").decode("utf-8", "replace").splitlines()
+            return self._words("peaks").splitlines()
 
     @property
     def ending(self) -> str:
         """Why the run has ended, "duration reached" or the rule of &stop; empty before that."""
-        return self._text("ending").decode("utf-8", "replace")
+        return self._words("ending")
 
     @property
     def notice(self) -> str:
         """Where a resumed simulation went on from, in words; else blank."""
-        return self._text("notice").decode("utf-8", "replace")
+        return self._words("notice")
 
     @property
     def time(self) -> float:
@@ -420,19 +412,17 @@ class Simulation:
     @property
     def block_names(self) -> list[str]:
         """Names of the blocks, blank where the input gives none."""
-        count = self._sizes()[0]
-        return [self._text("block", i + 1).decode("utf-8", "replace") for i in range(count)]
+        return self._text("blocks").decode("utf-8", "replace").split("\n")[:-1]
 
     @property
     def point_names(self) -> list[str]:
         """Names of the measured points."""
-        count = self._sizes()[2]
-        return [self._text("point", i + 1).decode("utf-8", "replace") for i in range(count)]
+        return self._text("points").decode("utf-8", "replace").split("\n")[:-1]
 
     @property
     def block_materials(self) -> np.ndarray:
         """Number of each block's present material, from 0 in the order of the input."""
-        return self._ask("block_properties", *self._sizes()[:2])[0]
+        return self._table("blocks")[:, 0].astype(int)
 
     @property
     def edge_joints(self) -> np.ndarray:
@@ -440,44 +430,45 @@ class Simulation:
 
         An edge stands at the vertex where it begins.
         """
-        return self._ask("block_properties", *self._sizes()[:2])[1]
+        return self._table("edges")[:, 1].astype(int)
 
     @property
     def block_bodies(self) -> np.ndarray:
         """Number of the body that each block is a cell of, from 1; 0: none."""
-        return self._ask("block_properties", *self._sizes()[:2])[2]
+        return self._table("blocks")[:, 1].astype(int)
 
     @property
     def welded_edges(self) -> np.ndarray:
         """1 for each edge that lies within a body, shape (vertices,), as `edge_joints`; else 0."""
-        return self._ask("block_properties", *self._sizes()[:2])[3]
+        return self._table("edges")[:, 2].astype(int)
 
     @property
     def coordinates(self) -> np.ndarray:
         """Block coordinates, shape (blocks, 6): x, y (m), rotation (rad), strains ex, ey, gxy."""
-        return self._ask_all("block_states", 0)[0].T
+        return self._table("coordinates").T
 
     @property
     def removed_blocks(self) -> np.ndarray:
         """Which blocks stages have taken out, shape (blocks,), bool."""
-        return self._ask("block_properties", *self._sizes()[:2])[4].astype(bool)
+        return self._table("blocks")[:, 2].astype(bool)
 
     @property
     def block_states(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """`coordinates`, `rates` and `stresses` of one moment."""
-        return tuple(values.T for values in self._ask_all("block_states", 0))
+        with self._one:
+            return self.coordinates, self.rates, self.stresses
 
     @property
     def rates(self) -> np.ndarray:
         """Rates of the coordinates, shape (blocks, 6), per second; may be set."""
-        return self._ask_all("block_states", 0)[1].T
+        return self._table("rates").T
 
     @rates.setter
     def rates(self, values) -> None:
         if np.iscomplexobj(values):
             raise TypeError("rates must be real numbers")
         values = np.asarray(values, dtype=float)
-        n = int(self._sizes()[0])
+        n = len(self.rates)
         if values.shape != (n, 6):
             raise ValueError(f"rates must have shape ({n}, 6), not {values.shape}")
         self._ask("set_block_states", values.T)
@@ -485,13 +476,13 @@ class Simulation:
     @property
     def stresses(self) -> np.ndarray:
         """Block stresses in the model's axes, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa."""
-        return self._ask_all("block_states", 0)[2].T
+        return self._table("stresses").T
 
     @property
     def polygons(self) -> list[np.ndarray]:
         """Vertices of each block, shape (vertices, 2), m, counter-clockwise."""
-        places, owner = self._ask_all("vertex_places", 1)
-        return np.split(places.T, np.flatnonzero(np.diff(owner)) + 1)
+        owner = self._table("edges")[:, 0]
+        return np.split(self._table("vertices").T, np.flatnonzero(np.diff(owner)) + 1)
 
     @property
     def contacts(self) -> dict[str, np.ndarray]:
@@ -505,12 +496,8 @@ class Simulation:
         With cohesive joints: ``damage`` (0 … 1), ``fracture_energy_lower`` and
         ``fracture_energy_upper`` (N/m, per area), bounds of what is spent.
         """
-        who, values = self._ask_all("contact_states", 3)
-        names = ("vertex", "edge", "state", "bonded", "joint")
-        more = ("gap", "normal_force", "shear_force", "stretch")
-        more += ("length", "slip_path", "weakened", "place")
-        more += ("damage", "fracture_energy_lower", "fracture_energy_upper")
-        return dict(zip(names, who, strict=True)) | dict(zip(more, values, strict=True))
+        found = dict(zip(engine_names("contacts"), self._table("contacts").T, strict=True))
+        return found | {name: found[name].astype(int) for name in engine_names("whole contacts")}
 
     @property
     def boundary_edges(self) -> dict[str, np.ndarray]:
@@ -519,8 +506,9 @@ class Simulation:
         ``edge`` (by its first vertex) and ``group`` (in the order of the input), both from 0;
         ``from`` and ``to``, the shares of the edge between which the piece lies.
         """
-        who, share = self._ask_all("boundary_edges", 5)
-        return dict(zip(("edge", "group", "from", "to"), (*who, *share), strict=True))
+        edge, group, *shares = self._table("boundary_edges").T
+        values = (edge.astype(int), group.astype(int), *shares)
+        return dict(zip(("edge", "group", "from", "to"), values, strict=True))
 
     @property
     def bolts(self) -> dict[str, np.ndarray]:
@@ -530,14 +518,14 @@ class Simulation:
         ``elongation`` (m), ``state`` (0 not there, 1 elastic, 2 yields, 3 slack, 4 broken).
         """
         names = ("force", "shear_force", "elongation", "state")
-        values = dict(zip(names, self._ask_all("bolts", 6), strict=True))
+        values = dict(zip(names, self._table("bolts"), strict=True))
         return values | {"state": values["state"].astype(int)}
 
     @property
     def energies(self) -> dict[str, float]:
         """Energies, J per metre of thickness; ``balance`` is what the audit cannot explain."""
-        names = engine_names("energies")
-        return dict(zip(names, map(float, self._ask("energies", len(names))), strict=True))
+        values = map(float, self._table("energies")[0])
+        return dict(zip(engine_names("energies"), values, strict=True))
 
     @property
     def maxima(self) -> dict[str, Maximum]:
@@ -546,7 +534,8 @@ class Simulation:
         The ``residual`` of each is the present value.
         """
         names, units = engine_names("maxima"), engine_names("maxima units")
-        values, blocks, points = self._ask("maxima", len(names))
+        table = self._table("maxima")
+        values, blocks, points = table[:3], *np.split(table[3:].astype(int), 2)
         named = [name or f"block {i + 1}" for i, name in enumerate(self.block_names)]
         rows = zip(names, units, *values, blocks.T, points.T, strict=True)
         return as_maxima(rows, named, self.point_names)
@@ -559,12 +548,12 @@ class Simulation:
         ``factors`` made for them, ``solver_iterations``, solves ``handed_over`` to the direct
         solver; bonds ``broken``.
         """
-        return dict(zip(engine_names("counts"), map(int, self._ask("run_counts")), strict=True))
+        return dict(zip(engine_names("counts"), map(int, self._table("counts")[0]), strict=True))
 
     @property
     def solver(self) -> str:
         """The solver at work, which ``'auto'`` may change."""
-        return self._text("solver").decode()
+        return self._words("solver")
 
     def block_notes(self) -> str:
         """What making blocks removed, merged or left, and which blocks are slivers, in words."""
@@ -584,12 +573,12 @@ class Simulation:
         ``assemble``, ``factorise``, ``solve``, ``iterate`` (open-close, without its solves) and
         ``update`` (new state, energy audit).
         """
-        return dict(zip(engine_names("phases"), map(float, self._ask("run_phases")), strict=True))
+        return dict(zip(engine_names("phases"), map(float, self._table("phases")[0]), strict=True))
 
     @property
     def point_motions(self) -> np.ndarray:
         """Measured points, shape (3, points, 2): displacement, velocity, acceleration (SI)."""
-        return np.transpose(self._ask_all("point_motions", 2), (2, 1, 0))
+        return np.swapaxes(self._table("points").T.reshape(-1, 3, 2), 0, 1)
 
 
 def run_to_end(

@@ -120,7 +120,7 @@ def with_changes(
         variables, size = checked(
             *api.make_changes(_bytes(file), _bytes(text) or b" ", joined, np.transpose(lengths))
         )
-        letters = api.changed_text(size)
+        letters = api.read_text(0, size)
     new = letters.astype("u1").tobytes().decode("utf-8", "surrogateescape")
     return new, [_VARIABLES[position - 1] for position in variables]
 
