@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 from strain_points import Body
@@ -12,6 +13,7 @@ from test_meshing import CELLS, part
 
 import sitedda
 from sitedda.building import build_file
+from sitedda.drawing.stress_crosses import TENSION, draw_crosses, largest_stress
 from sitedda.meshing.body import mesh_body
 from sitedda.output import load
 from sitedda.pictures import _words
@@ -447,6 +449,26 @@ def test_pictures_show_bodies(tmp_path):
     assert scene.welded.sum() == 20
     assert "2 blocks of 9 cells" in _words(scene, 0, 1.0)
     model.draw().figure.savefig(tmp_path / "bodies.png")
+
+
+def test_crosses_show_the_principal_stresses_of_cells(tmp_path):
+    """Of a bar that is pulled along x: arms along x alone, red, as long as 85 % of a cell."""
+    model = model_of([cells_of((0, 0, 4, 1), 0.5)], steps=None)
+    for side, pull in (("left", -1e5), ("right", -1e5)):
+        model.traction(side=side, normal=pull)
+    model.fixed_point(x=0.0, y=0.0)
+    model.fixed_point(x=4.0, y=0.0, direction="y")
+    model.stage(name="rest", kind="static")
+    scene = Scene.of(model.run(output=tmp_path / "out.nc"))
+    assert largest_stress(scene, [scene.frames - 1]) == pytest.approx(1e5, rel=1e-4)
+    axes = sitedda.draw(scene, color="stress")
+    arms = draw_crosses(axes, scene, scene.frames - 1, 1.0, 1e5)[0]
+    ways = np.array([line[1] - line[0] for line in arms.get_segments()])
+    np.testing.assert_allclose(abs(ways), np.tile([0.425, 0.0], (16, 1)), atol=1e-4)
+    assert {tuple(np.round(c, 3)) for c in arms.get_colors()} == {
+        tuple(np.round(to_rgba(TENSION), 3))
+    }
+    axes.figure.savefig(tmp_path / "crosses.png")
 
 
 @pytest.mark.parametrize(

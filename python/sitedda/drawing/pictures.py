@@ -20,6 +20,7 @@ from matplotlib.ticker import MaxNLocator
 from ..base.arguments import ANY
 from ..output.scene import Scene, principal_stresses
 from .boundary_marks import draw_boundaries
+from .stress_crosses import draw_crosses, key_of_crosses, largest_stress
 
 COLORINGS = ("material", "displacement", "velocity", "rotation", "stress")
 CONTACTS = ("force", "slip", "open")
@@ -89,7 +90,8 @@ def draw(
     time : float, optional
         s; the nearest frame is drawn.  Default: the last one.
     color : {'material', 'displacement', 'velocity', 'rotation', 'stress'}, optional
-        What the blocks are coloured by.  Default: material for a model, displacement for an output.
+        What the blocks are coloured by; by 'stress' cells of bodies have crosses of their principal
+        stresses.  Default: material for a model, displacement for an output.
     contacts : {'force', 'slip', 'open'}, optional
         Resultant contact forces of neighbours, or slip or opening of the joints since the start.
     deformation : float
@@ -149,6 +151,7 @@ class BlockPicture:
         self.frames = list(frames)
         self.blocks = self.note = None
         self.lines: list = []
+        self.stress = 0.0  # the largest of the cells of bodies, Pa, where crosses are drawn
 
     def show(self, frame: int) -> None:
         """Draw a frame in place of the last one."""
@@ -164,6 +167,8 @@ class BlockPicture:
                 line.remove()
         self.lines = _body_outlines(self.axes, scene, frame, vertices)
         self.lines += self._contacts(frame, vertices) + _bolts(self.axes, scene, frame)
+        if self.stress > 0:
+            self.lines += draw_crosses(self.axes, scene, frame, self.deformation, self.stress)
         self.note.set_text(plain(_words(scene, frame, self.deformation)))
 
     def _begin(self, frame: int, vertices) -> None:
@@ -175,6 +180,10 @@ class BlockPicture:
         )
         if self.color == "material" and not self.contacts:
             handles += _joints(axes, scene, frame, self.deformation)
+        if self.color == "stress" and (scene.body > 0).any():
+            self.stress = largest_stress(scene, _some_of(self.frames) or [frame])
+            size, unit = in_unit(self.stress, "Pa")
+            handles += key_of_crosses(f"{self.stress / size:.3g} {unit}")
         if self.contacts:
             self.scale = self._contact_scale(frame)
             handles += self._contact_key()

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Principal stresses in the cells of bodies as crosses."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+
+from ..output.scene import Scene, principal_stresses
+
+COMPRESSION, TENSION = "#111111", "#ff2d2d"  # seen on all colours of blocks
+_REACH = 0.85  # of the root of a cell's area: the largest stress of the picture
+_LEAST = 0.02  # of the largest: shorter arms are points
+
+
+def largest_stress(scene: Scene, frames) -> float:
+    """The largest principal stress by size in the cells of some frames, Pa."""
+    cells = scene.body > 0
+    most = 0.0
+    for frame in frames:
+        for one in principal_stresses(scene.stress(frame)[cells]):
+            most = max(most, float(abs(one[np.isfinite(one)]).max(initial=0.0)))
+    return most
+
+
+def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: float) -> list:
+    """Arms along the principal directions, as long as the stresses of cells are large.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    scene : Scene
+    frame : int
+    factor : float
+        On the displacements of the picture.
+    scale : float
+        Stress that an arm over 85 % of a cell stands for, Pa.
+
+    Returns
+    -------
+    list of matplotlib artists
+    """
+    cells = np.flatnonzero(scene.body > 0)
+    if not scale > 0:
+        return []
+    stress = scene.stress(frame)[cells]
+    along = 0.5 * np.arctan2(2 * stress[:, 2], stress[:, 0] - stress[:, 1])
+    place = scene.coordinates(frame)[cells, :2] + (factor - 1) * scene.displacement(frame)[cells]
+    size = 0.5 * _REACH * np.sqrt(scene.areas(frame)[cells])
+    lines, colors = [], []
+    for values, angle in zip(principal_stresses(stress), (along, along + np.pi / 2), strict=True):
+        seen = abs(values) > _LEAST * scale
+        arm = (size * abs(values) / scale)[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
+        lines.append(np.stack([place - arm, place + arm], axis=1)[seen])
+        colors += [TENSION if value > 0 else COMPRESSION for value in values[seen]]
+    lines = np.concatenate(lines)
+    return [axes.add_collection(LineCollection(lines, colors=colors, linewidths=0.9, zorder=4))]
+
+
+def key_of_crosses(largest: str) -> list:
+    """What the colours of the arms mean; `largest` is the largest stress with its unit."""
+    text = f"principal stresses of cells,\nlargest {largest}: compression"
+    return [
+        Line2D([], [], color=COMPRESSION, lw=1.2, label=text),
+        Line2D([], [], color=TENSION, lw=1.2, label="tension"),
+    ]
