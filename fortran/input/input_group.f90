@@ -128,13 +128,19 @@ contains
       character(len=*), intent(inout) :: value  !< as it was where it is not given, or blank
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: text
+      integer :: i
 
-      call take_text(group, v, text, error)
-      if (input_variables(v)%kind == 'word' .and. (text /= '' .or. given(group, &
-         trim(input_variables(v)%name)))) call check_word(error, group, input_variables(v), text)
-      if (text == '') return
-      call check_length(error, group, trim(input_variables(v)%name), text)
-      value = text
+      call find(group, v, i, error)
+      if (i == 0) return
+      text = ''
+      call group%values(i)%get_text(1, text)
+      associate (variable => input_variables(v))
+         if (text == '' .and. variable%required) call input_error(error, group, &
+            trim(variable%name)//' is missing')
+         if (variable%kind == 'word') call check_word(error, group, variable, text)
+         if (len(text) > name_length) call check_length(error, group, trim(variable%name), text)
+      end associate
+      if (text /= '') value = text
    end subroutine take_name
 
    !> A text of any length.
@@ -162,8 +168,10 @@ contains
 
       call find(group, v, i, error)
       associate (variable => input_variables(v))
-         values = pack([variable%preset], variable%preset /= unset)
-         if (i == 0) return
+         if (i == 0) then
+            values = pack([variable%preset], variable%preset /= unset)
+            return
+         end if
          values = group%values(i)%numbers
          if (.not. all(is_set(values)) .or. (variable%size == 2 .and. size(values) == 1)) &
             call input_error(error, group, trim(variable%name)//': a value is left out')
@@ -260,7 +268,6 @@ contains
       real(wp), intent(in) :: value                          !< in its unit
       character(len=:), allocatable :: failure
 
-      failure = ''
       if (.not. abs(value) <= usable) then
          failure = ' is not a usable number'
       else if (value <= 0.0_wp .and. variable%lowest > 0.0_wp .and. variable%kind /= 'integer') then
@@ -272,7 +279,7 @@ contains
       else if (variable%kind == 'integer' .and. value /= aint(value)) then
          failure = ' must be a whole number'
       end if
-      if (failure /= '') call input_error(error, group, trim(variable%name)//' = '// &
+      if (allocated(failure)) call input_error(error, group, trim(variable%name)//' = '// &
          to_text(value)//failure)
    end subroutine check_number
 
