@@ -43,11 +43,10 @@ if TYPE_CHECKING:
         theta_for_damping,
         time_step_for_damping,
     )
-    from .engine.simulation import Simulation
     from .engine.spectra import Peak, amplification, find_peak, fourier_spectrum
     from .error_bars import Accuracy, accuracy
-    from .facade.run import Run, resume, run
-    from .input.model import Model
+    from .facade.model import Model
+    from .facade.run import Run, Simulation, resume, run
     from .output import open_output
     from .site import Column, HalfSpace, Layer
     from .stability import limit_analysis, mechanism, safety
@@ -118,11 +117,10 @@ _HOMES = {
         "penalty_for_shift transfer",
         "engine.records": "read_record",
         "engine.scheme": "scheme_damping scheme_frequency theta_for_damping time_step_for_damping",
-        "engine.simulation": "Simulation",
         "engine.spectra": "Peak amplification find_peak fourier_spectrum",
         "error_bars": "Accuracy accuracy",
-        "facade.run": "Run resume run",
-        "input.model": "Model",
+        "facade.model": "Model",
+        "facade.run": "Run Simulation resume run",
         "output": "open_output",
         "site": "Column HalfSpace Layer",
         "stability": "limit_analysis mechanism safety",

@@ -11,15 +11,16 @@ from types import ModuleType
 PACKAGES = {
     "base": "arguments errors files reading stop",
     "build": "cutting importing masonry meshing",
-    "commands": "command examples record_command site_command viewing",
+    "commands": "command",
     "drawing": "boundary_marks movie pictures view",
-    "engine": "checking damping maxima records scheme signals simulation spectra",
-    "facade": "plot",
-    "input": "block_file building changes groups input_text model schema",
+    "engine": "checking damping maxima records scheme signals spectra",
+    "facade": "model plot",
+    "input": "block_file building changes examples groups input_text schema",
     "output": "response scene verdict vtk",
     "site": "column",
 }
-_PLACES = {name: package for package, names in PACKAGES.items() for name in names.split()}
+_PLACES = {n: f"{package}.{n}" for package, names in PACKAGES.items() for n in names.split()}
+_PLACES |= {"simulation": "facade.run"}
 
 
 class _Finder:
@@ -34,9 +35,8 @@ class _Finder:
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         """The module itself, whose own specification is kept."""
-        inner = spec.name.partition(".")[2]
-        place = _PLACES[inner.partition(".")[0]]
-        module = import_module(f"{__package__}.{place}.{inner}")
+        _, short, *inner = spec.name.split(".")
+        module = import_module(".".join([__package__, _PLACES[short], *inner]))
         spec.loader_state = module.__spec__
         return module
 

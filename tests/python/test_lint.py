@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The rules of the source: linters of both languages, layers, lengths, documented arguments."""
 
+import ast
 import subprocess
 import tomllib
 from pathlib import Path
@@ -83,17 +84,58 @@ def test_every_source_file_names_its_licence():
     assert not missing
 
 
+def check_layers(below: dict) -> None:
+    """Nothing depends on what depends on it, directly or by way of others."""
+    assert sum(map(len, below.values())) > len(below)
+    while below:
+        lowest = {one for one, to in below.items() if not (to - {one}) & set(below)}
+        assert lowest, f"these depend on each other: {sorted(map(str, below))}"
+        below = {one: to for one, to in below.items() if one not in lowest}
+
+
 def test_folders_are_layers():
-    """No folder depends on another that depends on it, directly or by way of others."""
     home = {module: source.file.parent for source in TREE for module in source.modules}
     below: dict[Path, set[Path]] = {source.file.parent: set() for source in TREE}
     for source in TREE:
         below[source.file.parent] |= {home[m] for m in source.used & set(home)}
-    assert sum(map(len, below.values())) > len(below)
-    while below:
-        lowest = {folder for folder, to in below.items() if not (to - {folder}) & set(below)}
-        assert lowest, f"these folders depend on each other: {sorted(map(str, below))}"
-        below = {folder: to for folder, to in below.items() if folder not in lowest}
+    check_layers(below)
+
+
+def _imports() -> dict[tuple[str, ...], set[tuple[str, ...]]]:
+    """What each Python module uses of the package, inside functions as well, but for types."""
+    top = ROOT / "python" / "sitedda"
+    files = {file.relative_to(top).with_suffix("").parts: file for file in top.rglob("*.py")}
+    used: dict[tuple[str, ...], set[tuple[str, ...]]] = {}
+    for name, file in files.items():
+        tree = ast.parse(file.read_text())
+        types = [
+            n for n in ast.walk(tree) if isinstance(n, ast.If) and "TYPE_CH" in ast.dump(n.test)
+        ]
+        skipped = {id(inner) for node in types for inner in ast.walk(node)}
+        used[name] = set()
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and node.level and id(node) not in skipped:
+                base = name[: -node.level] + tuple(
+                    (node.module or "").split(".") * bool(node.module)
+                )
+                places = [(*base, alias.name) for alias in node.names]
+                known = [one if one in files else base for one in places]
+                used[name] |= {one if one in files else (*one, "__init__") for one in known}
+    return used
+
+
+def test_python_packages_are_layers():
+    below: dict[str, set[str]] = {}
+    for name, used in _imports().items():
+        below.setdefault(name[0], set()).update(one[0] for one in used)
+    del below["__init__"], below["__main__"]  # the face of the package
+    check_layers(below)
+
+
+def test_python_modules_are_layers():
+    """A package that gathers names of its modules is none of them."""
+    used = {name: to for name, to in _imports().items() if name[-1] != "__init__"}
+    check_layers({name: to & set(used) for name, to in used.items()})
 
 
 def test_no_procedure_is_longer_than_the_limit():

@@ -349,7 +349,7 @@ def test_a_checkpoint_that_cannot_be_written_takes_nothing_away(interrupted, mon
     def full(*_):
         raise OutputError("out.nc.checkpoint.coming cannot be written: No space left on device")
 
-    monkeypatch.setattr(sitedda.Simulation, "advance", full)
+    monkeypatch.setattr("sitedda.engine.simulation.Simulation.advance", full)
     with pytest.raises(OutputError, match="No space left"):
         run_input(interrupted)
     monkeypatch.undo()

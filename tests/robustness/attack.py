@@ -179,12 +179,12 @@ def good_files(folder: Path) -> dict[str, bytes]:
 
 def good_store(folder: Path) -> dict[str, bytes]:
     """The folder of a study that has been run."""
-    from sitedda.study.command import main as study
+    from sitedda.command import main
 
     (folder / "s.toml").write_text(STUDY)
     words = ["run", str(folder / "s.toml"), "--folder", str(folder / "done"), "-q", "-w", "1"]
     with contextlib.redirect_stdout(None):
-        if study(words):
+        if main(["study", *words]):
             raise SystemExit("the good study cannot be run")
     files = [file for file in (folder / "done").rglob("*") if file.is_file()]
     return {str(file.relative_to(folder)): file.read_bytes() for file in files}

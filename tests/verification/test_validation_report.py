@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from sitedda.command import main
 from sitedda.validation import run_case, write_report
-from sitedda.validation.__main__ import main
 from sitedda.validation.packing import overlap
 from sitedda.validation.report import number
 from sitedda.validation.rocking import (
@@ -36,11 +36,11 @@ def test_report_holds_rows_and_picture(tmp_path):
 
 
 def test_command_line(capsys):
-    assert main(["damping", "--short"]) == 0
+    assert main(["validate", "damping", "--short"]) == 0
     assert "1 of 1 cases pass" in capsys.readouterr().out
-    assert main(["--list"]) == 0
+    assert main(["validate", "--list"]) == 0
     assert "Newmark" in capsys.readouterr().out
-    assert main(["nonsense"]) == 1
+    assert main(["validate", "nonsense"]) == 1
     assert "there is no case nonsense" in capsys.readouterr().err
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sub-commands that show a model or an output: draw, view, movie, export, report."""
+"""Commands that show a model or an output: draw, view, movie, export, report."""
 
 from __future__ import annotations
 
@@ -19,41 +19,50 @@ from ..base.files import check_target, save_picture
 COLORINGS = ("material", "displacement", "velocity", "rotation", "stress")
 
 
-def add_viewing_commands(commands) -> None:
-    """Add the sub-commands to those of the command line."""
-    drawing = _add(
-        commands, "draw", _draw, "draw the blocks of an input or an output", "PICTURE", picture_name
-    )
-    drawing.add_argument("-t", "--time", type=ANY, metavar="S", help="of the frame (the last)")
-    drawing.add_argument("--stage", metavar="NAME", help="that the frame is one of")
-    drawing.add_argument("--dpi", type=DOTS_PER_INCH, default=150.0, help="dots per inch (150)")
-    _add_look(drawing)
-    showing = _add(commands, "view", _view, "blocks to play with, in one HTML file", "PAGE")
-    showing.add_argument("--color", choices=COLORINGS, help="what blocks are coloured by at first")
-    showing.add_argument("--no-open", action="store_true", help="do not open a browser")
-    moving = _add(commands, "movie", _movie, "film the blocks of an output", "MOVIE")
-    moving.add_argument(
+def add_draw(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda draw`."""
+    _add(parser, _draw, "PICTURE", picture_name)
+    parser.add_argument("-t", "--time", type=ANY, metavar="S", help="of the frame (the last)")
+    parser.add_argument("--stage", metavar="NAME", help="that the frame is one of")
+    parser.add_argument("--dpi", type=DOTS_PER_INCH, default=150.0, help="dots per inch (150)")
+    _add_look(parser)
+
+
+def add_view(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda view`."""
+    _add(parser, _view, "PAGE")
+    parser.add_argument("--color", choices=COLORINGS, help="what blocks are coloured by at first")
+    parser.add_argument("--no-open", action="store_true", help="do not open a browser")
+
+
+def add_movie(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda movie`."""
+    _add(parser, _movie, "MOVIE")
+    parser.add_argument(
         "--fps", type=PICTURES_A_SECOND, default=25.0, help="pictures a second (25)"
     )
-    moving.add_argument("--seconds", type=SECONDS, default=10.0, help="that the movie lasts (10)")
-    moving.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
-    _add_look(moving)
-    writing = commands.add_parser("export", help="write an output for other programs")
-    writing.add_argument("file", type=Path, metavar="FILE.nc")
-    writing.add_argument("--vtk", type=Path, required=True, metavar="FOLDER", help="for ParaView")
-    writing.set_defaults(act=_export)
-    reporting = _add(commands, "report", _report, "model, check, verdict, view in one page", "PAGE")
-    reporting.add_argument("--open", action="store_true", help="open it in a browser")
+    parser.add_argument("--seconds", type=SECONDS, default=10.0, help="that the movie lasts (10)")
+    parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
+    _add_look(parser)
 
 
-def _add(
-    commands, name: str, act, words: str, target: str, kind=file_name
-) -> argparse.ArgumentParser:
-    parser = commands.add_parser(name, help=words)
+def add_export(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda export`."""
+    parser.add_argument("file", type=Path, metavar="FILE.nc")
+    parser.add_argument("--vtk", type=Path, required=True, metavar="FOLDER", help="for ParaView")
+    parser.set_defaults(act=_export)
+
+
+def add_report(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda report`."""
+    _add(parser, _report, "PAGE")
+    parser.add_argument("--open", action="store_true", help="open it in a browser")
+
+
+def _add(parser: argparse.ArgumentParser, act, target: str, kind=file_name) -> None:
     parser.add_argument("file", type=Path, metavar="FILE", help="output, or namelist input")
     parser.add_argument("-o", "--output", type=kind, metavar=target, help="file to write")
     parser.set_defaults(act=act)
-    return parser
 
 
 def _add_look(parser: argparse.ArgumentParser) -> None:

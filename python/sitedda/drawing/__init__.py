@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures, movies and the view in a browser of blocks, and the style of every figure."""
 
-from .style import *  # noqa: F403
-from .style import __all__ as __all__
+
+def __getattr__(name: str):
+    """Colours and functions of the style, which needs matplotlib: when they are asked for."""
+    if name.startswith("__"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from . import style
+
+    return getattr(style, name)

@@ -10,6 +10,8 @@ from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
+from ..report import Paragraph, Table
+from ..report.html import fragment
 from .scheme import finite_or_inf
 from .simulation import Simulation
 
@@ -100,10 +102,16 @@ class Report:
 
     def _repr_html_(self) -> str:
         """The findings as a table."""
-        from ..facade.page import check_table
-        from ..report.html import fragment
-
         return fragment(check_table(self))
+
+
+def check_table(report: Report) -> Table:
+    """The findings of a check."""
+    rows = [
+        [line.verdict, line.topic, f"{line.words} → {line.advice}" if line.advice else line.words]
+        for line in report.lines
+    ]
+    return Table(["verdict", "topic", "finding"], rows)
 
 
 @dataclass(frozen=True)
@@ -146,9 +154,6 @@ class Modes:
 
     def _repr_html_(self) -> str:
         """A table, for a notebook."""
-        from ..report import Paragraph, Table
-        from ..report.html import fragment
-
         heads = ["mode", "frequency (Hz)", "damping (%)", "longer (%)", "mass x (%)", "mass y (%)"]
         shares = np.column_stack([self.damping, self.elongation, self.effective_mass])
         rows = [

@@ -123,12 +123,6 @@ class Simulation:
         blocks, now = len(self.rates), f"{self.time:g} of {self.duration:g} s"
         return f"<sitedda.Simulation {self.title!r}: {blocks} blocks, {now}>"
 
-    def _repr_html_(self) -> str:
-        """Blocks, time and a picture, for a notebook."""
-        from ..facade.notebook import simulation_fragment
-
-        return simulation_fragment(self)
-
     def close(self) -> None:
         """Free the simulation; an unfinished output stays as FILE.partial, with a checkpoint."""
         with self._one, self._writing():

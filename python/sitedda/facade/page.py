@@ -10,7 +10,7 @@ import numpy as np
 from ..base.errors import SiteddaError
 from ..drawing.pictures import draw
 from ..drawing.view import BUDGET, view
-from ..engine.checking import Report, check
+from ..engine.checking import Report, check, check_table
 from ..error_bars import kept_accuracy
 from ..input.building import InputOfRun
 from ..input.schema import GROUPS
@@ -113,15 +113,6 @@ def _sureness(data) -> list:
                           "gives them.")]  # fmt: skip
     heads, *rows = found.rows()
     return [Table(heads, rows, "How sure are the figures?")]
-
-
-def check_table(report: Report) -> Table:
-    """The findings of a check."""
-    rows = [
-        [line.verdict, line.topic, f"{line.words} → {line.advice}" if line.advice else line.words]
-        for line in report.lines
-    ]
-    return Table(["verdict", "topic", "finding"], rows)
 
 
 def _add_check(page: Page, report: Report | str) -> None:

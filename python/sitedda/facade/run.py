@@ -7,73 +7,29 @@ import signal
 import tempfile
 import warnings
 from collections.abc import Callable, Mapping
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ..base.errors import AuditWarning, PeakWarning
 from ..base.stop import SIGNALS, Stop
-from ..engine.maxima import Maximum, maxima_of
-from ..engine.simulation import Simulation, run_to_end
+from ..drawing.ended_run import EndedRun
+from ..engine import simulation
+from ..engine.simulation import run_to_end
 from ..input.building import InputOfRun
 
-if TYPE_CHECKING:
-    import xarray as xr
+
+class Simulation(simulation.Simulation):  # noqa: D101
+    __slots__ = ()
+    __doc__ = simulation.Simulation.__doc__
+
+    def _repr_html_(self) -> str:
+        """Blocks, time and a picture, for a notebook."""
+        from .notebook import simulation_fragment
+
+        return simulation_fragment(self)
 
 
-class Run:
-    """A run that has ended.
-
-    Attributes
-    ----------
-    history : xarray.Dataset
-        All that the output file holds, in memory.
-    complete : bool
-        False if it was stopped before its duration.
-    output : Path or None
-        The output file, if one was kept.
-    summary : str
-        What step control did.
-    """
-
-    def __init__(self, history: xr.Dataset, complete: bool, output: Path | None, summary: str):
-        self.history = history
-        self.complete = complete
-        self.output = output
-        self.summary = summary
-
-    @cached_property
-    def verdict(self):
-        """What happened, a `Verdict`: ``print(run.verdict)``, ``run.verdict.values``."""
-        from ..output.verdict import verdict
-
-        return verdict(self.history)
-
-    @cached_property
-    def maxima(self) -> dict[str, Maximum]:
-        """The largest values of all steps, by name, each a `sitedda.maxima.Maximum`.
-
-        ``run.maxima["tilt"].value``, ``.time``, ``.blocks``, ``.residual``; see docs/output.md.
-        """
-        return maxima_of(self.history)
-
-    def draw(self, **options):
-        """Draw the blocks, see `sitedda.draw`; matplotlib axes."""
-        from ..drawing.pictures import draw
-
-        return draw(self, **options)
-
-    def animate(self, **options):
-        """The frames as an animation for notebooks, see `sitedda.movie.animate`."""
-        from ..drawing.movie import animate
-
-        return animate(self, **options)
-
-    def view(self, file=None, **options):
-        """Write the interactive view to a page, see `sitedda.view.write_view`; its file."""
-        from ..drawing.view import write_view
-
-        return write_view(self, file or Path("view.html"), **options)
+class Run(EndedRun):  # noqa: D101
+    __doc__ = EndedRun.__doc__
 
     def accuracy(self, **options):
         """Run the input again with smaller steps and stiffer contacts, see `sitedda.accuracy`."""
@@ -89,20 +45,6 @@ class Run:
 
         beside = self.output.with_suffix(".html") if self.output else Path("run.html")
         return write_html(report_page(self), file or beside)
-
-    def _repr_html_(self) -> str:
-        """What happened, for a notebook."""
-        from ..report import Facts
-        from ..report.html import fragment
-
-        state = "complete" if self.complete else "incomplete"
-        head = ("run", f"{self.history.attrs.get('title', '')} ({state})")
-        return fragment(Facts([head, *self.verdict.lines]))
-
-    def __repr__(self) -> str:
-        """One line."""
-        state = "complete" if self.complete else "incomplete"
-        return f"<sitedda.Run {self.history.attrs.get('title', '')!r}, {state}: {self.summary}>"
 
 
 def run(

@@ -245,7 +245,7 @@ class Model(Groups):
 
     def copy(self) -> Model:
         """A model of its own with the same groups."""
-        model = Model()
+        model = type(self)()
         model.folder = self.folder
         for name, group in self._once.items():
             model._once[name](**group._values)
@@ -281,12 +281,6 @@ class Model(Groups):
         """One line."""
         counts = ", ".join(f"{count} {kind}" for kind, count in self.counts.items())
         return f"<sitedda.Model {self.title!r}: {counts or 'empty'}>"
-
-    def _repr_html_(self) -> str:
-        """Groups and a picture, for a notebook; what is wrong where it cannot be drawn."""
-        from ..facade.notebook import model_fragment
-
-        return model_fragment(self)
 
     def __eq__(self, other) -> bool:
         """The same groups in the same order."""
@@ -435,21 +429,3 @@ class Model(Groups):
 
         message = cited(message, file, place)
         return re.sub(rf"^{re.escape(str(file))}(?=[:,])", "Model", message)
-
-    def check(self, **changes):
-        """Check the model before a run, see `sitedda.check`."""
-        from ..engine.checking import check
-
-        return check(self, **changes)
-
-    def draw(self, **options):
-        """Draw the model before a run, see `sitedda.draw`; matplotlib axes."""
-        from ..drawing.pictures import draw
-
-        return draw(self, **options)
-
-    def run(self, output=None, progress=None, **changes):
-        """Run the model to its end, see `sitedda.run`."""
-        from ..facade.run import run
-
-        return run(self, output, progress, **changes)

@@ -10,15 +10,13 @@ import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ..base.core import commit
+from ..base.core import commit, version
 
 
 def provenance(**more: str) -> list[tuple[str, str]]:
     """Name and value of each; `more` goes first, such as ``input="slope.nml"``."""
-    from .. import __version__
-
     lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
-    lines.append(("program", f"sitedda {__version__}"))
+    lines.append(("program", f"sitedda {version()}"))
     if commit():
         lines.append(("commit", commit()))
     return [

@@ -14,8 +14,9 @@ from ..engine.signals import spectral_acceleration
 from ..engine.spectra import amplification, find_peak
 from ..output.response import amplifications
 from ..output.verdict import run_scheme
-from .column import Column, convention_words
+from .column import Column
 from .intensity import intensity
+from .layers import convention_words
 from .response import ColumnResponse
 from .twin import layered_twin
 

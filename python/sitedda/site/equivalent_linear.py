@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.errors import ConvergenceError
-from .column import Column, convention_words, largest_damping
+from .column import Column
 from .curves import SoilCurves
+from .layers import convention_words, largest_damping
 from .motion import Motion
 from .response import ColumnResponse
 

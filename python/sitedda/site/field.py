@@ -3,10 +3,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .column import Column, Waves, recursion
+from .layers import Waves, recursion
+
+if TYPE_CHECKING:
+    from .column import Column
 
 
 def field(

@@ -12,13 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 from ..engine.damping import MaterialDamping
 from ..engine.scheme import Scheme
 from ..engine.signals import running_integral, spectral_acceleration
-from .column import Column, HalfSpace, Waves, convention_words
 from .field import field
 from .intensity import Intensity, intensity
+from .layers import HalfSpace, Waves, convention_words
 from .motion import Motion
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from .column import Column
 
 _KINDS = ("outcrop", "within")
 

@@ -19,7 +19,8 @@ from ..base.errors import (
     lacks_memory,
 )
 from ..base.stop import SIGNALS, Stop
-from .quantities import Array, Quantity, measure, returned
+from .arrays import Array
+from .quantities import Quantity, measure, returned
 from .store import (
     FAILED,
     INPUT,

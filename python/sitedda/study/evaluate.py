@@ -8,9 +8,10 @@ from concurrent.futures import FIRST_COMPLETED, wait
 
 import numpy as np
 
+from .arrays import Array
 from .distribute import workers_of
 from .plan import Plan, plain
-from .quantities import Array, returned
+from .quantities import returned
 from .table import coordinate_values
 
 _WORKERS = 32  # of an executor that does not say how many it has

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.core import engine_names
+from .arrays import Array
 
 if TYPE_CHECKING:
-    from .quantities import Array, Output
+    from .quantities import Output
 
 _GRAVITY = 9.80665  # m/s², of the Arias intensity
 LOOKS = 1000  # equal parts of the duration, after which figures are looked at
@@ -30,8 +31,6 @@ def histories(output: Output) -> dict[str, Array]:
         the peak acceleration (``history_pga_m_s2[top]``), velocity, and the integral of the
         Arias intensity; and the kinetic energy at that time.
     """
-    from .quantities import Array
-
     time = output["time"]
     look = np.linspace(time[0], time[-1], LOOKS + 1)
     at = np.searchsorted(time, look + 1e-9 * (look[1] - look[0]), side="right") - 1

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
@@ -31,6 +30,7 @@ from .store import (
     PART,
     case_folder,
     checksum,
+    function_name,
     keep_file,
     read_manifest,
 )
@@ -179,16 +179,6 @@ def model_name(model) -> str:
     if callable(model):
         return function_name(model).partition(" ")[0]
     return str(model) if isinstance(model, Path) else getattr(model, "title", "") or "model"
-
-
-def function_name(function: Callable) -> str:
-    """Where a function is from, with the sum of its source, so that a changed one is another."""
-    try:
-        source = inspect.getsource(function)
-    except (OSError, TypeError):
-        source = ""
-    where = f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', function)}"
-    return f"{where} {checksum(source)}"
 
 
 def _task_name(task) -> str:

@@ -15,7 +15,9 @@ from ..base.errors import InputError, OutputError
 from ..base.reading import check_readable
 from ..engine.maxima import lacking, warn_of
 from ..input.input_text import input_values
+from .arrays import Array
 from .histories import histories
+from .store import function_name
 
 DEFAULT = ("verdict",)
 REDUCTIONS: dict[str, Callable] = {
@@ -51,25 +53,6 @@ _HISTORY = ("time", "acceleration", "velocity", "point_place", "time_step", "ene
 _NEEDS = {"add_damping": _HISTORY}
 _LARGE = 5e7  # bytes of block coordinates; of larger outputs only frames in question are read
 _ZERO = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
-
-
-@dataclass(frozen=True)
-class Array:
-    """An array quantity of one case.
-
-    Attributes
-    ----------
-    values : ndarray
-    dims : tuple of str
-    coordinates : dict of ndarray
-        By dimension.
-    units : str
-    """
-
-    values: np.ndarray
-    dims: tuple[str, ...]
-    coordinates: dict[str, np.ndarray]
-    units: str = ""
 
 
 @dataclass(frozen=True)
@@ -110,8 +93,6 @@ def quantities_of(results) -> list[Quantity]:
 
 def _quantity(label: str | None, what) -> Quantity:
     if callable(what):
-        from .plan import function_name
-
         return Quantity(label or what.__name__, function_name(what), what)
     if not isinstance(what, str) or not (found := _PATH.fullmatch(what)):
         raise InputError(f"{what!r} is not a quantity, as largest_tilt_rad or "
@@ -271,12 +252,12 @@ def _one(output: Output, wanted: Quantity) -> dict:
 
 
 def _run(file: Path):
-    """An output as a `sitedda.Run`."""
-    from ..facade.run import Run
+    """An output as a run that has ended."""
+    from ..drawing.ended_run import EndedRun
     from ..output.output_file import load
 
     history = load(file)
-    return Run(history, True, file, str(history.attrs.get("step_control", "")))
+    return EndedRun(history, True, file, str(history.attrs.get("step_control", "")))
 
 
 def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:

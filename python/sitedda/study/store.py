@@ -19,12 +19,13 @@ from __future__ import annotations
 
 import fcntl
 import hashlib
+import inspect
 import io
 import json
 import os
 import re
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -40,6 +41,16 @@ _KEY = re.compile(r"[0-9a-f]{32}")
 _ENDING = re.compile(r"\.[A-Za-z0-9]{1,8}")
 _MOST = 1 << 30  # bytes of a JSON file that are read
 _READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # a pipe in its place is an empty file
+
+
+def function_name(function: Callable) -> str:
+    """Where a function is from, with the sum of its source, so that a changed one is another."""
+    try:
+        source = inspect.getsource(function)
+    except (OSError, TypeError):
+        source = ""
+    where = f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', function)}"
+    return f"{where} {checksum(source)}"
 
 
 def checksum(*parts: bytes | str) -> str:

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..commands.examples import copy_example
 from ..drawing.style import BLUE, ORANGE, canvas
 from ..engine.simulation import Simulation
+from ..input.examples import copy_example
 from ..input.model import Model
 from .case import Outcome, Table, at_most, case, relative
 from .model import GRAVITY

@@ -8,14 +8,13 @@ import os
 from pathlib import Path
 
 from ..base.arguments import Range
-from .examples import example_files, record_files
+from ..input.examples import example_files, record_files
 
 _PORT = Range(0, 65535, whole=True)
 
 
-def add_live_command(commands) -> None:
-    """Add the sub-command to those of the command line."""
-    parser = commands.add_parser("live", help="edit, run and watch a model in the browser")
+def add_live(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE.nml", help="(a start page)")
     parser.add_argument("--port", type=_PORT, default=0, help="of the server (a free one)")
     parser.add_argument("--no-open", action="store_true", help="do not open a browser")

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import argparse
 import posixpath
 import re
 from importlib.resources import files
@@ -13,7 +12,6 @@ from ..base.errors import InputError, OutputError
 from ..base.files import make_folder, write
 from ..input.groups import nearest
 
-_COMMANDS = {".nml": "run", ".toml": "study"}  # by the suffix of a file
 _QUOTED = re.compile(r"'([^'\n]+)'|\"([^\"\n]+)\"")
 
 
@@ -116,24 +114,3 @@ def _first_sentence(text: str) -> str:
     comment = re.match(r"(?:[!#].*\n)*", text)[0]
     words = " ".join(line.lstrip("!# ") for line in comment.splitlines())
     return re.split(r"(?<=[a-z)])[.:] ", words)[0].rstrip(".")
-
-
-def add_example_command(commands) -> None:
-    """Add the sub-command to those of the command line."""
-    parser = commands.add_parser(
-        "example", help="copy an input or study that runs as it is; list them"
-    )
-    parser.add_argument("name", nargs="?", metavar="NAME", help="(all are listed)")
-    parser.add_argument("folder", nargs="?", type=Path, default=Path(), help="where to (here)")
-    parser.set_defaults(act=_example)
-
-
-def _example(options: argparse.Namespace) -> int:
-    if options.name is None:
-        for name, words in examples().items():
-            print(f"{name:22} {words}")
-        return 0
-    copied = copy_example(options.name, options.folder)
-    print(f"copied: {', '.join(map(str, copied))}")
-    print(f"to run it: sitedda {_COMMANDS[copied[0].suffix]} {copied[0]}")
-    return 0

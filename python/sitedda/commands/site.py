@@ -11,9 +11,8 @@ from ..base.errors import InputError
 from ..base.files import save_picture
 
 
-def add_site_command(commands) -> None:
-    """Add the sub-commands to those of the command line."""
-    parser = commands.add_parser("site", help="a layered site as blocks and as a 1-D column")
+def add_site(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda site`."""
     parser.add_argument(
         "file", type=Path, metavar="FILE", help="output, namelist input to run, or CSV profile"
     )
@@ -37,7 +36,10 @@ def add_site_command(commands) -> None:
         help="depth, of effective stresses of a CSV profile (none)",
     )  # fmt: skip
     parser.set_defaults(act=_site)
-    parser = commands.add_parser("surface", help="amplification along the surface of an output")
+
+
+def add_surface(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda surface`."""
     parser.add_argument("file", type=Path, metavar="FILE.nc")
     parser.add_argument(
         "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"

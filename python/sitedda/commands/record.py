@@ -20,10 +20,9 @@ _OPTIONS = {
 }
 
 
-def add_record_command(commands) -> None:
-    """Add the sub-command to those of the command line."""
+def add_record(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     allowed = {v.name: v.values for v in GROUPS["motion"].variables}
-    parser = commands.add_parser("record", help="read a record and draw its motion")
     parser.add_argument("file", type=Path, metavar="RECORD")
     parser.add_argument(
         "--format", default="auto", help=f"{allowed['format']}, or 'obspy' for what it reads (auto)"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""sitedda study: a study from a TOML file, here, on a Dask cluster, or by Slurm."""
+"""`sitedda study`: a study from a TOML file, here, on a Dask cluster, or by Slurm."""
 
 from __future__ import annotations
 
@@ -16,38 +16,19 @@ import numpy as np
 from ..base.arguments import WORKERS
 from ..base.errors import InterruptedRun, SiteddaError
 from ..base.files import check_target
-from ..commands.command import Parser
-from .api import gather, run, shown
-from .plan import plan_of_folder
-from .settings import Settings, read_settings
-from .slurm import SCRIPT, submit, write_batch
-from .solving import SolveFor
-from .table import check_table, collect, counts
+from ..study.api import gather, run, shown
+from ..study.plan import plan_of_folder
+from ..study.settings import Settings, read_settings
+from ..study.slurm import SCRIPT, submit, write_batch
+from ..study.solving import SolveFor
+from ..study.table import check_table, collect, counts
 
-_COMMANDS = ("run", "plan", "collect")
+_FIRST = ("run", "plan", "collect", "-h", "--help")
 _MOST = 5  # messages of failed cases that are shown
 
 
-def main(words: list[str]) -> int:
-    """Carry out the command; its exit status, see `sitedda.command.main`."""
-    if words and words[0] not in (*_COMMANDS, "-h", "--help"):
-        words = ["run", *words]
-    options = _parser().parse_args(words)
-    try:
-        return options.act(options)
-    except (SiteddaError, ImportError) as error:
-        print(f"sitedda study: {error}", file=sys.stderr)
-        return getattr(error, "kind", 1)
-    except KeyboardInterrupt:
-        print("sitedda study: interrupted; the same command goes on", file=sys.stderr)
-        return InterruptedRun.kind
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = Parser(
-        prog="sitedda study",
-        description="Run a model with many values of its parameters; what is done stays done.",
-    )
+def add_study(parser: argparse.ArgumentParser) -> None:
+    """Add the commands of a study and their arguments."""
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, act, words in (
         ("run", _run, "run what is missing, and collect (also: sitedda study FILE.toml)"),
@@ -63,7 +44,7 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument("-w", "--workers", type=WORKERS, help="processes (one a processor)")
         command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
         command.add_argument("--retry", action="store_true", help="try again what has failed")
-        command.set_defaults(act=act, slurm=False, dask="")
+        command.set_defaults(act=_carry_out, part=act, slurm=False, dask="")
         if name == "run":
             command.add_argument("--dask", default="", metavar="ADDRESS", help="of a scheduler")
             for part in ("ca", "cert", "key"):
@@ -71,7 +52,22 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument("--slurm", action="store_true", help="plan, and give to sbatch")
         if name != "collect":
             command.add_argument("--program", default="", help="sitedda-native of the nodes")
-    return parser
+
+
+def completed(words: list[str]) -> list[str]:
+    """The words of the command line, with the ``run`` that may be left out."""
+    return words if not words or words[0] in _FIRST else ["run", *words]
+
+
+def _carry_out(options: argparse.Namespace) -> int:
+    try:
+        return options.part(options)
+    except (SiteddaError, ImportError) as error:
+        print(f"sitedda study: {error}", file=sys.stderr)
+        return getattr(error, "kind", 1)
+    except KeyboardInterrupt:
+        print("sitedda study: interrupted; the same command goes on", file=sys.stderr)
+        return InterruptedRun.kind
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -107,7 +103,7 @@ def _check_targets(settings: Settings, options: argparse.Namespace) -> None:
 def _cluster(options: argparse.Namespace):
     if not options.dask:
         return nullcontext()
-    from .dask import connected
+    from ..study.dask import connected
 
     return connected(options.dask, options.tls_ca, options.tls_cert, options.tls_key)
 
@@ -165,7 +161,7 @@ def _finish(settings: Settings, options: argparse.Namespace) -> int:
             _tell_roots(table, settings.plan.task)
         print(f"table: {file}")
         if options.report:
-            from .page import write_report
+            from ..study.page import write_report
 
             page = write_report(table, settings.plan.folder / "report.html", settings.figures)
             print(f"page: {page}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""sitedda accuracy: how sure the figures of an input are."""
+"""`sitedda accuracy`: how sure the figures of an input are."""
 
 from __future__ import annotations
 
@@ -8,18 +8,11 @@ import json
 from pathlib import Path
 
 from ..base.arguments import COUNT, WORKERS
+from .parser import add_changes
 
 
-def add_accuracy_command(commands) -> argparse.ArgumentParser:
-    """Add the command to those of the program; its parser.
-
-    Parameters
-    ----------
-    commands : argparse subparsers
-    """
-    parser = commands.add_parser(
-        "accuracy", help="run with smaller steps and stiffer contacts: figures with their bars"
-    )
+def add_accuracy(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE.nml")
     parser.add_argument(
         "--ensemble",
@@ -32,12 +25,12 @@ def add_accuracy_command(commands) -> argparse.ArgumentParser:
     parser.add_argument("-w", "--workers", type=WORKERS, help="processes (one a processor)")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")
+    add_changes(parser)
     parser.set_defaults(act=_tell)
-    return parser
 
 
 def _tell(options: argparse.Namespace) -> int:
-    from . import accuracy
+    from ..error_bars import accuracy
 
     found = accuracy(
         options.file, changes=dict(options.set), ensemble=options.ensemble, folder=options.folder,

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda build`: the blocks of an input with joints and masonry."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..base.arguments import file_name
+from .parser import tell
+
+
+def add_build(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument("-o", "--output", type=file_name, help="(beside it, FILE_blocks.nml)")
+    parser.add_argument(
+        "--block-file",
+        action=argparse.BooleanOptionalAction,
+        help="put the blocks into a netCDF file beside it (from 10,000 on)",
+    )
+    parser.set_defaults(act=_build)
+
+
+def _build(options: argparse.Namespace) -> int:
+    from ..input.building import build_file, summary
+
+    output, built = build_file(options.file, options.output, options.block_file)
+    print(summary(built))
+    tell("\n".join(built.messages))
+    print(f"output: {output}")
+    return 0

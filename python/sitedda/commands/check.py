@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda check`: what a run will meet."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from ..base.errors import CheckError
+from ..engine.checking import check
+from ..engine.simulation import Simulation
+from .parser import add_changes, tell
+
+
+def add_check(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument("--json", action="store_true", help="print plain values as JSON")
+    add_changes(parser)
+    parser.set_defaults(act=check_input)
+
+
+def check_input(options: argparse.Namespace) -> int:
+    """Print the check of an input; an error if it fails."""
+    with Simulation(options.file, changes=dict(options.set)) as simulation:
+        notes, description = simulation.block_notes(), simulation.description
+        found = check(simulation)
+    if getattr(options, "json", False):
+        print(json.dumps(found.to_dict(), indent=1))
+    else:
+        print(description)
+        tell(notes)
+        print(f"{found}\n\n{found.conclusion}")
+    if found.verdict == "fail":
+        raise CheckError(f"{options.file}: the check fails")
+    return 0

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the commands have in common: their parser, changes of an input, notes."""
+
+from __future__ import annotations
+
+import argparse
+from typing import NoReturn
+
+from ..input.changes import Typed
+
+
+class Parser(argparse.ArgumentParser):
+    """Ends with the status of bad input; that of argparse means a refused check here."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong with the command line in one sentence, and end."""
+        line = " ".join(message.split())
+        self.exit(1, f"{self.prog}: {line}; see {self.prog} --help\n")
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """Add the option --set; its values are pairs for ``dict(options.set)``."""
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        type=_assignment,
+        help="change a variable of the input: time_step=5e-4, output.file=fine.nc, "
+        "material.clay.density=1900, joint[bed].friction_angle=30, joint[*].cohesion=0",
+    )
+
+
+def _assignment(text: str):
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")
+    return name.strip(), Typed(value)
+
+
+def tell(words: str) -> None:
+    """Print notes, a line each."""
+    for line in filter(None, words.splitlines()):
+        print(f"note: {line}")

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda run` and `sitedda resume`: an input to its end, and what to say and draw of it."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+from ..base.arguments import file_name
+from ..base.errors import SiteddaError
+from ..base.files import save_picture
+from ..engine.checking import transfer
+from ..engine.simulation import Simulation
+from ..facade.run import Run, _run
+from .check import check_input
+from .parser import add_changes, tell
+
+
+def add_run(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda run`."""
+    parser.add_argument("--check", action="store_true", help="refuse a run that fails the check")
+    parser.add_argument(
+        "--accuracy", action="store_true", help="and say how sure the figures are, by more runs"
+    )
+    _add(parser)
+    parser.set_defaults(act=_start)
+
+
+def add_resume(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda resume`."""
+    _add(parser)
+    parser.set_defaults(act=_resume, accuracy=False)
+
+
+def _add(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument("-o", "--output", type=file_name, help="in place of the input's")
+    parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
+    parser.add_argument("--no-plot", action="store_true", help="draw no pictures")
+    parser.add_argument("--report", action="store_true", help="write a report in one page")
+    add_changes(parser)
+
+
+def _start(options: argparse.Namespace) -> int:
+    if options.check:
+        check_input(options)
+    return _to_end(options, resume=False)
+
+
+def _resume(options: argparse.Namespace) -> int:
+    return _to_end(options, resume=True)
+
+
+def _to_end(options: argparse.Namespace, resume: bool) -> int:
+    from tqdm import tqdm
+
+    look = "{l_bar}{bar}| {n:.2f}/{total:.2f} s [{elapsed}<{remaining}]"
+    changes = dict(options.set)
+    with ExitStack() as stack:
+        bars, said = [], [""]
+
+        def show(simulation: Simulation) -> None:
+            if not bars:
+                if resume:
+                    print(simulation.notice, flush=True)
+                print(simulation.description)
+                tell("\n".join([simulation.notes, simulation.block_notes()]))
+                total = simulation.duration
+                bar = tqdm(total=total, disable=options.quiet, bar_format=look)
+                bars.append(stack.enter_context(bar))
+            bars[0].update(simulation.time - bars[0].n)
+            said[:] = [simulation.thread_notes]
+
+        result = _run(options.file, options.output or True, show, changes, resume, program=True)
+    print(result.summary)
+    tell(said[0])
+    print(f"output: {result.output}")
+    if not result.complete:
+        words = f"interrupted at t = {result.history.time[-1].item():g} s"
+        print(f"sitedda: {words}; to go on: {_resume_command(options)}", file=sys.stderr)
+        return 6
+    _report(result, options.file, changes, draw=not options.no_plot)
+    if options.accuracy:
+        print(f"\n{_with_accuracy(result, not options.quiet)}")
+    else:
+        print("these figures have no error bars: sitedda accuracy FILE.nml gives them")
+    if options.report:
+        print(f"page: {result.report()}")
+    return 0
+
+
+def _with_accuracy(result: Run, progress: bool):
+    """The figures with their bars, kept in the output as well."""
+    from ..error_bars import keep_accuracy
+
+    found = result.accuracy(progress=progress)
+    keep_accuracy(found, result.output, result.history.attrs)
+    return found
+
+
+def _resume_command(options: argparse.Namespace) -> str:
+    """What to type to go on with an interrupted run."""
+    words = ["sitedda", "resume", str(options.file)]
+    if options.output:
+        words += ["--output", str(options.output)]
+    for name, value in options.set:
+        words += ["--set", f"{name}={value}"]
+    return shlex.join(words)
+
+
+def _discrete_transfer(source: Path, changes: dict, found):
+    """The model's own transfer function where an amplification is asked for, or None."""
+    try:
+        with Simulation(source, changes=changes) as model:
+            return transfer(model, found.frequency, found.surface, found.base, found.direction)
+    except SiteddaError:
+        return None
+
+
+def _report(result: Run, source: Path, changes: dict, draw: bool) -> None:
+    """Print the amplifications that the input asks for and the verdict; draw beside the output."""
+    from ..output.response import amplifications
+
+    found = amplifications(result.history)
+    for one in found:
+        print(one)
+    print(result.verdict)
+    if not draw:
+        return
+    from ..facade.plot import run_picture
+
+    discrete = _discrete_transfer(source, changes, found[0]) if found else None
+    picture = result.output.with_suffix(".png")
+    save_picture(run_picture(result.history, found, discrete), picture, [source], dpi=130)
+    print(f"picture: {picture}")

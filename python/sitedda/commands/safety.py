@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda safety`: the factor of safety of an input."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from ..base.arguments import POSITIVE, TOLERANCE, picture_name
+from ..base.files import check_target, save_picture
+from .parser import add_changes
+
+
+def add_safety(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument(
+        "--factor", type=POSITIVE, help="look at one factor, not for the critical one"
+    )
+    parser.add_argument("--tolerance", type=TOLERANCE, default=1e-3, help="of the factor (1e-3)")
+    parser.add_argument("--displacement", type=POSITIVE, default=0.05, metavar="SHARE",
+        help="largest at rest, of the median radius of the blocks (0.05)")  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="print plain values as JSON")
+    parser.add_argument("-o", "--output", type=picture_name, help="(FILE_mechanism.png)")
+    add_changes(parser)
+    parser.set_defaults(act=_safety)
+
+
+def _safety(options: argparse.Namespace) -> int:
+    from ..stability import mechanism, safety
+
+    changes, share = dict(options.set), options.displacement
+    picture = options.output or Path(f"{options.file.stem}_mechanism.png")
+    check_target(picture, "a picture", [options.file])
+    if options.factor is None:
+        found = safety(
+            options.file, tolerance=options.tolerance, displacement=share, changes=changes
+        )
+        moving = found.mechanism
+    else:
+        found = moving = mechanism(
+            options.file, options.factor, displacement=share, changes=changes
+        )
+    print(json.dumps(found.to_dict(), indent=1) if options.json else found)
+    if moving is None:
+        return 0
+    picture = save_picture(found.draw().figure, picture, [options.file], dpi=130)
+    if not options.json:
+        print(f"\npicture: {picture}")
+    return 0

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An array that is kept of a case, with its coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array quantity of one case.
+
+    Attributes
+    ----------
+    values : ndarray
+    dims : tuple of str
+    coordinates : dict of ndarray
+        By dimension.
+    units : str
+    """
+
+    values: np.ndarray
+    dims: tuple[str, ...]
+    coordinates: dict[str, np.ndarray]
+    units: str = ""
