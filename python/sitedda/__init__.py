@@ -44,12 +44,12 @@ if TYPE_CHECKING:
         time_step_for_damping,
     )
     from .engine.spectra import Peak, amplification, find_peak, fourier_spectrum
-    from .error_bars import Accuracy, accuracy
     from .facade.model import Model
     from .facade.run import Run, Simulation, resume, run
     from .output import open_output
     from .site import Column, HalfSpace, Layer
     from .stability import limit_analysis, mechanism, safety
+    from .study.error_bars import Accuracy, accuracy
     from .study.solving import Root, solve_for
 
 __all__ = [
@@ -118,7 +118,7 @@ _HOMES = {
         "engine.records": "read_record",
         "engine.scheme": "scheme_damping scheme_frequency theta_for_damping time_step_for_damping",
         "engine.spectra": "Peak amplification find_peak fourier_spectrum",
-        "error_bars": "Accuracy accuracy",
+        "study.error_bars": "Accuracy accuracy",
         "facade.model": "Model",
         "facade.run": "Run Simulation resume run",
         "output": "open_output",

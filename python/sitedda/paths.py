@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from importlib.abc import Loader
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
@@ -18,12 +19,13 @@ PACKAGES = {
     "input": "block_file building changes examples groups input_text schema",
     "output": "response scene verdict vtk",
     "site": "column",
+    "study": "error_bars",
 }
 _PLACES = {n: f"{package}.{n}" for package, names in PACKAGES.items() for n in names.split()}
 _PLACES |= {"simulation": "facade.run"}
 
 
-class _Finder:
+class _Finder(Loader):
     """Finds a module by its short path: it is the same module, read once."""
 
     def find_spec(self, name: str, path=None, target=None) -> ModuleSpec | None:

@@ -28,7 +28,7 @@ DOCUMENTED = 0.7  # share of all arguments; those of public procedures all are
 
 @pytest.mark.parametrize(
     "command",
-    [("ruff", "check"), ("ruff", "format", "--check"), ("fortitude", "check")],
+    [("ruff", "check"), ("ruff", "format", "--check"), ("fortitude", "check"), ("mypy",)],
     ids=" ".join,
 )
 def test_linters_find_nothing(command):

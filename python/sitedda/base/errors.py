@@ -52,6 +52,7 @@ class InputError(SiteddaError, ValueError):
     """The input cannot be run."""
 
     kind = 1
+    cause: object = None  # the object of the input that it is about, where one is known
 
 
 class CheckError(SiteddaError):

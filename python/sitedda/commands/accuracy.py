@@ -30,7 +30,7 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
 
 
 def _tell(options: argparse.Namespace) -> int:
-    from ..error_bars import accuracy
+    from ..study.error_bars import accuracy
 
     found = accuracy(
         options.file, changes=dict(options.set), ensemble=options.ensemble, folder=options.folder,

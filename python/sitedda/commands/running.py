@@ -94,7 +94,7 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
 
 def _with_accuracy(result: Run, progress: bool):
     """The figures with their bars, kept in the output as well."""
-    from ..error_bars import keep_accuracy
+    from ..study.error_bars import keep_accuracy
 
     found = result.accuracy(progress=progress)
     keep_accuracy(found, result.output, result.history.attrs)

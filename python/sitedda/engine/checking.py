@@ -187,7 +187,7 @@ def _in_four_digits(text: str) -> str:
 
 
 @contextmanager
-def _opened(model, changes: Mapping | None, more: Mapping) -> Iterator[Simulation]:
+def _opened(model, changes: Mapping | None, more: dict) -> Iterator[Simulation]:
     """The simulation of an input with changes, closed in the end, or one that is open already."""
     changes = dict(changes or {}) | more
     if not isinstance(model, Simulation):

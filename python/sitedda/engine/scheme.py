@@ -162,7 +162,7 @@ class Scheme:
 
 
 def scheme_damping(
-    frequency: ArrayLike, time_step: float, integration: str = "dda", theta: float = 0.75
+    frequency: ArrayLike, time_step: float, integration: str | Scheme = "dda", theta: float = 0.75
 ) -> NDArray[np.float64]:
     """Damping ratio that the time integration adds to a steady harmonic motion.
 

@@ -11,14 +11,14 @@ from ..base.errors import SiteddaError
 from ..drawing.pictures import draw
 from ..drawing.view import BUDGET, view
 from ..engine.checking import Report, check, check_table
-from ..error_bars import kept_accuracy
 from ..input.building import InputOfRun
 from ..input.schema import GROUPS
 from ..output.response import amplifications
 from ..output.scene import Scene
 from ..output.verdict import verdict
-from ..report.page import Bullets, Facts, Listing, Page, Paragraph, Picture, Table
+from ..report.page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Table
 from ..report.provenance import provenance
+from ..study.error_bars import kept_accuracy
 from .plot import run_picture
 
 _ENERGIES = ("kinetic", "strain", "welded", "contact", "support", "gravity", "input", "friction",
@@ -133,7 +133,7 @@ def _add_model(page: Page, scene: Scene) -> None:
         ("boundaries", ", ".join(one["kind"] for one in scene.boundaries(0)) or "none"),
         ("measured points", ", ".join(p["name"] for p in scene.points()) or "none"),
     ]
-    parts = [
+    parts: list[Part] = [
         Picture(
             draw(scene, time=float(scene.time[0]), color="material").figure,
             "The model at the start, to scale.",

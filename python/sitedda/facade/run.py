@@ -33,7 +33,7 @@ class Run(EndedRun):  # noqa: D101
 
     def accuracy(self, **options):
         """Run the input again with smaller steps and stiffer contacts, see `sitedda.accuracy`."""
-        from ..error_bars import accuracy
+        from ..study.error_bars import accuracy
 
         text = self.history.attrs
         return accuracy(InputOfRun(Path(text["input_file"]), text["input_text"]), **options)

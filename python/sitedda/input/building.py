@@ -117,7 +117,7 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
         try:
             cut = _add_cut(built, parts, next(iter(names["joint"]), ""), bool(meshes))
         except InputError as error:
-            place = places.get(id(getattr(error, "cause", None)), first)
+            place = places.get(id(error.cause), first)
             raise _placed(place, error) from None
     built.blocks += pieces
     if meshes:

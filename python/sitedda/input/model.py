@@ -214,13 +214,17 @@ class Model(Groups):
         hint = f"; set it in a group, as model.control.{name}" if name in known else ""
         raise AttributeError(f"a model has no attribute {name!r} to set{hint}")
 
+    def of_kind(self, kind: str) -> list[Group]:
+        """The groups of a kind that a model may have several of."""
+        return [group for group in self.groups if group._name == kind]
+
     def __getitem__(self, path: str) -> list[Group] | Group:
         """The groups of a kind, or ``kind.name``: one of them."""
         kind, dot, name = path.partition(".")
         known_group(kind)
         if kind in single_groups():
             return self._once[kind]
-        found = [group for group in self.groups if group._name == kind]
+        found = self.of_kind(kind)
         if not dot:
             return found
         named = {group._values.get("name"): group for group in reversed(found)}
@@ -326,7 +330,7 @@ class Model(Groups):
 
     def to_namelist(self) -> str:
         """The model as a namelist text."""
-        for group in self["motion"]:
+        for group in self.of_kind("motion"):
             if (count := len(group._values.get("values", ()))) > _LONGEST:
                 raise InputError(
                     f"motion {group.name!r} has {count} values, more than the {_LONGEST} that an "

@@ -36,7 +36,7 @@ class Document:
         self.version = 0
         self._past: list[str] = []
         self._future: list[str] = []
-        self._last = None  # what was edited last: a slider makes one version
+        self._last: str | None = None  # what was edited last: a slider makes one version
 
     # --- edits --------------------------------------------------------------------------------
 

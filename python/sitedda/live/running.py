@@ -332,7 +332,7 @@ class LiveRun:
 
     def _fail(self, error: BaseException) -> None:
         words = str(error) or type(error).__name__
-        found = {"failure": words, "blocks": self._named(words)}
+        found: dict = {"failure": words, "blocks": self._named(words)}
         try:
             if self._simulation is not None and self._simulation.steps > 0:
                 self._show()

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 try:
     from tornado.httpserver import HTTPServer
@@ -56,6 +57,13 @@ _SOURCES = {
 
 class _Guarded:
     """What all answers have in common: hosts that are known, headers, errors in few words."""
+
+    application: Any  # these are of the handler of tornado beside it
+    request: Any
+    set_header: Callable
+    clear_header: Callable
+    set_status: Callable
+    finish: Callable
 
     def initialize(self, server: LiveServer) -> None:
         self.server = server

@@ -93,8 +93,10 @@ class Branches:
                 int(branches),
             )
         )
+        strain, modulus_of, slipping = fitted.T
         body_strain, body_cap, modulus, damping = map(float, numbers)
-        return cls(*fitted.T, ratio, body_strain, body_cap, (modulus, damping))
+        misfit = (modulus, damping)
+        return cls(strain, modulus_of, slipping, ratio, body_strain, body_cap, misfit)
 
     def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:
         """G/G_max of the branches at shear strains above 0; their shape."""

@@ -153,7 +153,7 @@ class Column:
         top: float = 0.0,
         bottom: float | None = None,
         motion: str = "within",
-        integration: str = "dda",
+        integration: str | Scheme = "dda",
         theta: float = 0.75,
     ) -> NDArray[np.complex128]:
         """Transfer function of the same column under the engine's time integration.
@@ -199,7 +199,7 @@ class Column:
         bottom: float | None = None,
         motion: str = "within",
         time_step: float | None = None,
-        integration: str = "dda",
+        integration: str | Scheme = "dda",
         theta: float = 0.75,
     ) -> Peak:
         """The highest resonance peak of the transfer function inside a band.

@@ -129,7 +129,7 @@ def equivalent_linear(
         if change == 0 or (left < 1 and change * max(1.0, left / (1 - left)) <= tolerance):
             _check_damping(fitted, damping, strain)
             return EquivalentLinear(response, strain, reduction, damping, iteration, change)
-        reduction, damping, before = *wanted, change
+        (reduction, damping), before = wanted, change
     raise ConvergenceError(
         f"the equivalent-linear iteration does not end: after {most_iterations} iterations moduli "
         f"or damping ratios still change by {100 * change:.3g} %; try a larger tolerance"

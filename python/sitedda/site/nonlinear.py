@@ -223,7 +223,7 @@ class NonlinearResponse(SiteResponse):
                 "small strains that are hardly damped pass on the noise of yielding. Give the soil "
                 "a damping ratio at small strains, or trust longer periods"
             )
-        if self.kind == "outcrop" and getattr(self.column.base, "damping", 0.0):
+        if self.kind == "outcrop" and getattr(self.column.base, "damping", None):
             lines.append("the damping of the half-space is left out")
         if self.beyond_curves:
             layers = ", ".join(
@@ -396,7 +396,8 @@ class _Run:
             displacement,
             -strain,  # depth grows downwards
             -stress,
-            *largest,
+            largest[0],
+            largest[1],
             dict(zip(names, map(float, energy), strict=True)),
             iterations,
         )

@@ -116,6 +116,7 @@ def _table(file: Path) -> SoilCurves:
         numbers = np.array([[float(cell) for cell in cells] for _, cells in rows[start:]])
         if numbers.ndim != 2 or numbers.shape[1] != 3:
             raise ValueError("three columns are wanted: strain, G/G_max and damping ratio")
-        return SoilCurves(*numbers.T, name=file.stem)
+        strain, reduction, damping = numbers.T
+        return SoilCurves(strain, reduction, damping, name=file.stem)
     except (ValueError, IndexError) as trouble:
         raise InputError(f"{file}: {trouble}") from None

@@ -34,6 +34,10 @@ class SiteResponse:
         """Acceleration at a depth (m), m/s², shape (samples,)."""
         raise NotImplementedError
 
+    def profile(self) -> xr.Dataset:
+        """Largest values over depth: strain, stress (Pa), acceleration (m/s²)."""
+        raise NotImplementedError
+
     @property
     def time(self) -> NDArray[np.float64]:
         """Times of the samples, s."""

@@ -71,23 +71,23 @@ def static_model(source, changes: Mapping | None = None) -> Model:
         model.control.time_step = 1.0  # of no use in static stages
     model.control(time_step_control=None, least_time_step=None, integration=None, theta=None)
     model.control(damping_ratio=None, damping_frequency=None)
-    stages = [_static(group) for group in model["stage"]]
-    for number, group in enumerate(model["joint"], 1):
+    stages = [_static(group) for group in model.of_kind("stage")]
+    for number, group in enumerate(model.of_kind("joint"), 1):
         group(name=group.name or f"joint {number}")
     for kind in ("motion", "amplification", "stage", "stop"):
         model.clear(kind)
     for kind, how in _TIME_ZERO.items():
-        for load in model[kind]:
+        for load in model.of_kind(kind):
             _hold(load, *how)
-    for point in model["fixed_point"]:
+    for point in model.of_kind("fixed_point"):
         point(motion_x=None, motion_y=None)
-    for material in model["material"]:
+    for material in model.of_kind("material"):
         material(**dict.fromkeys(("initial_velocity", *_DAMPING)))
-    for boundary in model["boundary"]:
+    for boundary in model.of_kind("boundary"):
         _fix(boundary)
     for values in filter(None, stages):
         model.stage(**values)
-    if not model["stage"]:
+    if not model.of_kind("stage"):
         model.stage(name="rest", kind="static")
     return model
 
@@ -129,7 +129,7 @@ def _hold(load: Group, names: tuple[str, ...], ends: bool) -> None:
 def weakened(model: Model, factor: float) -> Model:
     """A copy of a model with the strengths of all joints divided by a factor."""
     weak = model.copy()
-    for joint in weak["joint"]:
+    for joint in weak.of_kind("joint"):
         joint(**_divided(joint, factor))
     return weak
 
@@ -180,7 +180,7 @@ def released(model: Model, factor: float, held: float | None, time_step: float, 
     if held is None:
         moving.clear("stage")
     else:
-        for joint in moving["joint"]:
+        for joint in moving.of_kind("joint"):
             weak = f"{joint.name} weaker"
             names.append(f"{joint.name} -> {weak}")
             values = _divided(joint, factor / held)

@@ -85,5 +85,5 @@ def _table(plan: Plan, rows: list):
             if name in values:
                 column[i] = getattr(values[name], "values", values[name])
         variables[name] = ((*dims, *inner.dims), column.reshape(*shape, *inner.values.shape))
-        coordinates |= {d: ((d,), c) for d, c in inner.coordinates.items()}
+        coordinates |= {d: ((d,), c, {}) for d, c in inner.coordinates.items()}
     return xr.Dataset(variables, coordinates, {"model": str(getattr(plan.model, "__name__", ""))})

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -17,8 +17,10 @@ from .fragility_curve import fragility_of
 from .maps import bands, parameter_map
 from .sensitivity import sobol_indices, tornado
 
-KINDS = {"fragility": fragility_of, "ida": ida, "tornado": tornado, "sobol": sobol_indices,
-         "map": parameter_map, "bands": bands}  # fmt: skip
+KINDS: dict[str, Callable] = {
+    "fragility": fragility_of, "ida": ida, "tornado": tornado, "sobol": sobol_indices,
+    "map": parameter_map, "bands": bands,
+}  # fmt: skip
 _DIMENSIONS = ("intensity", "record", "dim", "x", "y")
 _NUMBERS = ("threshold", "level", "confidence", "seed")
 

@@ -109,9 +109,9 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
     best = _least(lambda p: _loss(p, x, k, n), start)
     covariance = np.linalg.inv(_information(best, x, k, n))
     limit = _quantile(confidence)
-    intervals = [_interval(i, best, covariance, limit, x, k, n) for i in range(2)]
+    first, second = (_interval(i, best, covariance, limit, x, k, n) for i in range(2))
     median, dispersion = map(float, np.exp(best))
-    return Fragility(median, dispersion, *intervals, confidence, covariance, x, k, n, **about)
+    return Fragility(median, dispersion, first, second, confidence, covariance, x, k, n, **about)
 
 
 def fragility_of(table, quantity: str, threshold: float, intensity: str, confidence=0.95):

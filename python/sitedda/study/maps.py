@@ -74,7 +74,7 @@ def parameter_map(table, quantity: str, x: str, y: str, level: float | None = No
     places = [np.asarray(table[name].values) for name in (x, y)]
     if any(place.dtype.kind not in "fiu" for place in places):
         raise InputError("a map needs two parameters that are numbers")
-    names = tuple(label_of(table, name) for name in (x, y, quantity))
+    names = label_of(table, x), label_of(table, y), label_of(table, quantity)
     orders = [np.argsort(place) for place in places]
     grid = values.transpose(y, x).values[np.ix_(orders[1], orders[0])]
     return Map(places[0][orders[0]], places[1][orders[1]], grid, names, level)

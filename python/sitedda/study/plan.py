@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -61,7 +62,7 @@ class Plan:
         Of the cases, in the order of the dimensions, the last one fastest.
     """
 
-    model: object
+    model: Any
     axes: list[Axis]
     quantities: list[Quantity]
     task: str | Callable = "run"

@@ -302,6 +302,7 @@ def _spectrum(output: Output, name: str, point: str | None, axis: str | None) ->
     from ..output.verdict import PERIODS, acceleration_spectrum
 
     series = _variable(output, name, "acceleration", point, axis or "x", None)
+    assert isinstance(series, Array)  # as it is not reduced
     time = series.coordinates["time"]
     step = float(time[-1] - time[0]) / (len(time) - 1)
     values = acceleration_spectrum(series.values, step)

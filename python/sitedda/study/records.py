@@ -97,7 +97,7 @@ class Records:
         names = [_name_of(one) for one in self.records]
         names = [f"{n} ({i})" if names.count(n) > 1 else n for i, n in enumerate(names, 1)]
         self.dims = {"record": len(names), self.measure: levels.size}
-        about = {"units": _UNITS[self.measure]}
+        about: dict = {"units": _UNITS[self.measure]}
         if self.measure == "sa":
             about |= {"period": float(self.period), "damping": self.damping}
         self.coordinates = {
@@ -110,7 +110,7 @@ class Records:
         """File and factor of the motion."""
         record = self.records[place[0]]
         group = f"motion[{self.motion}]" if self.motion else "motion"
-        found = {"values": None, "scale": float(self.factors[place])}
+        found: dict = {"values": None, "scale": float(self.factors[place])}
         if isinstance(record, Record):
             found |= {"file": record, "format": "text", "quantity": "acceleration", "unit": "m/s2",
                       "time_step": record.time_step}  # fmt: skip

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -50,7 +50,7 @@ def lognormal(median: float, deviation: float):
     return stats.lognorm(deviation, scale=median)
 
 
-_KINDS = {"uniform": uniform, "normal": normal, "lognormal": lognormal}
+_KINDS: dict[str, Callable] = {"uniform": uniform, "normal": normal, "lognormal": lognormal}
 
 
 def distribution(values: Mapping):

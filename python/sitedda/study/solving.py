@@ -76,7 +76,7 @@ class Root:
 
     def __str__(self) -> str:
         """The root in a sentence, and what speaks against it."""
-        from ..error_bars import with_bar
+        from .error_bars import with_bar
 
         words = f"{self.parameter} = {with_bar(self.value, self.bar)}"
         if self.jumps:
@@ -204,7 +204,7 @@ class SolveFor:
     target: float
     between: tuple[float, float]
     tolerance: float = 1e-3
-    task: str = "run"
+    task: str | Callable = "run"
     accuracy: bool = False
     jumps: bool = False
 
@@ -274,7 +274,7 @@ class _Trials:
             return self._number(returned(self.name, self.model(**{name: value})))
         text = changed_input(self.text, {self.parameter: value}, file=self.file)
         with tempfile.TemporaryDirectory(prefix="sitedda-solve-") as folder:
-            if self.task != "run":
+            if callable(self.task):
                 file = Path(folder) / "model.nml"
                 file.write_text(text, "utf-8", "surrogateescape")
                 return self._number(returned(self.name, self.task(file)))
@@ -292,9 +292,9 @@ class _Trials:
         known = f"; there are {', '.join(numbers)}" if numbers else ", as with .last or .largest"
         raise InputError(f"result {self.name!r} is not one number{known}")
 
-    def error_at(self, value: float) -> tuple[float, float | str]:
+    def error_at(self, value: float) -> tuple[float, str]:
         """Error of the result at a value by time step and penalty, and what is left out."""
-        from ..error_bars import accuracy
+        from .error_bars import accuracy
 
         text = changed_input(self.text, {self.parameter: value}, file=self.file)
         wanted = {self.name: self.wanted.function or self.wanted.name}

@@ -148,7 +148,7 @@ def _cells(body: str, cut: Cut, values: Sequence[dict]) -> Iterator[dict]:
     rows = zip(cut.polygons, cut.joints, cut.parts.tolist(), strict=True)
     for polygon, joints, part in rows:
         polygon.flags.writeable = False
-        block = {"body": body}
+        block: dict = {"body": body}
         block |= {k: v for k in ("material", "joint") if (v := values[part].get(k))}
         block["vertices"] = polygon
         joint = block.get("joint", "")

@@ -10,8 +10,8 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from ..engine.simulation import Simulation
-from ..input.input_text import input_values
+from ...engine.simulation import Simulation
+from ...input.input_text import input_values
 
 RUN, TWIN, ENSEMBLE = "dt", "twin", "twin "  # names; of an ensemble with a number behind
 TRIFLE = 1e-9  # of the size of a block, by which twins differ

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from ..base.errors import SiteddaError
+from ...base.errors import SiteddaError
 from .bars import bar_of_steps, penalty_error
 from .figures import Accuracy, Figure, figure_of, is_count, is_figure
 from .horizon import bands_of, with_horizons
@@ -65,7 +65,7 @@ def accuracy(
     contacts make: r(k_n) = r∞ + s/k_n.  A twin, of which one block is displaced by 1e-9 of its
     size, tells until when a figure is decided, see `sitedda.error_bars.horizon`.
     """
-    from ..study import study
+    from ..api import study
 
     changes = dict(changes or {}) | more
     facts = facts_of(model, changes)
@@ -107,9 +107,11 @@ def _figures(facts: Facts, runs: list[dict[str, float]]) -> dict[str, Figure]:
     for name in runs[0]:
         if not any(is_figure(name, run) for run in runs[: len(STEPS)]):
             continue
-        numbers = tuple(run[name] for run in runs[: len(STEPS)])
+        one, two, three = (run[name] for run in runs[: len(STEPS)])
         penalty = penalty_error(runs[0][name], runs[len(STEPS)][name]) if facts.penalty else 0.0
-        found[name] = figure_of(name, numbers, bar_of_steps(*numbers, facts.order), penalty)
+        found[name] = figure_of(
+            name, (one, two, three), bar_of_steps(one, two, three, facts.order), penalty
+        )
     return found
 
 

@@ -9,8 +9,8 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from ..base.errors import OutputError
-from ..base.files import written
+from ...base.errors import OutputError
+from ...base.files import written
 from .figures import Accuracy, Figure
 
 ATTRIBUTE = "accuracy"
