@@ -169,7 +169,7 @@ contains
          '  -q, --quiet            no progress lines', &
          '  -h, --help             this text', &
          '      --version          the version', &
-         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not close,', &
+         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not converge,', &
          '  4 linear solver, 5 file, 6 interrupted: resume goes on, 7 memory']
 
       text = joined(lines, new_line('a'))

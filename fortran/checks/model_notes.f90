@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Probable mistakes in a model: it may be run, but not without a word.
+!> Warnings about probable mistakes in a model, which may be run.
 module dda_model_notes
    use dda_kinds, only: wp, pi
    use dda_held_blocks, only: find_held, find_supported

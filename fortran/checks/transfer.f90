@@ -56,8 +56,8 @@ contains
       integer :: i, j
 
       if (any(linear%terms%term(:linear%terms%n)%kind == term_free_side)) then
-         call fail(error, error_input, 'the ground beyond free-field sides moves in its own '// &
-            'way, which a transfer function does not hold: run the model, or take kind = '// &
+         call fail(error, error_input, 'the ground beyond free-field sides moves by its '// &
+            'own, so there is no transfer function of the model: run it, or take kind = '// &
             "'tied' for level ground")
          return
       end if

@@ -8,7 +8,7 @@
 !> statics with a proximal term: the unbalanced force that it leaves is M d/Δt², and the larger Δt,
 !> the smaller.  Contacts that touch start stuck.  The first Δt is long, so that friction is asked
 !> for what the weight of all blocks needs together; a Δt from the dynamics would let stiff joints
-!> slip while the weight comes on.  A step that does not close is repeated with a shorter Δt, a good
+!> slip while the weight comes on.  A step that does not converge is repeated with a shorter Δt, a good
 !> one is followed by a longer.
 !>
 !> Rest: with all velocities zero and the contact laws evaluated in the present geometry, the
@@ -414,7 +414,7 @@ contains
          block_name(simulation, equilibrium%block)//' has an unbalanced force of '// &
          to_text(equilibrium%unbalanced)//' N/m, allowed '//to_text(equilibrium%allowed)
       if (.not. simulation%iteration%closed) equilibrium%words = equilibrium%words// &
-         ', and the contacts of the last step do not close'
+         ', and the contacts of the last step do not converge'
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine put_in_words
 

@@ -102,7 +102,7 @@ contains
          if (allocated(error)) return
       end do
       if (round > most_rounds) call fail(error, error_convergence, &
-         'impacts with the restitution of their joints find no end')
+         'impacts with the restitution of their joints do not converge')
       if (impacts%struck == 0) return
       impacts%work = work_of_supports(impacts, system)
       impacts%lost = loss_of_strains(impacts, system)

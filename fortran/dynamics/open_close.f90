@@ -83,7 +83,7 @@ contains
 
    !> Iterate until every contact exerts what was assumed of it.
    !>
-   !> Where that does not close and no shorter step can be taken, the bounds of friction are found
+   !> Where that does not converge and no shorter step can be taken, the bounds of friction are found
    !> from outside.
    subroutine close_contacts(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step

@@ -8,7 +8,7 @@
 !>     S (d' − d) = f̂ + Σ [N(d) ∂g − T(d) ∂s] − K d ,
 !>
 !> K and f̂ without contacts, N and T by the laws.  Anderson acceleration makes up for the stiffness
-!> that S has too much.  The step need not close: what has slipped in it stays, and the next one
+!> that S has too much.  The step need not converge: what has slipped in it stays, and the next one
 !> begins with shear forces at their bounds, where a contact whose slip would reverse sticks.  So
 !> blocks between contacts that slide opposite ways are held by springs again.
 module dda_static_relaxation
@@ -79,7 +79,7 @@ contains
    end subroutine close_static
 
    !> Iterate by states; in vain where too many change at once, or, in a stage that has been relaxed
-   !> before, where few iterations do not close or the solver fails.
+   !> before, where few iterations do not converge or the solver fails.
    subroutine attempt_states(iteration, system, solver, contacts, laws, closed, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step

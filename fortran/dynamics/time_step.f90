@@ -96,7 +96,7 @@ contains
             if (changed == 0) exit
          end do
          if (round > most_rounds) call fail(error, error_convergence, &
-            'bolts that yield or go slack find no state')
+            'the states of bolts that yield or go slack do not converge')
          counters%iterations = counters%iterations + simulation%iteration%iterations
          counters%most_iterations = max(counters%most_iterations, simulation%iteration%iterations)
       end associate

@@ -62,7 +62,7 @@ class CheckError(SiteddaError):
 
 
 class ConvergenceError(SiteddaError, ArithmeticError):
-    """A step does not close."""
+    """A step does not converge."""
 
     kind = 3
 

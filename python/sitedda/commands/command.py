@@ -41,7 +41,7 @@ COMMANDS = {
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit status.
 
-    0 done, 1 bad input, 2 refused by a check, 3 a step does not close, 4 linear solver, 5 file,
+    0 done, 1 bad input, 2 refused by a check, 3 a step does not converge, 4 linear solver, 5 file,
     6 interrupted, 7 memory.
     """
     words = sys.argv[1:] if arguments is None else list(arguments)

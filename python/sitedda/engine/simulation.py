@@ -142,7 +142,7 @@ class Simulation:
         ValueError
             If `steps` is negative.
         ConvergenceError
-            If a step does not close; the message names step, contact and blocks.
+            If a step does not converge; the message names step, contact and blocks.
         """
         steps = Range(0, 2**31 - 1, whole=True).check("steps", index(steps))
         with self._one, self._writing():

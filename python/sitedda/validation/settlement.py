@@ -53,7 +53,7 @@ def settlement(short: bool) -> Outcome:
     refused = [
         f"{n} blocks, {k:g} E, Δt {dt:g} s" for (n, k, dt), run in found.items() if run.trouble
     ]
-    rows = [at_most("; ".join(["runs in which a step does not close", *refused]), len(refused), 0)]
+    rows = [at_most("; ".join(["runs in which a step does not converge", *refused]), len(refused), 0)]
     for size in sizes:
         mine = {key: value for key, value in found.items() if key[0] == size}
         for name, index in (
@@ -109,7 +109,7 @@ class Settled(NamedTuple):
     time: np.ndarray  # s
     total: np.ndarray  # energy above the start over the scale
     picture: list[np.ndarray]
-    trouble: str  # the engine's error if a step did not close
+    trouble: str  # the engine's error if a step did not converge
 
 
 def _settle(size: int, penalty: float, time_step: float, steps: int) -> Settled:
