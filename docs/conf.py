@@ -4,7 +4,7 @@
 import sitedda
 
 project = "sitedda"
-author = "The authors of sitedda"
+author = "The sitedda developers"
 version = release = sitedda.__version__
 copyright = "the authors, GPL-3.0-or-later"
 
@@ -14,7 +14,8 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx.ext.mathjax",
 ]
-myst_enable_extensions = ["deflist", "colon_fence"]
+myst_enable_extensions = ["deflist", "colon_fence", "dollarmath"]
+math_number_all = True
 myst_heading_anchors = 3
 myst_links_external_new_tab = False
 napoleon_google_docstring = False

@@ -8,8 +8,8 @@
 !> statics with a proximal term: the unbalanced force that it leaves is M d/Δt², and the larger Δt,
 !> the smaller.  Contacts that touch start stuck.  The first Δt is long, so that friction is asked
 !> for what the weight of all blocks needs together; a Δt from the dynamics would let stiff joints
-!> slip while the weight comes on.  A step that does not converge is repeated with a shorter Δt, a good
-!> one is followed by a longer.
+!> slip while the weight comes on.  A step that does not converge is repeated with a shorter Δt,
+!> a good one is followed by a longer.
 !>
 !> Rest: with all velocities zero and the contact laws evaluated in the present geometry, the
 !> unbalanced force on each block is at most 10⁻⁶ of its own weight, or what the tolerance of

@@ -83,8 +83,8 @@ contains
 
    !> Iterate until every contact exerts what was assumed of it.
    !>
-   !> Where that does not converge and no shorter step can be taken, the bounds of friction are found
-   !> from outside.
+   !> Where that does not converge and no shorter step can be taken, the bounds of friction are
+   !> found from outside.
    subroutine close_contacts(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step

@@ -53,7 +53,9 @@ def settlement(short: bool) -> Outcome:
     refused = [
         f"{n} blocks, {k:g} E, Δt {dt:g} s" for (n, k, dt), run in found.items() if run.trouble
     ]
-    rows = [at_most("; ".join(["runs in which a step does not converge", *refused]), len(refused), 0)]
+    rows = [
+        at_most("; ".join(["runs in which a step does not converge", *refused]), len(refused), 0)
+    ]
     for size in sizes:
         mine = {key: value for key, value in found.items() if key[0] == size}
         for name, index in (
