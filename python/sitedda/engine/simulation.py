@@ -529,7 +529,7 @@ class Simulation:
         """
         names, units = engine_names("maxima"), engine_names("maxima units")
         table = self._table("maxima")
-        values, blocks, points = table[:3], *np.split(table[3:].astype(int), 2)
+        values, (blocks, points) = table[:3], np.split(table[3:].astype(int), 2)
         named = [name or f"block {i + 1}" for i, name in enumerate(self.block_names)]
         rows = zip(names, units, *values, blocks.T, points.T, strict=True)
         return as_maxima(rows, named, self.point_names)
