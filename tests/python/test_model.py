@@ -16,7 +16,7 @@ from model_text import BONDED, flying_block, namelist, tower
 
 import sitedda
 from sitedda import InputError, Model
-from sitedda.building import KINDS, built_text, find_groups
+from sitedda.building import built_text, find_groups, kinds
 from sitedda.groups import COMPOSED, is_made, read_values, variables
 from sitedda.model import Group
 from sitedda.schema import GROUPS
@@ -25,8 +25,8 @@ from sitedda.schema import GROUPS
 def test_groups_that_become_blocks_have_a_class_each():
     others = {name: getattr(import_module(f"sitedda.{m}"), c) for name, (m, c) in COMPOSED.items()}
     made = {group.name for group in GROUPS.values() if group.built}
-    assert made == {*KINDS, *others, "polygons"}
-    for name, kind in (KINDS | others).items():
+    assert made == {*kinds(), *others, "polygons"}
+    for name, kind in (kinds() | others).items():
         files = set(getattr(kind, "from_file", "") and ("file", "layer", "scale"))
         assert {one.name for one in fields(kind)} | files == set(variables()[name])
         assert "Attributes" in kind.__doc__ and not kind.__doc__.startswith("&")

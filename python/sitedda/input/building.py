@@ -9,6 +9,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import count
 from pathlib import Path
 
@@ -17,22 +18,13 @@ import numpy as np
 from ..base.errors import InputError
 from ..base.files import OWN_INPUT, is_same, write
 from ..base.reading import read_bounded
-from ..build import masonry
-from ..build.cutting import geometry
-from ..build.meshing import settings
+from ..build.values import Values
 from .block_file import LARGE, write_block_file
 from .changes import with_files
 from .groups import COMPOSED, composed, group_text, is_made, nearest, read_values
 from .input_text import Found, find_groups
 from .schema import GROUPS
 
-# What makes blocks of each group.
-KINDS = {
-    one.group: one
-    for module in (geometry, masonry, settings)
-    for one in vars(module).values()
-    if hasattr(one, "group")
-}
 _NAMED = ("material", "joint", "region")  # groups that others name
 _ANY = re.compile(
     r"^[^!\n]*&(" + "|".join(filter(is_made, GROUPS)) + r")\b",
@@ -41,6 +33,21 @@ _ANY = re.compile(
 
 _MESH = re.compile(r"^[^!\n]*&mesh\b", re.IGNORECASE | re.MULTILINE)
 _LARGEST = 2**30  # bytes of an input, as in the engine
+
+
+@cache
+def kinds() -> dict[str, type[Values]]:
+    """What makes blocks of each group; here a new module is registered."""
+    from ..build import masonry
+    from ..build.cutting import geometry
+    from ..build.meshing import settings
+
+    return {
+        one.group: one
+        for module in (geometry, masonry, settings)
+        for one in vars(module).values()
+        if hasattr(one, "group")
+    }
 
 
 @dataclass
@@ -97,12 +104,11 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
             continue
         try:
             if name == "mesh":
-                meshes.append((settings.Mesh(**values), place))
+                meshes.append((kinds()["mesh"](**values), place))
             elif name == "polygons":
                 pieces += _imported(values, folder)
-            elif hasattr(KINDS[name], "blocks"):
-                stones = KINDS[name](**values).blocks()
-                pieces += [_block(vars(stone)) for stone in stones]
+            elif blocks := getattr(kinds()[name], "blocks", None):
+                pieces += [_block(vars(stone)) for stone in blocks(kinds()[name](**values))]
             else:
                 own = _parts(name, values, folder)
                 parts[name] += own
@@ -175,7 +181,7 @@ def _names(groups) -> dict[str, list[str]]:
     names = {kind: [] for kind in _NAMED}
     for kind, values, _ in groups:
         if kind in _NAMED:
-            names[kind].append(values.get("name", getattr(KINDS.get(kind), "name", "")))
+            names[kind].append(values.get("name", getattr(kinds().get(kind), "name", "")))
     return names
 
 
@@ -201,7 +207,7 @@ def _block(values: dict) -> dict:
 
 def _parts(name: str, values: dict, folder) -> list:
     """The objects that a group stands for: one, or as many as its file holds lines."""
-    made, values = KINDS[name], dict(values)
+    made, values = kinds()[name], dict(values)
     points = made.from_file
     if not points or "file" not in values:
         for given in ("layer", "scale"):
