@@ -59,13 +59,15 @@ class LayeredGround:
     motion_y: str = ""
     points: bool = True
 
-    def groups(self, folder: Path) -> tuple[list[tuple[str, dict]], list[str]]:
+    def groups(self, folder: Path, others) -> tuple[list[tuple[str, dict]], list[str]]:
         """What it stands for: names and variables of groups; and what is to be said of them.
 
         Parameters
         ----------
         folder : Path
             Of the input.
+        others : sequence of (str, dict)
+            All groups of the input; none of them counts.
         """
         if not self.file:
             raise InputError("file is missing")

@@ -134,11 +134,12 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
 def _composed(built: Built, pieces: list[dict], groups, folder) -> list[tuple[str, dict, str]]:
     """The groups that composed ones stand for; blocks among them are pieces."""
     found: list[tuple[str, dict, str]] = []
+    every = [(name, values) for name, values, _ in groups]
     for name, values, place in groups:
         if name not in COMPOSED:
             continue
         try:
-            made, notes = composed(name, values, folder)
+            made, notes = composed(name, values, folder, every)
         except InputError as error:
             raise _placed(place, error) from None
         except TypeError:

@@ -21,7 +21,11 @@ _KINDS |= {"logical": "logical", "points": "points"}
 _LARGEST = 2**53 - 1  # of whole numbers, which are read as floating-point numbers
 
 # Groups that stand for others, made or not: the module and the class of each.
-COMPOSED = {"profile": ("build.layered", "LayeredGround")}
+COMPOSED = {
+    "masonry_wall": ("build.wall", "MasonryWall"),
+    "opening": ("build.wall", "Opening"),
+    "profile": ("build.layered", "LayeredGround"),
+}
 
 
 @cache
@@ -47,7 +51,9 @@ def is_made(name: str) -> bool:
     return name in GROUPS and GROUPS[name].built
 
 
-def composed(name: str, values: dict, folder) -> tuple[list[tuple[str, dict]], list[str]]:
+def composed(
+    name: str, values: dict, folder, others: list[tuple[str, dict]]
+) -> tuple[list[tuple[str, dict]], list[str]]:
     """The groups that one of `COMPOSED` stands for, names and variables; and notes on them.
 
     Parameters
@@ -58,10 +64,12 @@ def composed(name: str, values: dict, folder) -> tuple[list[tuple[str, dict]], l
         Its variables.
     folder : path
         That file names are relative to.
+    others : list of (str, dict)
+        All groups of the input.
     """
     module, made = COMPOSED[name]
     thing = getattr(import_module(f"..{module}", __package__), made)(**values)
-    found, notes = thing.groups(folder)
+    found, notes = thing.groups(folder, others)
     return [(kind, {n: checked(kind, n, v) for n, v in one.items()}) for kind, one in found], notes
 
 

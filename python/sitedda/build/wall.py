@@ -1,0 +1,384 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Walls of courses with doors and windows, lintels, arches and ties, seen from the front."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from ..base.errors import InputError
+from .cutting.distributions import uniform
+from .masonry import MOST_BLOCKS
+
+_BONDS = {"running": (1.0, 0.5), "header": (0.5, 0.25), "rubble": (1.0, 0.5)}
+_HEADS = ("none", "lintel", "arch")
+_LEAST = 0.3  # of a stone, of the pieces at ends and jambs
+_OVERLAP = 0.2  # of a stone, between upright joints of rubble above each other
+_SAME = 1e-9  # of the wall, of levels that are one
+_HEIGHT, _LENGTH = 1, 2  # streams of random numbers
+
+
+@dataclass(kw_only=True)
+class Opening:
+    """A door, a window or a niche in a wall.
+
+    Attributes
+    ----------
+    name : str
+        Its lintel is name_lintel, its voussoirs name_1, name_2 ….
+    wall : str
+        Name of the wall.
+    left, bottom : float
+        Its lower left corner, m.
+    width, height : float
+        m; up to the crown of an arch.
+    head : {'lintel', 'arch', 'none'}
+        What is over it.
+    depth : float, optional
+        Height of the lintel, or thickness of the arch at the crown, m (a course of the wall).
+    bearing : float, optional
+        Length of the lintel on each side that rests on the wall, or of the arch beside its
+        springing, m (half a stone).
+    rise : float, optional
+        Of the arch, m: at most half of the width (a quarter of it).
+    voussoirs : int
+        Of the arch.
+    material, joint : str
+        Of lintel and voussoirs; blank: of the wall.
+    """
+
+    name: str = "opening"
+    wall: str = "wall"
+    left: float = 0.0
+    bottom: float = 0.0
+    width: float = 0.0
+    height: float = 0.0
+    head: str = "lintel"
+    depth: float | None = None
+    bearing: float | None = None
+    rise: float | None = None
+    voussoirs: int = 9
+    material: str = ""
+    joint: str = ""
+
+    def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
+        """Nothing of its own: it is part of its wall, which must be there.
+
+        Parameters
+        ----------
+        folder : path
+        others : sequence of (str, dict)
+            All groups of the input.
+        """
+        walls = [values.get("name", MasonryWall.name) for kind, values in others
+                 if kind == "masonry_wall"]  # fmt: skip
+        if self.wall not in walls:
+            raise InputError(f"wall = {self.wall!r} is not the name of a &masonry_wall")
+        return [], []
+
+    def fitted(self, wall: MasonryWall) -> Opening:
+        """With what the wall gives it; refused where it cannot be in it."""
+        values = dict(vars(self))
+        course, stone = wall.height / wall.courses, wall.stone
+        values["depth"] = course if self.depth is None else self.depth
+        values["bearing"] = 0.5 * stone if self.bearing is None else self.bearing
+        values["rise"] = 0.25 * self.width if self.rise is None else self.rise
+        values["material"] = self.material or wall.material
+        values["joint"] = self.joint or wall.joint
+        found = Opening(**values)
+        found.check(wall)
+        return found
+
+    def check(self, wall: MasonryWall) -> None:
+        """Refuse what is outside of the wall, or has no size."""
+        what = f"opening {self.name!r}"
+        for name in ("width", "height", "depth", "bearing", "rise"):
+            if not 0 < getattr(self, name) <= 1e9:
+                raise InputError(f"{what}: {name} = {getattr(self, name):g} must be positive")
+        if self.head not in _HEADS:
+            raise InputError(f"{what}: head = {self.head!r}: use {', '.join(_HEADS)}")
+        if self.head == "arch" and self.rise > 0.5 * self.width * (1 + 1e-12):
+            raise InputError(f"{what}: rise = {self.rise:g} is above half of the width")
+        if self.head == "arch" and self.rise >= self.height:
+            raise InputError(f"{what}: rise = {self.rise:g} must be below its height")
+        if not 2 <= self.voussoirs <= 1000:
+            raise InputError(f"{what}: voussoirs = {self.voussoirs} must lie between 2 and 1000")
+        left, bottom, right, top = self.box
+        slack = _SAME * (wall.width + wall.height)
+        inside = left >= wall.left - slack and right <= wall.left + wall.width + slack
+        if not (inside and bottom >= wall.bottom - slack
+                and top <= wall.bottom + wall.height + slack):  # fmt: skip
+            raise InputError(f"{what}, with its head from x = {left:g} to {right:g} m, y = "
+                             f"{bottom:g} to {top:g} m, is not within the wall")  # fmt: skip
+
+    @property
+    def springing(self) -> float:
+        """Level at which its head begins, m."""
+        return self.bottom + self.height - (self.rise if self.head == "arch" else 0.0)
+
+    @property
+    def top(self) -> float:
+        """Level of the upper side of its head, m."""
+        return self.bottom + self.height + (0.0 if self.head == "none" else self.depth)
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Left, bottom, right and top with its head, m."""
+        beyond = 0.0 if self.head == "none" else self.bearing
+        return self.left - beyond, self.bottom, self.left + self.width + beyond, self.top
+
+    def gaps(self) -> list[tuple[float, float, float, float]]:
+        """Rectangles that courses leave out: left, bottom, right, top."""
+        right = self.left + self.width
+        found = [(self.left, self.bottom, right, self.springing)]
+        if self.head != "none":
+            found.append((self.left - self.bearing, self.springing, right + self.bearing, self.top))
+        return found
+
+    def blocks(self) -> list[tuple[str, np.ndarray]]:
+        """Lintel, or voussoirs from the right and what they spring from: names and corners, m."""
+        if self.head == "none":
+            return []
+        _, box = self.gaps()
+        if self.head == "lintel":
+            return [(f"{self.name}_lintel", _rectangle(*box))]
+        half, centre = 0.5 * self.width, self.left + 0.5 * self.width
+        radius = (half**2 + self.rise**2) / (2 * self.rise)
+        middle = np.array([centre, self.springing + self.rise - radius])
+        first = math.atan2(self.springing - middle[1], half)
+        angle = np.linspace(first, math.pi - first, self.voussoirs + 1)
+        rays = np.column_stack([np.cos(angle), np.sin(angle)])
+        ends, whole = middle + radius * rays, _rectangle(*box)
+        found = []
+        for i in range(self.voussoirs):
+            stone = _kept(whole, middle, rays[i])
+            stone = _kept(stone, middle, -rays[i + 1])
+            found.append((f"{self.name}_{i + 1}", _kept(stone, ends[i + 1], ends[i] - ends[i + 1])))
+        for side, ray, end in (("right", rays[0], ends[0]), ("left", -rays[-1], ends[-1])):
+            stone = _kept(whole, middle, -ray)
+            sign = 1.0 if side == "right" else -1.0
+            stone = _kept(stone, end, np.array([0.0, -sign]))
+            if len(stone) > 2 and _area(stone) > 1e-6 * _area(whole):
+                found.append((f"{self.name}_{side}", stone))
+        return found
+
+
+@dataclass(kw_only=True)
+class MasonryWall:
+    """A wall of courses, seen from the front.
+
+    Attributes
+    ----------
+    name : str
+        Stones are name_1, name_2 … course by course from below.
+    left, bottom : float
+        Its lower left corner, m.
+    width, height : float
+        m
+    courses : int
+        About so many: courses are fitted to sills and heads of openings.
+    stone : float
+        Length of a stone, m.
+    bond : {'running', 'header', 'rubble'}
+        Running: stones shifted by half of their length; header: half stones, shifted by a quarter
+        of one; rubble: random heights and lengths.
+    variation : float
+        Of rubble: largest change of heights and lengths, over the mean.
+    seed : int
+        Of rubble.
+    ties : ndarray
+        Levels of tie rods from end to end, m.
+    tie_stiffness, tie_yield : float, optional
+        Force over elongation, N/m per metre of thickness, and force at which they yield, N/m.
+    material, joint : str
+        Blank: the first of the model.
+    """
+
+    name: str = "wall"
+    left: float = 0.0
+    bottom: float = 0.0
+    width: float = 0.0
+    height: float = 0.0
+    courses: int = 1
+    stone: float = 0.0
+    bond: str = "running"
+    variation: float = 0.3
+    seed: int = 0
+    ties: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    tie_stiffness: float | None = None
+    tie_yield: float | None = None
+    material: str = ""
+    joint: str = ""
+
+    def __post_init__(self):
+        for name in ("width", "height", "stone"):
+            if not 0 < getattr(self, name) <= 1e9:
+                raise InputError(f"{name} = {getattr(self, name):g} must be a positive number")
+        if not 1 <= self.courses <= MOST_BLOCKS:
+            raise InputError(f"courses = {self.courses} must lie between 1 and {MOST_BLOCKS}")
+        if self.bond not in _BONDS:
+            raise InputError(f"bond = {self.bond!r}: use {', '.join(_BONDS)}")
+        if not 0 <= self.variation <= 0.5:
+            raise InputError(f"variation = {self.variation:g} must lie between 0 and 0.5")
+        if len(self.ties) and self.tie_stiffness is None:
+            raise InputError("ties need tie_stiffness")
+        length = self.stone * _BONDS[self.bond][0]
+        if self.courses * (self.width / length + 1) > MOST_BLOCKS:
+            raise InputError(f"the wall would have more than {MOST_BLOCKS} blocks")
+
+    def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
+        """Its blocks and tie rods: names and variables of groups; no notes.
+
+        Parameters
+        ----------
+        folder : path
+        others : sequence of (str, dict)
+            All groups of the input, its openings among them.
+        """
+        openings = [
+            Opening(**values).fitted(self)
+            for kind, values in others
+            if kind == "opening" and values.get("wall", Opening.wall) == self.name
+        ]
+        _require_apart(openings)  # fmt: skip
+        stones = [(f"{self.name}_{i}", corners, self.material, self.joint)
+                  for i, corners in enumerate(self._stones(openings), 1)]  # fmt: skip
+        for one in openings:
+            stones += [(name, corners, one.material, one.joint) for name, corners in one.blocks()]
+        found = [("block", _block(*stone)) for stone in stones]
+        return found + self._rods(stones), []
+
+    def _levels(self, openings: list[Opening]) -> np.ndarray:
+        """Levels between courses, m."""
+        fixed = [self.bottom, self.bottom + self.height]
+        fixed += [
+            level for one in openings for _, low, _, high in one.gaps() for level in (low, high)
+        ]
+        fixed = _distinct(fixed, _SAME * (self.width + self.height))
+        course, levels = self.height / self.courses, [fixed[0]]
+        for part, (low, high) in enumerate(pairwise(fixed)):
+            count = max(1, round((high - low) / course))
+            share = np.arange(1, count) / count
+            if self.bond == "rubble":
+                heights = 1 + self.variation * (2 * uniform(self.seed, (_HEIGHT, part), count) - 1)
+                share = np.cumsum(heights)[:-1] / heights.sum()
+            levels += [*(low + share * (high - low)), high]
+        return np.array(levels)
+
+    def _stones(self, openings: list[Opening]) -> Iterator[np.ndarray]:
+        """Corners of the stones, course by course, m."""
+        gaps = [gap for one in openings for gap in one.gaps()]
+        below: list[float] = []
+        for number, (low, high) in enumerate(pairwise(self._levels(openings))):
+            middle = 0.5 * (low + high)
+            cut = sorted((a, b) for a, y0, b, y1 in gaps if y0 < middle < y1)
+            joints, at, laid = self._joints(number, below), self.left, []
+            for left, right in [*cut, (self.left + self.width,) * 2]:
+                laid += self._pieces(at, left, joints)
+                at = max(at, right)
+            below = [right for _, right in laid]
+            yield from (_rectangle(a, low, b, high) for a, b in laid)
+
+    def _joints(self, course: int, below: list[float]) -> np.ndarray:
+        """Places of the upright joints of a course without openings, m."""
+        share, shift = _BONDS[self.bond]
+        length = self.stone * share
+        count = math.ceil(self.width / length) + 2
+        if self.bond != "rubble":
+            return (
+                self.left + length * np.arange(count) - (shift * self.stone if course % 2 else 0.0)
+            )
+        lengths = length * (1 + self.variation * (2 * uniform(self.seed, (_LENGTH, course),
+                                                              2 * count) - 1))  # fmt: skip
+        joints = self.left - 0.5 * (course % 2) * length + np.cumsum(lengths)
+        if below:  # none stands close above one of the course below
+            places = np.array(below)
+            near = places[np.argmin(abs(joints[:, None] - places), axis=1)]
+            away = joints - near
+            least = _OVERLAP * self.stone
+            close = abs(away) < least
+            joints = np.where(close, near + np.where(away < 0, -least, least), joints)
+        return np.unique(joints)
+
+    def _pieces(self, left: float, right: float, joints: np.ndarray) -> list[tuple[float, float]]:
+        """Stones between two ends, none much shorter than the others."""
+        if right - left <= _SAME * self.width:
+            return []
+        least, ends = _LEAST * self.stone * _BONDS[self.bond][0], [left]
+        for place in joints:
+            if place - ends[-1] >= least and right - place >= least:
+                ends.append(float(place))
+        return list(pairwise([*ends, right]))
+
+    def _rods(self, stones: list[tuple]) -> list[tuple[str, dict]]:
+        """Tie rods between the outermost stones at their levels."""
+        found = []
+        for number, level in enumerate(np.atleast_1d(self.ties), 1):
+            across = [(corners, name) for name, corners, *_ in stones
+                      if corners[:, 1].min() < level < corners[:, 1].max()]  # fmt: skip
+            if not across:
+                raise InputError(f"ties: {level:g} m is not within a course")
+            ends = [min(across, key=lambda one: one[0][:, 0].min())[0],
+                    max(across, key=lambda one: one[0][:, 0].max())[0]]  # fmt: skip
+            places = [one[:, 0].mean() for one in ends]
+            values = {"name": f"{self.name}_tie_{number}", "from": (places[0], level),
+                      "to": (places[1], level), "axial_stiffness": self.tie_stiffness}  # fmt: skip
+            more = {} if self.tie_yield is None else {"yield_force": self.tie_yield}
+            found.append(("bolt", values | more))
+        return found
+
+
+def _require_apart(openings: list[Opening]) -> None:
+    """No two openings, with their heads, lie over each other."""
+    for i, one in enumerate(openings):
+        for other in openings[:i]:
+            for a, b, c, d in one.gaps():
+                for e, f, g, h in other.gaps():
+                    if a < g - _SAME and e < c - _SAME and b < h - _SAME and f < d - _SAME:
+                        raise InputError(f"openings {other.name!r} and {one.name!r}, with their "
+                                         "heads, lie over each other")  # fmt: skip
+
+
+def _block(name: str, corners: np.ndarray, material: str, joint: str) -> dict:
+    values = {"vertices": corners, "name": name, "material": material, "joint": joint}
+    return {key: value for key, value in values.items() if not isinstance(value, str) or value}
+
+
+def _rectangle(left, bottom, right, top) -> np.ndarray:
+    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
+
+
+def _kept(polygon: np.ndarray, place: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """The part of a convex polygon to the left of a line, shape (any, 2), m."""
+    if len(polygon) == 0:
+        return polygon
+    away = polygon - place
+    side = along[0] * away[:, 1] - along[1] * away[:, 0]
+    side[abs(side) < _SAME * np.linalg.norm(along) * np.ptp(polygon, axis=0).max()] = 0.0
+    found = []
+    for i in range(len(polygon)):
+        j = (i + 1) % len(polygon)
+        if side[i] >= 0:
+            found.append(polygon[i])
+        if side[i] * side[j] < 0:
+            share = side[i] / (side[i] - side[j])
+            found.append(polygon[i] + share * (polygon[j] - polygon[i]))
+    return np.array(found).reshape(-1, 2)
+
+
+def _area(polygon: np.ndarray) -> float:
+    x, y = (polygon - polygon[0]).T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def _distinct(levels: list[float], least: float) -> list[float]:
+    """Levels in order, those that are the same but for rounding once."""
+    found: list[float] = []
+    for level in sorted(levels):
+        if not found or level - found[-1] > least:
+            found.append(level)
+    return found
