@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from .facade.run import Run, Simulation, resume, run
     from .output import open_output
     from .site import Column, HalfSpace, Layer
-    from .stability import limit_analysis, mechanism, safety
+    from .stability import limit_analysis, mechanism, pushover, safety
     from .study.error_bars import Accuracy, accuracy
     from .study.solving import Root, solve_for
 
@@ -90,6 +90,7 @@ __all__ = [
     "open_output",
     "penalty_for_frequency",
     "penalty_for_shift",
+    "pushover",
     "read_record",
     "resume",
     "run",
@@ -123,7 +124,7 @@ _HOMES = {
         "facade.run": "Run Simulation resume run",
         "output": "open_output",
         "site": "Column HalfSpace Layer",
-        "stability": "limit_analysis mechanism safety",
+        "stability": "limit_analysis mechanism pushover safety",
         "study.solving": "Root solve_for",
     }.items()
     for name in names.split()

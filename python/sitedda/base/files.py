@@ -26,6 +26,7 @@ _XML = rb"\s*+(?><\?xml[^>]*>\s*)?+(?><!--.*?-->\s*)*+"
 ANY = ""  # kind of a file in a folder that the package has made for itself
 OWN_INPUT, OWN_RECORD = "an input that sitedda wrote", "a record that sitedda wrote"
 OWN_SCRIPT = "a script that sitedda wrote"
+OWN_TABLE = "a table that sitedda wrote"
 _KINDS = {
     "a picture": rb"\x89PNG\r\n\x1a\n|%PDF-|%!PS|\xff\xd8\xff|II\*\0|MM\0\*|GIF8|RIFF....WEBP|"
     + _XML
@@ -38,6 +39,7 @@ _KINDS = {
     OWN_INPUT: rb"! written by sitedda|.*\n! \d+ blocks, made from the groups",
     OWN_RECORD: rb"# written by sitedda",
     OWN_SCRIPT: rb"# written by sitedda",
+    OWN_TABLE: rb"displacement \(m\),largest \(m\),",
     "the example": rb"(?!)",  # replaced by itself only
     "part of a study": rb'\{"format": \d|#!/bin/bash\n#SBATCH --job-name=|[0-9a-f]{32}\n',
 }  # fmt: skip

@@ -21,6 +21,7 @@ COMMANDS = {
         "accuracy.add_accuracy",
     ),
     "safety": ("find the factor of safety by strength reduction", "safety.add_safety"),
+    "pushover": ("push a model past its peak by static steps", "pushover.add_pushover"),
     "build": ("turn joints and masonry of an input into blocks", "build.add_build"),
     "draw": ("draw the blocks of an input or an output", "viewing.add_draw"),
     "view": ("blocks to play with, in one HTML file", "viewing.add_view"),

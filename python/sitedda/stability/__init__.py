@@ -2,15 +2,18 @@
 """Factors of safety by strength reduction, limit analysis, and mechanisms of failure."""
 
 from .limits import Limit, Limits, limit_analysis
+from .pushover import Pushover, pushover
 from .safety import Mechanism, Safety, bisect, mechanism, safety
 
 __all__ = [
     "Limit",
     "Limits",
     "Mechanism",
+    "Pushover",
     "Safety",
     "bisect",
     "limit_analysis",
     "mechanism",
+    "pushover",
     "safety",
 ]

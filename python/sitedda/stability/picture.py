@@ -70,3 +70,45 @@ def draw_mechanism(found, axes=None, title: str | None = None):
         title = f"{outcome}, strength divided by {found.factor:.4g}"
     axes.set_title(title, loc="left")
     return axes
+
+
+def pushover_figure(found, limits=None):
+    """A capacity curve, its energies, and the blocks at its end.
+
+    Parameters
+    ----------
+    found : Pushover
+    limits : Limits, optional
+        Drawn beside the curve.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 4.6), layout="constrained")
+    curve, blocks = figure.subplots(1, 2)
+    way = 1e3 * found.displacement
+    curve.plot(way, found.factor, color=BLUE)
+    curve.plot(1e3 * found.at_peak, found.peak, "o", color=BLUE)
+    for limit, words in ((limits.lower, "L"), (limits.upper, "U")) if limits else ():
+        curve.axhline(limit.factor, color=INK, ls="--", lw=0.8)
+        curve.annotate(words, (way.max(), limit.factor), va="bottom", ha="right")
+    what = {"tilt": "tangent of the tilt", "mode": "load in the first mode / weight"}
+    curve.set(xlabel=f"displacement of {found.point} (mm)", ylim=(0, None),
+              ylabel=what.get(found.load, "horizontal load / weight"))  # fmt: skip
+    right = curve.twinx()
+    right.plot(way, found.friction, color=RED, lw=0.8)
+    right.set_ylabel("lost by slip (J/m)", color=RED)
+    blocks.add_collection(
+        PolyCollection(
+            found.polygons,
+            facecolors=[FILLS[verdict] for verdict in found.block_verdicts],
+            edgecolors=INK,
+            linewidths=0.6,
+        )
+    )
+    blocks.autoscale()
+    blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title=found.ending[:60])
+    return figure

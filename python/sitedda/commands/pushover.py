@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda pushover`: the capacity curve of a model, past its peak."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..base.arguments import COUNT, POSITIVE, picture_name
+from ..base.files import OWN_TABLE, check_target, save_picture, write
+from .parser import add_changes
+
+
+def add_pushover(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument(
+        "--point", required=True, metavar="NAME", help="measured point of the curve"
+    )
+    parser.add_argument("--load", choices=("horizontal", "tilt", "mode"), default="horizontal")
+    parser.add_argument("--sense", type=int, choices=(1, -1), default=1, help="along x (1)")
+    parser.add_argument("--displacement", type=POSITIVE, metavar="M",
+        help="at the end (a tenth of the height of the point)")  # fmt: skip
+    parser.add_argument("--steps", type=COUNT, default=200, help="to that displacement (200)")
+    parser.add_argument("--limits", action="store_true", help="and the limits of dry rigid blocks")
+    parser.add_argument("-o", "--output", type=picture_name, help="(FILE_pushover.png)")
+    add_changes(parser)
+    parser.set_defaults(act=_push)
+
+
+def _push(options: argparse.Namespace) -> int:
+    from ..stability import limit_analysis, pushover
+
+    picture = options.output or options.file.with_name(f"{options.file.stem}_pushover.png")
+    check_target(picture, "a picture", [options.file])
+    changes = dict(options.set)
+    found = pushover(options.file, options.point, load=options.load, sense=options.sense,
+                     displacement=options.displacement, steps=options.steps,
+                     changes=changes)  # fmt: skip
+    print(found)
+    limits = None
+    if options.limits:
+        limits = limit_analysis(options.file, direction=(options.sense, 0.0), changes=changes)
+        print(f"limit analysis: {limits.lower.factor:.4g} without dilation, "
+              f"{limits.upper.factor:.4g} with")  # fmt: skip
+    picture = save_picture(found.draw(limits), picture, [options.file], dpi=130)
+    print(f"picture: {picture}")
+    table = picture.with_suffix(".csv")
+    print(f"curve: {write(table, found.to_csv(), OWN_TABLE, [options.file])}")
+    return 0
