@@ -295,3 +295,13 @@ def test_bad_tables_of_a_study(tmp_path, old, new, words):
     file.write_text(STUDY.replace(old, new))
     with pytest.raises(sitedda.InputError, match=words):
         read_settings(file)
+
+
+def test_an_output_that_the_caller_names_is_written(tmp_path):
+    model = slider(duration=0.01)
+    for name in ("a.nc", "b.nc"):
+        target = str(tmp_path / name)
+        named = {"output.file": target} if name == "a.nc" else {"output": {"file": target}}
+        assert sitedda.run(model, changes=named).output == tmp_path / name
+        assert (tmp_path / name).exists()
+    assert sitedda.run(model).output is None

@@ -445,6 +445,152 @@ class MeshValues(Values):
 
 
 @dataclass(kw_only=True)
+class MasonryWallValues(Values):
+    """&masonry_wall: a wall of courses, seen from the front, with openings, arches and ties.
+
+    Attributes
+    ----------
+    name : str
+        the blocks are name_1, name_2 … course by course from below; at most 56 bytes ('wall').
+    left : float, m
+        x of its left side (0).
+    bottom : float, m
+        y of its foot (0).
+    width : float, m
+        of the wall; above 0 (required).
+    height : float, m
+        of the wall; above 0 (required).
+    courses : int
+        about so many: courses are fitted to sills and heads of openings; at least 1 (1).
+    stone : float, m
+        length of a stone; above 0 (required).
+    bond : {'running', 'header', 'rubble'}
+        running: stones shifted by half of their length; header: half stones, shifted by a
+        quarter of one; rubble: random heights and lengths, without upright joints close above
+        each other ('running').
+    variation : float
+        of rubble: largest change of heights and lengths over their mean; 0 to 0.5 (0.3).
+    seed : int
+        of the random numbers; 0 to 9007199254740991 (0).
+    ties : Numbers, m
+        levels y of tie rods between the ends of the wall (none).
+    tie_stiffness : float, N/m
+        force over elongation of a tie rod, per metre of thickness; above 0 (none).
+    tie_yield : float, N/m
+        force at which a tie rod yields; above 0 (none).
+    material : str
+        material of the blocks; the name of a &material (the first).
+    joint : str
+        joint of their sides; the name of a &joint (the first).
+    """
+
+    group: ClassVar[str] = "masonry_wall"
+    from_file: ClassVar[str] = ""
+    variables: ClassVar[tuple[tuple[str, str, int, bool, str], ...]] = (
+        ("name", "name", 0, False, "at most 56 bytes"),
+        ("left", "real", 0, False, "any"),
+        ("bottom", "real", 0, False, "any"),
+        ("width", "real", 0, True, "above 0"),
+        ("height", "real", 0, True, "above 0"),
+        ("courses", "integer", 0, False, "at least 1"),
+        ("stone", "real", 0, True, "above 0"),
+        ("bond", "word", 0, False, "'running', 'header', 'rubble'"),
+        ("variation", "real", 0, False, "0 to 0.5"),
+        ("seed", "integer", 0, False, "0 to 9007199254740991"),
+        ("ties", "real", 64, False, "any"),
+        ("tie_stiffness", "real", 0, False, "above 0"),
+        ("tie_yield", "real", 0, False, "above 0"),
+        ("material", "name", 0, False, "the name of a &material"),
+        ("joint", "name", 0, False, "the name of a &joint"),
+    )
+
+    name: str | None = "wall"
+    left: float | None = 0.0
+    bottom: float | None = 0.0
+    width: float | None = None
+    height: float | None = None
+    courses: int | None = 1
+    stone: float | None = None
+    bond: str | None = "running"
+    variation: float | None = 0.3
+    seed: int | None = 0
+    ties: Numbers | None = None
+    tie_stiffness: float | None = None
+    tie_yield: float | None = None
+    material: str | None = ""
+    joint: str | None = ""
+
+
+@dataclass(kw_only=True)
+class OpeningValues(Values):
+    """&opening: a door, window or niche in a masonry wall.
+
+    Attributes
+    ----------
+    name : str
+        its lintel is name_lintel, its voussoirs name_1, name_2 … from the right; at most 56
+        bytes ('opening').
+    wall : str
+        wall that it is in; the name of a &masonry_wall ('wall').
+    left : float, m
+        x of its left side (0).
+    bottom : float, m
+        y of its foot (0).
+    width : float, m
+        of the opening; above 0 (required).
+    height : float, m
+        of the opening, to the crown of an arch; above 0 (required).
+    head : {'lintel', 'arch', 'none'}
+        what is over it ('lintel').
+    depth : float, m
+        height of the lintel, or thickness of the arch at its crown; its back is level; above 0
+        (a course).
+    bearing : float, m
+        length of the head on each side that rests on the wall; above 0 (half a stone).
+    rise : float, m
+        of the arch, at most half of the width; above 0 (a quarter of the width).
+    voussoirs : int
+        of the arch; 2 to 1000 (9).
+    material : str
+        material of the blocks; the name of a &material (the first).
+    joint : str
+        joint of their sides; the name of a &joint (the first).
+    """
+
+    group: ClassVar[str] = "opening"
+    from_file: ClassVar[str] = ""
+    variables: ClassVar[tuple[tuple[str, str, int, bool, str], ...]] = (
+        ("name", "name", 0, False, "at most 56 bytes"),
+        ("wall", "name", 0, False, "the name of a &masonry_wall"),
+        ("left", "real", 0, False, "any"),
+        ("bottom", "real", 0, False, "any"),
+        ("width", "real", 0, True, "above 0"),
+        ("height", "real", 0, True, "above 0"),
+        ("head", "word", 0, False, "'lintel', 'arch', 'none'"),
+        ("depth", "real", 0, False, "above 0"),
+        ("bearing", "real", 0, False, "above 0"),
+        ("rise", "real", 0, False, "above 0"),
+        ("voussoirs", "integer", 0, False, "2 to 1000"),
+        ("material", "name", 0, False, "the name of a &material"),
+        ("joint", "name", 0, False, "the name of a &joint"),
+    )
+
+    name: str | None = "opening"
+    wall: str | None = "wall"
+    left: float | None = 0.0
+    bottom: float | None = 0.0
+    width: float | None = None
+    height: float | None = None
+    head: str | None = "lintel"
+    depth: float | None = None
+    bearing: float | None = None
+    rise: float | None = None
+    voussoirs: int | None = 9
+    material: str | None = ""
+    joint: str | None = ""
+
+
+@dataclass(kw_only=True)
 class ProfileValues(Values):
     """&profile: level ground in layers, from a CSV file of velocities over depth.
 

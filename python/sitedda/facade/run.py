@@ -15,6 +15,7 @@ from ..drawing.ended_run import EndedRun
 from ..engine import simulation
 from ..engine.simulation import run_to_end
 from ..input.building import InputOfRun
+from ..input.changes import flat_changes
 
 
 class Simulation(simulation.Simulation):  # noqa: D101
@@ -61,7 +62,8 @@ def run(
     file : path
         Namelist input.
     output : path, True or None
-        Output file; True: where the input says; None: kept in memory only.
+        Output file; True: where the input says; None: kept in memory only, unless changes name
+        ``output.file``.
     progress : callable, optional
         Called now and then with the `Simulation`.
     changes, **more
@@ -73,7 +75,10 @@ def run(
         Incomplete if it was stopped with Ctrl-C; a file then stays as FILE.partial, and `resume`
         goes on.
     """
-    return _run(file, output, progress, dict(changes or {}) | more)
+    changes = dict(changes or {}) | more
+    if output is None and "output.file" in dict(flat_changes(changes)):
+        output = True  # the caller has named it
+    return _run(file, output, progress, changes)
 
 
 def resume(
