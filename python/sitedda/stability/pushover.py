@@ -197,14 +197,15 @@ class _Pushed:
         self.pull = -float(gravity[1])
         if gravity[0] or not self.pull > 0:
             raise InputError("a pushover needs gravity along −y")
-        names = [one.name for one in model["measured_point"]]
+        points = [one for one in model.groups if one._name == "measured_point"]
+        names = [one.name for one in points]
         if point not in names:
             raise InputError(f"point = {point!r} is not the name of a &measured_point; there are "
                              f"{', '.join(names) or 'none'}")  # fmt: skip
         self.index = names.index(point)
         with Simulation(model) as first:
             self._look(first)
-        height = model[f"measured_point.{point}"].y - self.lowest
+        height = points[self.index].y - self.lowest
         self.end = POSITIVE.check("displacement", 0.1 * height if end is None else end)
         self.model = self._stepped(model)
 
