@@ -16,6 +16,9 @@
 !> contact forces and the rounding of coordinates are worth in its springs.  Where that exceeds 10⁻³
 !> of the weight of a block that nothing holds, the outcome says so: it might yet slide.
 !>
+!> The steps end as soon as blocks are found that fall for ever (`dda_falling`), or as they gain
+!> nothing.
+!>
 !> No contact at rest is deeper than its force explains: such depths are released, and the steps go
 !> on.
 !>
@@ -34,6 +37,7 @@ module dda_equilibrium
    use dda_energy_budget, only: strain_energy
    use dda_errors, only: error_type, error_convergence, error_interrupted, error_memory, &
       error_solver, fail
+   use dda_falling, only: find_falling
    use dda_kinematics, only: damp_velocity, farthest_move
    use dda_model, only: half_size
    use dda_scheme, only: scheme_type
@@ -58,11 +62,16 @@ module dda_equilibrium
       integer :: doubtful = 0                   !< that block, which nothing holds
       integer :: unexplained = 0                !< contact deeper than its force explains, else 0
       integer :: releases = 0                   !< of such depths
+      integer :: falling = 0                    !< blocks that fall for ever
+      integer :: falls = 0                      !< the first of them
       character(len=:), allocatable :: words
    end type equilibrium_type
 
    integer, parameter :: most_steps = 200
    integer(long), parameter :: most_iterations = 20000  !< open–close iterations in all
+   !> iterations in which the largest unbalanced force is not halved, and times blocks in all beyond
+   !> these; walls that come to rest take 50
+   integer(long), parameter :: iterations_in_vain = 200, work_in_vain = 2000000
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the weight
    real(wp), parameter :: together = 4.0_wp        !< tolerances of contact forces add up to
    real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< of the weight, to be left unbalanced
@@ -167,13 +176,14 @@ contains
       type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
       type(error_type), allocatable, intent(out) :: error  !< of a step at the shortest Δt
       real(wp) :: first, way, least
-      integer(long) :: iterations
+      integer(long) :: iterations, gained
       integer :: in_vain
 
       least = huge(1.0_wp)
       in_vain = 0
       first = simulation%time_step
       iterations = simulation%counters%iterations
+      gained = iterations
       way = 0.0_wp
       do
          call find_unbalanced(simulation, equilibrium, error)
@@ -181,6 +191,9 @@ contains
          equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%allowed &
             .and. simulation%iteration%closed
          call doubt_contacts(simulation, equilibrium)
+         if (.not. equilibrium%at_rest) call note_falling(simulation, equilibrium)
+         if (equilibrium%falling > 0) return
+         if (equilibrium%largest < 0.5_wp*least) gained = simulation%counters%iterations
          in_vain = merge(0, in_vain + 1, equilibrium%largest < 0.5_wp*least)
          least = min(least, equilibrium%largest)
          if (equilibrium%at_rest .and. (in_vain >= most_in_vain .or. &
@@ -188,6 +201,8 @@ contains
          if (equilibrium%steps == most_steps) return
          if (way > fall*half_size(simulation%blocks)) return
          if (simulation%counters%iterations - iterations > most_iterations) return
+         if (simulation%counters%iterations - gained > iterations_in_vain &
+            + work_in_vain/simulation%blocks%n) return
          if (equilibrium%unexplained > 0 .and. equilibrium%releases < most_releases) &
             call release_depths(simulation, equilibrium)
          call static_step(simulation, first, error)
@@ -359,6 +374,18 @@ contains
          .or. (equilibrium%releases == most_releases .and. most <= simulation%detection%least)
    end subroutine doubt_contacts
 
+   !> Blocks that no contact forces can hold, and that nothing can stop.
+   subroutine note_falling(simulation, equilibrium)
+      type(simulation_type), intent(in) :: simulation  !< with its loads and contacts
+      type(equilibrium_type), intent(inout) :: equilibrium  !< gets how many, and the first
+      logical :: falls(simulation%blocks%n)
+
+      call find_falling(simulation%blocks, simulation%contacts(simulation%now), simulation%laws, &
+         simulation%system%load, simulation%system%has_terms, falls)
+      equilibrium%falling = count(falls)
+      equilibrium%falls = findloc(falls, .true., 1)
+   end subroutine note_falling
+
    !> Contacts press by their whole depth.  Where vertices changed edges in soft contacts, as in a
    !> pile that has fallen, they keep depths that bear nothing, so that no energy is gained.
    subroutine release_depths(simulation, equilibrium)
@@ -410,6 +437,12 @@ contains
          return
       end if
       equilibrium%words = 'not at rest after '//to_text(equilibrium%steps)//' static steps'
+      if (equilibrium%falling > 0) then
+         equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
+            equilibrium%falls)//others_fall(equilibrium%falling - 1)//': no forces at the '// &
+            'contacts there can balance the loads, and nothing stands below to fall on'
+         return
+      end if
       if (equilibrium%block > 0) equilibrium%words = equilibrium%words//': block '// &
          block_name(simulation, equilibrium%block)//' has an unbalanced force of '// &
          to_text(equilibrium%unbalanced)//' N/m, allowed '//to_text(equilibrium%allowed)
@@ -417,6 +450,21 @@ contains
          ', and the contacts of the last step do not converge'
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine put_in_words
+
+   !> That a block falls, and how many others do.
+   pure function others_fall(others) result(words)
+      integer, intent(in) :: others  !< blocks
+      character(len=:), allocatable :: words
+
+      select case (others)
+      case (0)
+         words = ' falls'
+      case (1)
+         words = ' and another fall'
+      case default
+         words = ' and '//to_text(others)//' others fall'
+      end select
+   end function others_fall
 
    !> Which blocks stand deeper in each other than their force explains.
    function words_of_depth(simulation, c) result(words)

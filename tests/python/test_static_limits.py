@@ -57,6 +57,35 @@ def test_an_arch_rests_below_its_limit_alone(shape):
     assert found == list(shares < 1.0)
 
 
+# --- Falls ---
+
+
+def overhanging(bricks: int, floor: float) -> sitedda.Model:
+    """Three courses of bricks of 1 m on a floor that ends before they do."""
+    model = sitedda.Model("Overhang", time_step=1e-3, gravity=(0.0, -GRAVITY))
+    model.material("stone", density=2643.0, young_modulus=4.788e9, poisson_ratio=0.25)
+    model.joint("dry", friction_angle=35.0)
+    model.wall(brick_length=1.0, brick_height=0.5, bricks=bricks, courses=3)
+    model.block([[-1.0, -1.0], [floor, -1.0], [floor, 0.0], [-1.0, 0.0]], name="floor")
+    for x in (0.0, floor - 1.0):
+        model.fixed_point(x, -0.5, "floor")
+    model.stage(name="rest", kind="static")
+    return model
+
+
+def test_bricks_over_nothing_fall_without_a_static_step():
+    """They took minutes of steps: 1,000 bricks long."""
+    with pytest.raises(
+        sitedda.ConvergenceError,
+        match=r"not at rest after 0 static steps: block 5 .brick_5. and 2986 others fall: no",
+    ):
+        sitedda.Simulation(overhanging(1000, 4.0))
+
+
+def test_bricks_over_a_floor_rest():
+    assert rests(overhanging(6, 7.0))
+
+
 # --- Soft contacts --------------------------------------------------------------------------------
 
 

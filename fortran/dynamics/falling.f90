@@ -1,0 +1,182 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Groups of blocks that no contact forces can hold, and that nothing can stop: they fall for ever.
+!>
+!> Loads push along one direction, down.  A block may come to stand where an element acts on it,
+!> where it stands above such a block, or above one that may.  The others form groups of blocks in
+!> contact.  Such a group is in equilibrium only if its contacts with blocks outside of it give the
+!> opposite of its loads.  Their forces lie in cones, within the angle of friction of the normals;
+!> the sums of such forces are known by the first and the last direction.  Where the opposite of
+!> the loads is not among them, forces do not balance wherever blocks touch now, and there is
+!> nothing below on which the group could land.
+module dda_falling
+   use dda_kinds, only: wp, pi
+   use dda_blocks, only: blocks_type
+   use dda_contact, only: contacts_type
+   use dda_friction, only: laws_type
+   use dda_partition, only: join, name_parts
+   use dda_sorting, only: merged_order
+   implicit none
+   private
+   public :: find_falling
+
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< of half the model size, of places
+   real(wp), parameter :: parallel = 1.0e-6_wp  !< of loads, and of directions in radians
+
+   !> Extent of blocks along and across the loads.
+   type :: extents_type
+      real(wp), allocatable :: top(:), bottom(:)      !< [blocks] along the loads, m
+      integer, allocatable :: first(:), last(:)       !< [blocks] cells across that they are over
+      integer :: cells = 0
+   end type extents_type
+
+contains
+
+   !> Blocks that fall for ever.
+   subroutine find_falling(blocks, contacts, laws, load, held, falls)
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(contacts_type), intent(in) :: contacts  !< of the present state
+      type(laws_type), intent(in) :: laws          !< friction
+      real(wp), intent(in) :: load(:,:)            !< [6,blocks] without contacts, N/m …
+      logical, intent(in) :: held(:)               !< [blocks] elements act on them
+      logical, intent(out) :: falls(:)             !< [blocks]
+      type(extents_type) :: extents
+      real(wp) :: down(2)
+      logical :: stands(blocks%n)
+      integer :: part(blocks%n), c, b
+
+      falls = .false.
+      if (all(held .or. blocks%removed)) return
+      down = [(sum(load(c, :), mask=.not. (held .or. blocks%removed)), c=1, 2)]
+      if (.not. norm2(down) > tiny(1.0_wp)) return
+      down = down/norm2(down)
+      call set_extents(extents, blocks, down)
+      stands = held .and. .not. blocks%removed
+      call find_standing(extents, blocks%removed, stands)
+      if (all(stands .or. blocks%removed)) return
+      part = [(b, b=1, blocks%n)]
+      do c = 1, contacts%n
+         if (.not. (stands(contacts%block_v(c)) .or. stands(contacts%block_e(c)))) &
+            call join(part, contacts%block_v(c), contacts%block_e(c))
+      end do
+      call name_parts(part)
+      falls = .not. (stands .or. blocks%removed)
+      call keep_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
+   end subroutine find_falling
+
+   !> Where blocks are, along and across the loads.  Sides that meet within rounding do not overlap.
+   subroutine set_extents(extents, blocks, down)
+      type(extents_type), intent(out) :: extents  !< of all blocks
+      type(blocks_type), intent(in) :: blocks     !< in their present state
+      real(wp), intent(in) :: down(2)             !< unit vector
+      real(wp) :: side(2*blocks%n), last
+      integer :: order(2*blocks%n), cell(2*blocks%n), b, k
+
+      associate (n => blocks%n)
+         allocate (extents%top(n), extents%bottom(n))
+         do b = 1, n
+            associate (corner => blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1))
+               extents%top(b) = minval(matmul(down, corner))
+               extents%bottom(b) = maxval(matmul(down, corner))
+               side(b) = minval(matmul([-down(2), down(1)], corner))
+               side(n + b) = maxval(matmul([-down(2), down(1)], corner))
+            end associate
+         end do
+         order = merged_order(side)
+         last = -huge(1.0_wp)
+         do k = 1, 2*n
+            if (side(order(k)) - last > rounding*blocks%half_size) then
+               extents%cells = extents%cells + 1
+               last = side(order(k))
+            end if
+            cell(order(k)) = extents%cells
+         end do
+         extents%first = cell(:n)
+         extents%last = cell(n + 1:) - 1
+      end associate
+   end subroutine set_extents
+
+   !> Blocks above some part of a block that stands may stand as well.
+   subroutine find_standing(extents, removed, stands)
+      type(extents_type), intent(in) :: extents   !< of all blocks
+      logical, intent(in) :: removed(:)           !< [blocks]
+      logical, intent(inout) :: stands(:)         !< [blocks] in: elements act on them
+      real(wp) :: deepest(extents%cells)          ! of those that stand, over each cell
+      integer :: order(size(stands)), b, k
+      logical :: changed
+
+      deepest = -huge(1.0_wp)
+      do b = 1, size(stands)
+         if (stands(b)) call add(b)
+      end do
+      order = merged_order(-extents%top)
+      changed = .true.
+      do while (changed)
+         changed = .false.
+         do k = 1, size(stands)
+            b = order(k)
+            if (stands(b) .or. removed(b)) cycle
+            if (.not. any(deepest(extents%first(b):extents%last(b)) > extents%top(b))) cycle
+            stands(b) = .true.
+            changed = .true.
+            call add(b)
+         end do
+      end do
+
+   contains
+
+      !> The cells know of a block that stands.
+      subroutine add(b)
+         integer, intent(in) :: b  !< number of the block
+
+         associate (over => deepest(extents%first(b):extents%last(b)))
+            over = max(over, extents%bottom(b))
+         end associate
+      end subroutine add
+   end subroutine find_standing
+
+   !> Keep groups whose contacts with other blocks cannot balance their loads.
+   subroutine keep_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(contacts_type), intent(in) :: contacts  !< of the present state
+      type(laws_type), intent(in) :: laws          !< friction
+      real(wp), intent(in) :: load(:,:)            !< [6,blocks] without contacts, N/m …
+      real(wp), intent(in) :: down(2)              !< unit vector
+      integer, intent(in) :: part(:)               !< [blocks] first block of its group
+      logical, intent(in) :: stands(:)             !< [blocks]
+      logical, intent(inout) :: falls(:)           !< [blocks]
+      !> [blocks] first and last direction of forces on a group, from that against its loads
+      real(wp) :: range(2, blocks%n), direction, friction
+      logical :: balances(blocks%n)
+      integer :: c, b
+
+      do b = 1, blocks%n
+         balances(b) = falls(b) .and. .not. dot_product(load(1:2, b), down) &
+            > (1.0_wp - 0.5_wp*parallel**2)*norm2(load(1:2, b))
+      end do
+      range(1, :) = 2.0_wp*pi
+      range(2, :) = 0.0_wp
+      do c = 1, contacts%n
+         associate (v => contacts%block_v(c), e => contacts%block_e(c))
+            if (stands(v) .eqv. stands(e)) cycle
+            b = merge(e, v, stands(v))
+            if (.not. falls(b)) cycle
+            associate (into => merge(1.0_wp, -1.0_wp, b == v)*contacts%normal(:, c))
+               direction = modulo(atan2(down(1)*into(2) - down(2)*into(1), &
+                  dot_product(down, into)) - pi, 2.0_wp*pi)
+            end associate
+            friction = pi/2
+            if (laws%plain) friction = laws%friction_angle(contacts%joint(c))*pi/180.0_wp
+            balances(b) = balances(b) .or. contacts%bonded(c) &
+               .or. min(direction, 2.0_wp*pi - direction) <= friction + parallel
+            range(1, part(b)) = min(range(1, part(b)), direction - friction)
+            range(2, part(b)) = max(range(2, part(b)), direction + friction)
+         end associate
+      end do
+      do b = 1, blocks%n
+         if (balances(b)) balances(part(b)) = .true.
+      end do
+      balances = balances .or. range(2, :) - range(1, :) >= pi - parallel
+      falls = falls .and. .not. balances(part)
+   end subroutine keep_unbalanced
+
+end module dda_falling
