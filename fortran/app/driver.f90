@@ -4,7 +4,6 @@ module dda_driver
    use dda_arguments, only: arguments_type, names_output, resume_command, usage
    use dda_check_report, only: report_type, report_text, add_notes, verdict_fail
    use dda_check_simulation, only: check_simulation
-   use dda_diagnostics, only: audit_warning, state_warnings
    use dda_errors, only: error_type, error_check, error_interrupted, fail
    use dda_input, only: read_model_file
    use dda_interrupts, only: fail_if_stopped, stop_requested
@@ -23,7 +22,8 @@ module dda_driver
    use dda_site_response, only: response_peak_type, amplification_peak, peak_text
    use dda_stages, only: begin_simulation
    use dda_team, only: team_words
-   use dda_text, only: to_text
+   use dda_text, only: screen_width, to_text, wrapped
+   use dda_verdict_lines, only: screen_text
    use dda_version, only: version
    implicit none
    private
@@ -169,34 +169,21 @@ contains
       end if
    end subroutine close_run
 
-   !> Counts of a run, how it moved, the verdict of its energy audit, its output.
+   !> What happened, figures, doubts, counts of the run, its output.
    subroutine print_summary(simulation)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       type(run_verdict_type) :: verdict
+      character(len=:), allocatable :: text
 
-      call say(summary(simulation))
-      verdict = new_verdict(0, 0)
+      verdict = new_verdict(simulation, 0, 0)
       call judge_movement(verdict, simulation)
-      call say(verdict%words)
-      call warn_of_state(state_warnings(simulation))
-      if (audit_warning(simulation) /= '') call warn('warning: '//audit_warning(simulation))
+      call say(screen_text(verdict))
+      text = wrapped(summary(simulation), 0, screen_width)
+      call say(new_line('a')//text(:len(text) - 1))
       if (team_words() /= '') call say('note: '//team_words())
       call say('output: '//simulation%model%output%file)
       call say('these figures have no error bars: sitedda accuracy FILE.nml gives them')
    end subroutine print_summary
-
-   !> What is beyond the method in the last state, line by line.
-   subroutine warn_of_state(lines)
-      character(len=*), intent(in) :: lines  !< 'topic: sentence', with line ends between
-      integer :: first, last
-
-      first = 1
-      do while (first <= len(lines))
-         last = first + index(lines(first:)//new_line('a'), new_line('a')) - 2
-         call warn('warning: '//lines(first:last))
-         first = last + 2
-      end do
-   end subroutine warn_of_state
 
    !> The peaks of the amplifications that an input asks for, from its output, and how
    !> they stand to the exact ones.

@@ -4,7 +4,10 @@ module dda_text
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: to_text, short_text, lower_case, quoted, whole_characters, valid_text, joined, closest
+   public :: to_text, short_text, lower_case, quoted, whole_characters, valid_text, joined, &
+      closest, wrapped, padded, screen_width
+
+   integer, parameter :: screen_width = 80  !< characters
 
    !> A number written in as few characters as a reader needs.
    interface to_text
@@ -43,11 +46,10 @@ contains
          text = '0'
       else if (abs(value) >= 1.0e-3_wp .and. abs(value) < 1.0e6_wp) then
          write (buffer, '(f32.6)') value
-         text = trim(adjustl(buffer(:verify(buffer, '0', back=.true.))))
-         if (text(len(text):) == '.') text = text(:len(text) - 1)
+         text = without_zeros(trim(adjustl(buffer)))
       else
          write (buffer, '(es13.5e3)') value
-         text = trim(adjustl(buffer))
+         text = power_of_ten(trim(adjustl(buffer)))
       end if
    end function real_to_text
 
@@ -61,20 +63,39 @@ contains
 
       if (.not. abs(value) > 0.0_wp .or. abs(value) > huge(value)) then
          text = to_text(value)
-      else if (abs(value) < 1.0e-99_wp .or. abs(value) >= 1.0e99_wp) then
-         write (buffer, '(es24.'//to_text(digits - 1)//'e3)') value
-         text = trim(adjustl(buffer))
       else if (abs(value) < 1.0e-3_wp .or. abs(value) >= 1.0e6_wp) then
-         write (buffer, '(es24.'//to_text(digits - 1)//')') value
-         text = trim(adjustl(buffer))
+         write (buffer, '(es24.'//to_text(digits - 1)//'e3)') value
+         text = power_of_ten(trim(adjustl(buffer)))
       else
          decimals = max(0, digits - 1 - floor(log10(abs(value))))
          write (buffer, '(f24.'//to_text(decimals)//')') value
-         buffer = adjustl(buffer)
-         text = buffer(:verify(trim(buffer), '0', back=.true.))
-         if (text(len(text):) == '.') text = text(:len(text) - 1)
+         text = without_zeros(trim(adjustl(buffer)))
       end if
    end function short_text
+
+   !> Digits without zeros at their end, and without a point that nothing stands behind.
+   pure function without_zeros(digits) result(text)
+      character(len=*), intent(in) :: digits  !< as 1.500
+      character(len=:), allocatable :: text
+
+      text = digits
+      if (index(digits, '.') == 0) return
+      text = digits(:verify(digits, '0', back=.true.))
+      if (text(len(text):) == '.') text = text(:len(text) - 1)
+   end function without_zeros
+
+   !> 1.500E-007 as 1.5e-7; what is no number stays.
+   pure function power_of_ten(number) result(text)
+      character(len=*), intent(in) :: number  !< with an exponent
+      character(len=:), allocatable :: text
+      integer :: e, power, status
+
+      text = number
+      e = index(number, 'E')
+      if (e == 0) return
+      read (number(e + 1:), *, iostat=status) power
+      if (status == 0) text = without_zeros(number(:e - 1))//'e'//to_text(power)
+   end function power_of_ten
 
    !> ASCII letters in lower case.
    pure function lower_case(text) result(lowered)
@@ -166,6 +187,52 @@ contains
       is_character = code(1) >= 194 .and. code(1) <= 244 .and. code(2) >= lowest &
          .and. code(2) <= highest .and. all(code(3:length) >= 128 .and. code(3:length) <= 191)
    end function is_character
+
+   !> Characters of a text in UTF-8.
+   pure integer function characters(text)
+      character(len=*), intent(in) :: text  !< valid
+      integer :: i
+
+      characters = count([(iachar(text(i:i)) < 128 .or. iachar(text(i:i)) >= 192, i=1, len(text))])
+   end function characters
+
+   !> A text with blanks behind, to so many characters at least.
+   pure function padded(text, width) result(filled)
+      character(len=*), intent(in) :: text  !< in UTF-8
+      integer, intent(in) :: width          !< characters
+      character(len=:), allocatable :: filled
+
+      filled = text//repeat(' ', max(0, width - characters(text)))
+   end function padded
+
+   !> A text on lines of a screen, each with its line end; the first one begins after its indent,
+   !> and words stay whole.
+   pure function wrapped(words, indent, width) result(text)
+      character(len=*), intent(in) :: words  !< with single blanks between
+      integer, intent(in) :: indent          !< blanks before each further line
+      integer, intent(in) :: width           !< of a line, indent included
+      character(len=:), allocatable :: text
+      integer :: from, to, used, wide
+
+      text = ''
+      used = indent
+      from = 1
+      do while (from <= len_trim(words))
+         to = from + index(words(from:)//' ', ' ') - 2
+         wide = characters(words(from:to))
+         if (used > indent .and. used + 1 + wide > width) then
+            text = text//new_line('a')//repeat(' ', indent)
+            used = indent
+         else if (used > indent) then
+            text = text//' '
+            used = used + 1
+         end if
+         text = text//words(from:to)
+         used = used + wide
+         from = to + 2
+      end do
+      text = text//new_line('a')
+   end function wrapped
 
    !> Words in one text, with something between them.
    pure function joined(words, between) result(text)

@@ -8,7 +8,7 @@ module dda_check_report
    use dda_check_band, only: band_type
    use dda_modes, only: modes_type
    use dda_omega_max, only: omega_max_type
-   use dda_text, only: to_text
+   use dda_text, only: to_text, screen_width, wrapped
    use dda_unresolved, only: unresolved_type
    implicit none
    private
@@ -17,7 +17,7 @@ module dda_check_report
 
    integer, parameter :: verdict_ok = 1, verdict_warn = 2, verdict_fail = 3
    character(len=4), parameter :: verdict_names(3) = ['ok  ', 'warn', 'FAIL']
-   integer, parameter :: indent = 24, width = 86      !< of the report on a screen
+   integer, parameter :: indent = 24      !< of the report on a screen
 
    !> One finding.
    type :: line_type
@@ -94,30 +94,11 @@ contains
          associate (line => report%line(i))
             text = text//verdict_names(line%verdict)//'  '//line%what// &
                repeat(' ', max(1, indent - 6 - len(line%what)))//wrapped(line%found//' ['// &
-               line%source//']')
-            if (line%advice /= '') text = text//repeat(' ', indent)//wrapped('-> '//line%advice)
+               line%source//']', indent, screen_width)
+            if (line%advice /= '') text = text//repeat(' ', indent)//wrapped('-> '// &
+               line%advice, indent, screen_width)
          end associate
       end do
    end function report_text
-
-   !> A text on lines of a screen, the first one begun already.
-   pure function wrapped(words) result(text)
-      character(len=*), intent(in) :: words
-      character(len=:), allocatable :: text
-      integer :: from, to
-
-      text = ''
-      from = 1
-      do
-         to = len(words)
-         if (to - from >= width) to = from + index(words(from:from + width - 1), ' ', back=.true.) &
-            - 1
-         if (to < from) to = min(len(words), from + width - 1)
-         if (from > 1) text = text//repeat(' ', indent)
-         text = text//trim(words(from:to))//new_line('a')
-         from = to + 1
-         if (from > len(words)) return
-      end do
-   end function wrapped
 
 end module dda_check_report

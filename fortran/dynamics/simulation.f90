@@ -161,34 +161,37 @@ contains
       end associate
    end function stage_finished
 
-   !> What step control did, in words.
+   !> What step control did, in words; counts where they are not zero.
    pure function summary(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
 
-      associate (counters => simulation%counters)
+      associate (counters => simulation%counters, impacts => simulation%impacts)
          text = to_text(simulation%step)//' steps, '//to_text(counters%iterations)// &
-            ' open-close iterations (most '//to_text(counters%most_iterations)//' in a step), '// &
-            to_text(counters%searches)//' neighbour searches, '//to_text(counters%repeated)// &
-            ' steps repeated with a smaller time step, '//to_text(counters%too_far)// &
-            ' steps beyond max_displacement_ratio, '//to_text(counters%broken)//' bonds broken'
+            ' open-close iterations (most '//to_text(counters%most_iterations)//' in a step)'// &
+            counted(counters%searches, ' neighbour searches')// &
+            counted(counters%repeated, ' steps repeated with a smaller time step')// &
+            counted(counters%too_far, ' steps beyond max_displacement_ratio')
          if (counters%unsettled > 0) text = text//'; in '//to_text(counters%unsettled)// &
             ' steps the damage of cohesive joints did not converge: when they broke depends on Δt'
-      end associate
-      associate (impacts => simulation%impacts)
          if (impacts%steps > 0) text = text//'; '//to_text(impacts%contacts)//' impacts in '// &
-            to_text(impacts%steps)//' steps, in '//to_text(impacts%reduced)// &
-            ' of them less restitution than asked for, which would have gained energy'
+            to_text(impacts%steps)//' steps'//counted(int(impacts%reduced, long), ' of them '// &
+            'with less restitution than asked for, which would have gained energy')
       end associate
-      if (simulation%statics /= '') then
-         text = text//'; '//simulation%statics
-      else if (comes_suddenly(simulation%model)) then
-         text = text//'; gravity came on suddenly in the first step '// &
-            '(settle = .true. begins at rest)'
-      end if
+      if (simulation%statics /= '') text = text//'; '//simulation%statics
       if (simulation%changes /= '') text = text//'; changed between steps: '//simulation%changes
       if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
    end function summary
+
+   !> A count and of what, behind a comma; blank of nothing.
+   pure function counted(count, what) result(text)
+      integer(long), intent(in) :: count    !< of it
+      character(len=*), intent(in) :: what  !< begins with a blank
+      character(len=:), allocatable :: text
+
+      text = ''
+      if (count > 0) text = ', '//to_text(count)//what
+   end function counted
 
    !> Why the run has ended; blank while it has not.
    pure function ending(simulation) result(words)

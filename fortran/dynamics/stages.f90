@@ -13,7 +13,7 @@ module dda_stages
    use dda_crossings, only: part_corners
    use dda_displaced_block, only: displace_block
    use dda_elements, only: match_velocities, set_elements
-   use dda_energy, only: energy_type, energy_terms, energy_values, add_energy, total_energy, &
+   use dda_energy, only: energy_type, add_energy, total_energy, &
       energy_kinetic, energy_strain, energy_contact, energy_support, energy_welded, &
       energy_gravity, energy_geometric, energy_algorithmic, energy_kinetic_damping, energy_static, &
       energy_removed, energy_changed, energy_initial, energy_zeroed
@@ -407,7 +407,6 @@ contains
             call book_statics(energy, before)
             return
          end if
-         simulation%statics = simulation%statics//'; '//budget_in_words(energy)
          simulation%counters = counters_type(searches=simulation%counters%searches)
          simulation%path = 0.0_wp
          simulation%last_time_step = 0.0_wp
@@ -451,21 +450,6 @@ contains
          - before%value(terms)))
       energy%value(terms) = before%value(terms)
    end subroutine book_statics
-
-   !> The terms of a budget that are not zero.
-   pure function budget_in_words(energy) result(words)
-      type(energy_type), intent(in) :: energy  !< J per metre of thickness
-      character(len=:), allocatable :: words
-      real(wp) :: values(size(energy_terms))
-      integer :: i
-
-      values = energy_values(energy)
-      words = 'its energies, J/m:'
-      do i = 1, size(values)
-         if (abs(values(i)) > 0.0_wp) words = words//' '//trim(energy_terms(i)%name)//' '// &
-            to_text(values(i))
-      end do
-   end function budget_in_words
 
    !> After a checkpoint has told the stage: what the stages up to it have changed of a model just
    !> started.

@@ -27,6 +27,7 @@ module dda_output_file
       define_dimension, describe, describe_number, name_length, put, put_names, text_of
    use dda_run_verdict, only: run_verdict_type, new_verdict, add_samples, &
       add_joint_samples, conclude
+   use dda_verdict_lines, only: figure_lines
    use dda_sample, only: sample_energies, sample_head, sample_size
    use dda_simulation, only: simulation_type, summary, ending
    use dda_linear_solver, only: work_done
@@ -294,7 +295,7 @@ contains
             output%joints = size(simulation%model%measured_joints)
             output%bolts = size(simulation%model%bolts)
             output%boundaries = size(simulation%model%boundary_motions)
-            output%verdict = new_verdict(output%points, output%joints)
+            output%verdict = new_verdict(simulation, output%points, output%joints)
             call copy_rows(output, journal, simulation, error)
             call describe_verdict(dataset, output%verdict)
             call checked(dataset, nf90_close(dataset%id), 'close the file')
@@ -389,8 +390,10 @@ contains
       type(run_verdict_type), intent(in) :: verdict  !< of all frames
       integer :: i
 
-      if (verdict%words == '') return
-      call describe(dataset, 'verdict', verdict%words)
+      if (verdict%happened == '') return
+      call describe(dataset, 'verdict', verdict%happened)
+      call describe(dataset, 'figures', figure_lines(verdict))
+      call describe(dataset, 'doubts', verdict%doubts)
       do i = 1, size(verdict%values)
          call describe_number(dataset, verdict%values(i)%name, verdict%values(i)%value)
       end do

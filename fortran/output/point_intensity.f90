@@ -1,31 +1,43 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> How strongly measured points were shaken: peak acceleration and velocity, Arias intensity and
-!> spectral acceleration, from the samples as they are written.
+!> spectral acceleration, from the samples as they are written; accelerations also below the
+!> frequency up to which they are motion of the ground (`dda_resolved_band`).
 module dda_point_intensity
    use dda_kinds, only: wp, pi
+   use dda_low_pass, only: low_pass_type, new_low_pass, pass
    use dda_response_spectrum, only: response_spectrum_type, new_response_spectrum, follow
    implicit none
    private
-   public :: intensity_type, new_intensity, add_motion, main_axis, arias_intensity
+   public :: intensity_type, shaking_type, new_intensity, add_motion, main_axis, arias_intensity
 
    real(wp), parameter :: standard_gravity = 9.80665_wp  !< m/s²
 
+   !> Of an acceleration along one axis.
+   type :: shaking_type
+      real(wp) :: last = 0.0_wp         !< acceleration at the last sample, m/s²
+      real(wp) :: acceleration = 0.0_wp !< largest, m/s²
+      real(wp) :: squares = 0.0_wp      !< ∫a² dt, m²/s³
+      type(response_spectrum_type) :: spectrum
+   end type shaking_type
+
    !> Intensities of one point, along both axes.
    type :: intensity_type
-      real(wp) :: time = 0.0_wp                         !< of the last sample, s
-      real(wp) :: last(2) = 0.0_wp                      !< acceleration then, m/s²
-      real(wp) :: acceleration(2) = 0.0_wp              !< largest, m/s²
-      real(wp) :: velocity(2) = 0.0_wp                  !< largest, m/s
-      real(wp) :: squares(2) = 0.0_wp                   !< ∫a² dt, m²/s³
-      type(response_spectrum_type) :: spectrum(2)
+      real(wp) :: time = 0.0_wp         !< of the last sample, s
+      real(wp) :: velocity(2) = 0.0_wp  !< largest, m/s
+      type(shaking_type) :: raw(2)      !< as computed
+      type(shaking_type) :: low(2)      !< below the frequency
+      type(low_pass_type) :: filter(2)
    end type intensity_type
 
 contains
 
    !> Before the first sample.
-   pure type(intensity_type) function new_intensity() result(intensity)
+   pure type(intensity_type) function new_intensity(frequency) result(intensity)
+      real(wp), intent(in) :: frequency  !< that accelerations are told below, Hz
 
-      intensity%spectrum = new_response_spectrum()
+      intensity%raw%spectrum = new_response_spectrum()
+      intensity%low%spectrum = new_response_spectrum()
+      intensity%filter = new_low_pass(frequency)
    end function new_intensity
 
    !> Take in a sample, in the order of the run.
@@ -34,22 +46,34 @@ contains
       real(wp), intent(in) :: time                       !< of the sample, s
       real(wp), intent(in) :: velocity(2)                !< m/s
       real(wp), intent(in) :: acceleration(2)            !< m/s²
-      real(wp) :: step
+      real(wp) :: step, low
       integer :: axis
 
       step = time - intensity%time
       do axis = 1, 2
-         associate (before => intensity%last(axis), after => acceleration(axis))
-            intensity%squares(axis) = intensity%squares(axis) + 0.5_wp*step*(before**2 + after**2)
-            if (intensity%acceleration(axis) > 0.0_wp .or. abs(after) > 0.0_wp) &
-               call follow(intensity%spectrum(axis), before, after, step)
-         end associate
+         low = intensity%low(axis)%last
+         if (step > 0.0_wp) call pass(intensity%filter(axis), acceleration(axis), step, low)
+         call shake(intensity%raw(axis), acceleration(axis), step)
+         call shake(intensity%low(axis), low, step)
       end do
-      intensity%acceleration = max(intensity%acceleration, abs(acceleration))
       intensity%velocity = max(intensity%velocity, abs(velocity))
-      intensity%last = acceleration
       intensity%time = time
    end subroutine add_motion
+
+   !> An acceleration goes on.
+   pure subroutine shake(shaking, acceleration, step)
+      type(shaking_type), intent(inout) :: shaking  !< so far
+      real(wp), intent(in) :: acceleration          !< m/s²
+      real(wp), intent(in) :: step                  !< time since the last one, s
+
+      associate (before => shaking%last)
+         shaking%squares = shaking%squares + 0.5_wp*step*(before**2 + acceleration**2)
+         if (shaking%acceleration > 0.0_wp .or. abs(acceleration) > 0.0_wp) &
+            call follow(shaking%spectrum, before, acceleration, step)
+      end associate
+      shaking%acceleration = max(shaking%acceleration, abs(acceleration))
+      shaking%last = acceleration
+   end subroutine shake
 
    !> The axis of the largest velocity: 1 x, 2 y.
    pure integer function main_axis(intensity)
@@ -58,12 +82,11 @@ contains
       main_axis = maxloc(intensity%velocity, 1)
    end function main_axis
 
-   !> π/2g ∫a² dt along an axis, m/s.
-   pure real(wp) function arias_intensity(intensity, axis)
-      type(intensity_type), intent(in) :: intensity  !< of a point
-      integer, intent(in) :: axis                    !< 1 x, 2 y
+   !> π/2g ∫a² dt, m/s.
+   pure real(wp) function arias_intensity(shaking)
+      type(shaking_type), intent(in) :: shaking  !< along an axis
 
-      arias_intensity = 0.5_wp*pi/standard_gravity*intensity%squares(axis)
+      arias_intensity = 0.5_wp*pi/standard_gravity*shaking%squares
    end function arias_intensity
 
 end module dda_point_intensity

@@ -3,44 +3,35 @@
 !> joints, from the samples as they are written.
 module dda_run_verdict
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use dda_kinds, only: wp, pi
+   use dda_kinds, only: wp
    use dda_base_motion, only: base_words, counts_from_motion
    use dda_diagnostics, only: audit_warning, state_warnings
    use dda_elements, only: body_energies
    use dda_energy, only: balance
    use dda_equilibrium, only: farthest_moved
    use dda_joint_motion, only: joint_columns
-   use dda_maxima, only: largest_type, maxima_table, of_tilt, of_displacement, of_velocity, &
-      of_acceleration, of_strain, of_slip, of_opening, of_penetration, of_penetration_ratio, &
-      of_contact_force, of_point_displacement, of_point_velocity, of_point_acceleration, &
-      of_point_drift
-   use dda_model, only: half_size
+   use dda_maxima, only: maxima_table, of_tilt, of_displacement, of_velocity, of_strain, of_slip, &
+      of_opening, of_penetration, of_contact_force, of_point_displacement, of_point_drift
    use dda_point_intensity, only: intensity_type, new_intensity, add_motion, main_axis, &
       arias_intensity
+   use dda_resolved_band, only: resolved_frequency
    use dda_response_spectrum, only: low_passed_peak, spectral_acceleration
+   use dda_rest_bound, only: is_at_rest
    use dda_running_maxima, only: least_movement
-   use dda_simulation, only: simulation_type, ending
+   use dda_simulation, only: simulation_type, ending, comes_suddenly
    use dda_text, only: to_text, short_text, valid_text
+   use dda_verdict_lines, only: verdict_lines_type, tell, doubt, note, add_figure, value_text
    implicit none
    private
-   public :: run_verdict_type, verdict_value_type, new_verdict, add_samples, add_joint_samples, &
+   public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
       judge_movement, conclude
 
-   real(wp), parameter :: low_share = 0.7_wp  !< of a peak acceleration below 50 Hz: less is said
-
-   !> share of the model's size: less, at its largest, is rounding of a model at rest, measured
-   real(wp), parameter :: rest_share = 1.0e-9_wp
-
-   !> A number of the verdict.
-   type :: verdict_value_type
-      character(len=:), allocatable :: name  !< with its unit
-      real(wp) :: value = 0.0_wp
-   end type verdict_value_type
+   real(wp), parameter :: rounding = 1.0e-9_wp   !< of the largest displacement, or of a value
+   real(wp), parameter :: much_above = 0.05_wp  !< of Arias at higher frequencies: more is said
 
    !> A verdict in the making.
-   type :: run_verdict_type
-      character(len=:), allocatable :: words           !< "topic: sentence", a line each
-      type(verdict_value_type), allocatable :: values(:)
+   type, extends(verdict_lines_type) :: run_verdict_type
+      real(wp) :: frequency = 0.0_wp                   !< that accelerations are told below, Hz
       type(intensity_type), allocatable :: shaken(:)   !< [measured points]
       real(wp), allocatable :: joints(:,:)             !< [columns, measured joints] last sample
       real(wp), allocatable :: joints_most(:,:)        !< [2, joints] largest slip, opening, m
@@ -49,12 +40,15 @@ module dda_run_verdict
 contains
 
    !> Before the first sample.
-   pure type(run_verdict_type) function new_verdict(points, joints) result(verdict)
-      integer, intent(in) :: points, joints  !< that are measured
+   pure type(run_verdict_type) function new_verdict(simulation, points, joints) result(verdict)
+      type(simulation_type), intent(in) :: simulation  !< of the run
+      integer, intent(in) :: points, joints            !< measured ones, whose samples will be added
 
-      verdict%words = ''
-      allocate (verdict%values(0))
-      allocate (verdict%shaken(points), source=new_intensity())
+      verdict%happened = ''
+      verdict%doubts = ''
+      verdict%frequency = resolved_frequency(simulation%model)
+      allocate (verdict%values(0), verdict%figures(0))
+      allocate (verdict%shaken(points), source=new_intensity(verdict%frequency))
       allocate (verdict%joints(joint_columns, joints), verdict%joints_most(2, joints), &
          source=0.0_wp)
    end function new_verdict
@@ -90,36 +84,30 @@ contains
       end do
    end subroutine add_joint_samples
 
-   !> Words and values, after the last sample.
+   !> All of a run, after its last sample.
    subroutine conclude(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
-      character(len=8) :: left
+      logical :: told
+      integer :: i
 
       call judge_movement(verdict, simulation)
-      call judge_points(verdict, simulation)
+      told = size(simulation%model%motions) > 0
+      if (told) told = .not. rests(simulation)
+      do i = 1, size(verdict%shaken)
+         call judge_point(verdict, simulation, i, told)
+      end do
       call judge_joints(verdict, simulation)
-      if (state_warnings(simulation) /= '') verdict%words = verdict%words//new_line('a')// &
-         state_warnings(simulation)
-      if (audit_warning(simulation) == '') then
-         write (left, '(es8.1e2)') balance(simulation%energy)
-         call say(verdict, 'energy', 'balances, '//trim(adjustl(left))//' J/m left over')
-      else
-         call say(verdict, 'energy', audit_warning(simulation))
-      end if
       call note(verdict, 'energy_balance_j_m', balance(simulation%energy))
    end subroutine conclude
 
-   !> Why the run has ended early, the largest values of its steps, and broken bonds.
+   !> What happened, the largest values of all steps, and what is to be doubted.
    subroutine judge_movement(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets lines and values
+      type(run_verdict_type), intent(inout) :: verdict   !< gets words, figures and values
       type(simulation_type), intent(in) :: simulation    !< at its present time
+      character(len=:), allocatable :: words
       integer :: i
 
-      if (simulation%stop%reason /= '') then
-         call say(verdict, 'end', ending(simulation))
-         call note(verdict, 'end_s', simulation%time)
-      end if
       associate (maxima => simulation%maxima)
          do i = 1, size(maxima_table)
             if (maxima%largest(i)%value >= 0.0_wp) call note(verdict, 'largest_'// &
@@ -128,171 +116,162 @@ contains
                trim(maxima_table(i)%number), maxima%last(i)%value)
          end do
       end associate
-      call say_blocks(verdict, simulation)
-      call judge_contacts(verdict, simulation)
-      call say_points(verdict, simulation)
-      call say_bodies(verdict, simulation)
-      if (simulation%counters%broken > 0) then
-         call say(verdict, 'bonds', to_text(simulation%counters%broken)//' broken')
-         call note(verdict, 'bonds_broken', real(simulation%counters%broken, wp))
-      end if
+      call tell_movement(verdict, simulation)
+      call tabulate(verdict, simulation)
+      call doubt(verdict, state_warnings(simulation))
+      if (comes_suddenly(simulation%model)) call doubt(verdict, 'start: gravity came on '// &
+         'suddenly in the first step (settle = .true. begins at rest)')
+      words = audit_warning(simulation)
+      if (words /= '') call doubt(verdict, 'energy: '//words)
    end subroutine judge_movement
 
-   !> How far the stresses of bodies are off at the end.
-   subroutine say_bodies(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets a line
-      type(simulation_type), intent(in) :: simulation    !< at its end
-      real(wp) :: energies(2)
+   !> One sentence: how far blocks moved, what contacts and bonds did, why the run has ended early.
+   subroutine tell_movement(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets words and values
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      character(len=:), allocatable :: base
+      integer :: moved(3)
+
+      moved = simulation%maxima%moved
+      if (rests(simulation)) then
+         call tell(verdict, 'The model is at rest')
+      else
+         associate (largest => simulation%maxima%largest(of_displacement))
+            base = ''
+            if (counts_from_motion(simulation%maxima%base, simulation%model)) base = ', '// &
+               base_words(simulation%maxima%base, simulation%model)
+            call tell(verdict, 'Blocks moved by up to '//value_text(largest%value, 'm')//base)
+         end associate
+      end if
+      if (moved(1) > 0) then
+         if (all(moved(2:3) == 0)) then
+            call tell(verdict, 'no contact has slipped or opened at the end')
+         else
+            call tell(verdict, to_text(moved(2))//' of '//to_text(moved(1))// &
+               ' contacts have slipped and '//to_text(moved(3))//' have opened at the end')
+         end if
+         call note(verdict, 'contacts_slipped', real(moved(2), wp))
+         call note(verdict, 'contacts_opened', real(moved(3), wp))
+      end if
+      associate (broken => simulation%counters%broken)
+         if (broken > 0) then
+            call tell(verdict, to_text(broken)//' bonds have broken')
+            call note(verdict, 'bonds_broken', real(broken, wp))
+         end if
+      end associate
+      if (simulation%stop%reason /= '') then
+         call tell(verdict, ending(simulation))
+         call note(verdict, 'end_s', simulation%time)
+      end if
+   end subroutine tell_movement
+
+   !> What moved is rounding.
+   pure logical function rests(simulation)
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+
+      rests = is_at_rest(simulation, simulation%maxima%largest(of_displacement)%value)
+   end function rests
+
+   !> The largest values that are more than rounding.  Accelerations of blocks and velocities at the
+   !> end are of contacts that ring or hit: they are numbers, and no figures.
+   subroutine tabulate(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets figures
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      integer, parameter :: moving(*) = [of_displacement, of_tilt, of_velocity, &
+         of_point_displacement, of_point_drift], held(*) = [of_strain, of_penetration, &
+         of_contact_force], along(*) = [of_slip, of_opening]
+      integer :: i
+
+      associate (largest => simulation%maxima%largest)
+         if (.not. rests(simulation)) then
+            do i = 1, size(moving)
+               if (moving(i) == of_tilt) then
+                  if (.not. turns(simulation)) cycle
+               end if
+               if (largest(moving(i))%value > 0.0_wp) call add_maximum(verdict, simulation, &
+                  moving(i), moving(i) /= of_velocity)
+            end do
+         end if
+         call add_drawn(verdict, simulation)
+         do i = 1, size(along)
+            if (largest(along(i))%value > least_movement(simulation)) call add_maximum(verdict, &
+               simulation, along(i), .true.)
+         end do
+         do i = 1, size(held)
+            if (largest(held(i))%value > 0.0_wp) call add_maximum(verdict, simulation, held(i), &
+               .true.)
+         end do
+         call add_bodies(verdict, simulation)
+      end associate
+   end subroutine tabulate
+
+   !> Tilts move the corners of a block by more than rounding.
+   pure logical function turns(simulation)
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+
+      associate (maxima => simulation%maxima)
+         turns = maxima%largest(of_tilt)%value*maxima%least_size > &
+            rounding*maxima%largest(of_displacement)%value
+      end associate
+   end function turns
+
+   !> How far the stresses of bodies are off at the end, by the jumps at faces of cells.
+   subroutine add_bodies(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets a figure and its value
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      character(len=*), parameter :: key = 'stress_error'
+      real(wp) :: energies(2), share
 
       energies = body_energies(simulation%elements, simulation%blocks)
       if (.not. energies(2) > 0.0_wp) return
-      call say(verdict, 'bodies', 'at the end stresses are off by about '// &
-         short_text(100*sqrt(energies(1)/energies(2)))//' % in the energy norm, by the jumps '// &
-         'at faces of cells')
-      call note(verdict, 'stress_error', sqrt(energies(1)/energies(2)))
-   end subroutine say_bodies
+      share = sqrt(energies(1)/energies(2))
+      call note(verdict, key, share)
+      call add_figure(verdict, 'error of stresses', [character(len=len(key)) :: '', key], &
+         [0.0_wp, share], '1', 'of bodies, energy norm, by jumps at faces')
+   end subroutine add_bodies
 
-   !> How far, how fast and how strongly blocks moved, turned and were strained.
-   subroutine say_blocks(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets lines
+   !> A line of the table.
+   subroutine add_maximum(verdict, simulation, k, ends)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets a figure
       type(simulation_type), intent(in) :: simulation    !< at its present time
-      integer, parameter :: topics(*) = [of_displacement, of_tilt, of_velocity, of_acceleration, &
-         of_strain]
-      character(len=:), allocatable :: words
-      logical :: rests
+      integer, intent(in) :: k                           !< place in the list of maxima
+      logical, intent(in) :: ends                        !< its value at the end counts as well
+      character(len=32) :: keys(2)
+      character(len=:), allocatable :: name, place
       integer :: i
 
-      rests = is_at_rest(simulation)
-      if (rests) then
-         words = 'none, at rest'
-         call add_drawn(verdict, simulation, words)
-         call say(verdict, trim(maxima_table(of_displacement)%name), words)
-      end if
-      do i = 1, size(topics)
-         if (rests .and. topics(i) /= of_strain) cycle
-         associate (k => topics(i), largest => simulation%maxima%largest, &
-            last => simulation%maxima%last)
-            if (i > 2 .and. .not. largest(k)%value > 0.0_wp) cycle
-            words = 'largest '//largest_text(simulation, k)
-            if (i <= 2) words = words//'; at the end '//value_text(k, last(k)%value)//', '// &
-               who_text(simulation, k, last(k)%who)
-            if (k == of_displacement) call add_drawn(verdict, simulation, words)
-            if (k == of_displacement .and. counts_from_motion(simulation%maxima%base, &
-               simulation%model)) words = words//'; '//base_words(simulation%maxima%base, &
-               simulation%model)
-            call say(verdict, trim(maxima_table(k)%name), words)
-         end associate
-      end do
-   end subroutine say_blocks
-
-   !> What moved is rounding.
-   pure logical function is_at_rest(simulation)
-      type(simulation_type), intent(in) :: simulation    !< at its present time
-
-      is_at_rest = simulation%maxima%largest(of_displacement)%value <= rest_share*2 &
-         *half_size(simulation%model%blocks)
-   end function is_at_rest
+      associate (largest => simulation%maxima%largest(k), last => simulation%maxima%last(k), &
+         kind => maxima_table(k))
+         name = trim(kind%name)
+         do i = 1, len(name)
+            if (name(i:i) == '_') name(i:i) = ' '
+         end do
+         keys = [character(len=32) :: 'largest_'//kind%number, '']
+         if (ends .and. last%value > rounding*largest%value) keys(2) = 'residual_'//kind%number
+         place = who_text(simulation, k, largest%who)//', '//short_text(largest%time)//' s'
+         call add_figure(verdict, name, keys, [largest%value, last%value], trim(kind%units), place)
+      end associate
+   end subroutine add_maximum
 
    !> How far blocks are at the end from the model as drawn, where the run counts from rest.
-   subroutine add_drawn(verdict, simulation, words)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets a value
+   subroutine add_drawn(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets a value, and a figure
       type(simulation_type), intent(in) :: simulation    !< at its present time
-      character(len=:), allocatable, intent(inout) :: words  !< of the displacements
+      character(len=*), parameter :: key = 'displacement_from_drawn_m'
       real(wp) :: way
       integer :: b
 
       if (.not. simulation%model%stages(1)%static) return
       call farthest_moved(simulation%blocks, simulation%model%blocks%position, b, way)
-      call note(verdict, 'displacement_from_drawn_m', way)
-      if (b > 0) words = words//'; from the model as drawn '//length_text(way)//', '// &
-         label(simulation, b)
+      call note(verdict, key, way)
+      if (b > 0) call add_figure(verdict, 'from as drawn', [character(len=len(key)) :: '', key], &
+         [0.0_wp, way], 'm', label(simulation, b))
    end subroutine add_drawn
-
-   !> Slip and opening of the contacts that touched at first; penetrations and forces of all.
-   subroutine judge_contacts(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets lines and values
-      type(simulation_type), intent(in) :: simulation    !< at its present time
-      character(len=:), allocatable :: words
-
-      associate (moved => simulation%maxima%moved, largest => simulation%maxima%largest)
-         if (moved(1) > 0) then
-            words = to_text(moved(2))//' of '//to_text(moved(1))//' have slipped and '// &
-               to_text(moved(3))//' have opened at the end'
-            if (largest(of_slip)%value > least_movement(simulation)) words = words// &
-               '; largest slip '//largest_text(simulation, of_slip)
-            if (largest(of_opening)%value > least_movement(simulation)) words = words// &
-               '; widest opening '//largest_text(simulation, of_opening)
-            call say(verdict, 'contacts', words)
-            call note(verdict, 'contacts_slipped', real(moved(2), wp))
-            call note(verdict, 'contacts_opened', real(moved(3), wp))
-         end if
-         if (largest(of_penetration)%value > 0.0_wp) call say(verdict, 'penetration', &
-            'deepest '//largest_text(simulation, of_penetration)//'; up to '// &
-            value_text(of_penetration_ratio, largest(of_penetration_ratio)%value)// &
-            ' of the size of a block')
-         if (largest(of_contact_force)%value > 0.0_wp) call say(verdict, 'contact force', &
-            'largest '//largest_text(simulation, of_contact_force))
-      end associate
-   end subroutine judge_contacts
-
-   !> How measured points moved against the base and each other.
-   subroutine say_points(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets a line
-      type(simulation_type), intent(in) :: simulation    !< at its present time
-      integer, parameter :: topics(*) = [of_point_displacement, of_point_velocity, &
-         of_point_acceleration, of_point_drift]
-      character(len=:), allocatable :: words
-      integer :: i
-
-      words = ''
-      do i = 1, size(topics)
-         if (is_at_rest(simulation)) exit
-         if (.not. simulation%maxima%largest(topics(i))%value > 0.0_wp) cycle
-         if (words /= '') words = words//'; '
-         words = words//trim(maxima_table(topics(i))%name(len('point_') + 1:))//' '// &
-            largest_text(simulation, topics(i))
-      end do
-      if (words /= '') call say(verdict, 'points', 'largest '//words)
-   end subroutine say_points
-
-   !> A largest value with its blocks or points and its time.
-   function largest_text(simulation, k) result(text)
-      type(simulation_type), intent(in) :: simulation    !< at its present time
-      integer, intent(in) :: k                           !< place in the table
-      character(len=:), allocatable :: text
-
-      associate (largest => simulation%maxima%largest(k))
-         text = value_text(k, largest%value)//', '//who_text(simulation, k, largest%who)//' at '// &
-            to_text(largest%time)//' s'
-      end associate
-   end function largest_text
-
-   !> A value as one says it.
-   pure function value_text(k, value) result(text)
-      integer, intent(in) :: k                           !< place in the table
-      real(wp), intent(in) :: value                      !< in its unit
-      character(len=:), allocatable :: text
-
-      select case (maxima_table(k)%units)
-      case ('rad')
-         text = angle_text(value)
-      case ('m')
-         text = length_text(value)
-      case ('1')
-         text = short_text(100*value)//' %'
-      case ('N/m')
-         text = short_text(1.0e-3_wp*value)//' kN/m'
-      case ('m/s^2')
-         text = short_text(value)//' m/s²'
-      case default
-         text = short_text(value)//' '//trim(maxima_table(k)%units)
-      end select
-   end function value_text
 
    !> Names of the blocks or points of a value.
    pure function who_text(simulation, k, who) result(text)
       type(simulation_type), intent(in) :: simulation    !< at its present time
-      integer, intent(in) :: k                           !< place in the table
+      integer, intent(in) :: k                           !< place in the list of maxima
       integer, intent(in) :: who(2)                      !< blocks or points; 0: none
       character(len=:), allocatable :: text
 
@@ -306,112 +285,103 @@ contains
       end if
    end function who_text
 
-   !> How strongly the measured points that moved were shaken, along the axis of the largest
-   !> velocity; a peak acceleration that is of higher frequencies is told as such.
-   subroutine judge_points(verdict, simulation)
+   !> How strongly a measured point was shaken, along the axis of its largest velocity: numbers of
+   !> all frequencies and of those that are motion of the ground, figures of the latter.
+   subroutine judge_point(verdict, simulation, i, told)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
-      character(len=:), allocatable :: name, along
-      real(wp) :: arias, spectral, period, low
-      logical :: rests
-      integer :: i, axis
+      integer, intent(in) :: i                           !< number of the point
+      logical, intent(in) :: told                        !< it has figures
+      character(len=:), allocatable :: name, place
+      real(wp) :: spectral(2), period(2), low
+      integer :: axis
 
-      rests = is_at_rest(simulation)
-      do i = 1, size(verdict%shaken)
-         associate (shaken => verdict%shaken(i))
-            if (.not. maxval(shaken%acceleration) > 0.0_wp) cycle
-            axis = main_axis(shaken)
-            name = point_label(simulation%model%points(i)%name, i)
-            along = 'along '//merge('x', 'y', axis == 1)
-            arias = arias_intensity(shaken, axis)
-            low = low_passed_peak(shaken%spectrum(axis))
-            call spectral_acceleration(shaken%spectrum(axis), shaken%last(axis), spectral, period)
-            if (.not. rests) call say(verdict, 'point '//name, along//': PGA '// &
-               short_text(shaken%acceleration(axis))//' m/s², PGV '// &
-               short_text(shaken%velocity(axis))//' m/s, Arias '//short_text(arias)//' m/s'// &
-               low_peak_text(shaken%acceleration(axis), low))
-            if (.not. rests) call say(verdict, 'Sa '//name, along//', 5 %: largest '// &
-               short_text(spectral)//' m/s² at '//short_text(period)//' s')
-            call note(verdict, 'pga_m_s2['//name//']', shaken%acceleration(axis))
-            call note(verdict, 'pga_below_50_hz_m_s2['//name//']', low)
+      associate (shaken => verdict%shaken(i))
+         if (.not. maxval(shaken%raw%acceleration) > 0.0_wp) return
+         axis = main_axis(shaken)
+         name = point_label(simulation%model%points(i)%name, i)
+         associate (raw => shaken%raw(axis), resolved => shaken%low(axis))
+            call spectral_acceleration(raw%spectrum, raw%last, spectral(1), period(1))
+            call spectral_acceleration(resolved%spectrum, resolved%last, spectral(2), period(2))
+            call note(verdict, 'pga_m_s2['//name//']', raw%acceleration)
+            call note(verdict, 'pga_below_50_hz_m_s2['//name//']', low_passed_peak(raw%spectrum))
+            call note(verdict, 'arias_m_s['//name//']', arias_intensity(raw))
+            call note(verdict, 'sa_m_s2['//name//']', spectral(1))
+            call note(verdict, 'sa_period_s['//name//']', period(1))
             call note(verdict, 'pgv_m_s['//name//']', shaken%velocity(axis))
-            call note(verdict, 'arias_m_s['//name//']', arias)
-            call note(verdict, 'sa_m_s2['//name//']', spectral)
-            call note(verdict, 'sa_period_s['//name//']', period)
+            low = arias_intensity(resolved)
+            place = name//', '//merge('x', 'y', axis == 1)//', below '// &
+               short_text(verdict%frequency)//' Hz'
+            call add_point('PGA', 'pga_resolved_m_s2', resolved%acceleration, 'm/s^2', place)
+            call add_point('PGV', 'pgv_m_s', shaken%velocity(axis), 'm/s', name)
+            call add_point('Arias intensity', 'arias_resolved_m_s', low, 'm/s', &
+               place//above_text(1.0_wp - low/arias_intensity(raw)))
+            call add_point('largest Sa, 5 %', 'sa_resolved_m_s2', spectral(2), 'm/s^2', &
+               place//'; at '//short_text(period(2))//' s')
          end associate
-      end do
-   end subroutine judge_points
+      end associate
+
+   contains
+
+      !> A number of the point, and its figure.
+      subroutine add_point(title, key, value, units, where)
+         character(len=*), intent(in) :: title, key, units, where
+         real(wp), intent(in) :: value
+
+         if (index(key, 'resolved') > 0) call note(verdict, key//'['//name//']', value)
+         if (told) call add_figure(verdict, title, [character(len=len(key) + len(name) + 2) :: &
+            key//'['//name//']', ''], [value, 0.0_wp], units, where)
+      end subroutine add_point
+   end subroutine judge_point
 
    !> Slip, opening and force of measured joints.
    subroutine judge_joints(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
-      character(len=:), allocatable :: name, words
-      integer :: i
+      character(len=*), parameter :: titles(*) = [character(len=12) :: 'slip', 'opening', &
+         'normal force', 'shear force'], keys(*) = [character(len=23) :: 'joint_slip_m[', &
+         'joint_opening_m[', 'joint_normal_force_n_m[', 'joint_shear_force_n_m['], &
+         units(*) = [character(len=3) :: 'm', 'm', 'N/m', 'N/m']
+      character(len=:), allocatable :: name
+      character(len=160) :: key(2)
+      integer :: i, k
 
       do i = 1, size(verdict%joints, 2)
          name = point_label(simulation%model%measured_joints(i)%name, i)
          associate (last => verdict%joints(:, i), most => verdict%joints_most(:, i))
-            words = 'nothing is left of it'
-            if (.not. ieee_is_nan(last(1))) words = 'slip '//length_text(last(1))// &
-               ' at the end, largest '//length_text(most(1))//'; opening '// &
-               length_text(last(2))//', widest '//length_text(most(2))//'; normal force '// &
-               short_text(1.0e-3_wp*last(3))//' kN/m, shear force '// &
-               short_text(1.0e-3_wp*last(4))//' kN/m'
-            call say(verdict, 'joint '//name, words)
-            call note(verdict, 'largest_joint_slip_m['//name//']', most(1))
-            call note(verdict, 'largest_joint_opening_m['//name//']', most(2))
-            if (ieee_is_nan(last(1))) cycle
-            call note(verdict, 'joint_slip_m['//name//']', last(1))
-            call note(verdict, 'joint_opening_m['//name//']', last(2))
-            call note(verdict, 'joint_normal_force_n_m['//name//']', last(3))
-            call note(verdict, 'joint_shear_force_n_m['//name//']', last(4))
+            do k = 1, size(keys)
+               key = ''
+               if (k <= 2) key(1) = 'largest_'//trim(keys(k))//name//']'
+               if (k <= 2) call note(verdict, trim(key(1)), most(k))
+               if (.not. ieee_is_nan(last(k))) key(2) = trim(keys(k))//name//']'
+               if (key(2) /= '') call note(verdict, trim(key(2)), last(k))
+               if (any(key /= '')) call add_figure(verdict, trim(titles(k)), key, &
+                  [most(min(k, 2)), last(k)], trim(units(k)), name)
+            end do
+            if (ieee_is_nan(last(1))) call tell(verdict, 'nothing is left of the joint '//name)
          end associate
       end do
    end subroutine judge_joints
 
-   !> The peak acceleration below 50 Hz, where much of the peak is of higher frequencies.
-   pure function low_peak_text(peak, low) result(text)
-      real(wp), intent(in) :: peak  !< acceleration, m/s²
-      real(wp), intent(in) :: low   !< after a low-pass at 50 Hz, m/s²
+   !> The share of an intensity at higher frequencies, where it is much.
+   pure function above_text(share) result(text)
+      real(wp), intent(in) :: share  !< 0 … 1
       character(len=:), allocatable :: text
 
       text = ''
-      if (low < low_share*peak) text = '; below 50 Hz the peak is '//short_text(low)// &
-         ' m/s²: higher frequencies, as of impacts and ringing contacts, count in PGA and Arias'
-   end function low_peak_text
+      if (share > much_above) text = '; '//to_text(nint(100*share))//' % more above, of '// &
+         'contacts that ring or hit'
+   end function above_text
 
    !> The name of a measured point as names of attributes may hold it, or its number.
    pure function point_label(name, number) result(label)
       character(len=*), intent(in) :: name  !< of the input
       integer, intent(in) :: number         !< of the point
       character(len=:), allocatable :: label
-      integer :: c
 
-      label = valid_text(trim(name))
+      label = clean(name)
       if (label == '') label = to_text(number)
-      do c = 1, len(label)
-         if (label(c:c) == '/' .or. iachar(label(c:c)) < iachar(' ')) label(c:c) = '|'
-      end do
    end function point_label
-
-   !> Add a line.
-   subroutine say(verdict, topic, sentence)
-      type(run_verdict_type), intent(inout) :: verdict   !< in the making
-      character(len=*), intent(in) :: topic, sentence    !< of the line
-
-      if (verdict%words /= '') verdict%words = verdict%words//new_line('a')
-      verdict%words = verdict%words//topic//': '//sentence
-   end subroutine say
-
-   !> Add a value.
-   pure subroutine note(verdict, name, value)
-      type(run_verdict_type), intent(inout) :: verdict   !< in the making
-      character(len=*), intent(in) :: name               !< with its unit
-      real(wp), intent(in) :: value                      !< in that unit
-
-      verdict%values = [verdict%values, verdict_value_type(name, value)]
-   end subroutine note
 
    !> The name of a block, or its number.
    pure function label(simulation, b) result(name)
@@ -419,31 +389,20 @@ contains
       integer, intent(in) :: b                           !< number of the block
       character(len=:), allocatable :: name
 
-      name = trim(simulation%model%block_names(b))
+      name = clean(simulation%model%block_names(b))
       if (name == '') name = 'block '//to_text(b)
    end function label
 
-   !> A length as one says it.
-   pure function length_text(length) result(text)
-      real(wp), intent(in) :: length             !< m
+   !> A name without characters that attributes or lines of them cannot hold.
+   pure function clean(name) result(text)
+      character(len=*), intent(in) :: name  !< of the input
       character(len=:), allocatable :: text
+      integer :: c
 
-      if (abs(length) >= 1.0_wp .or. abs(length) < 1.0e-9_wp) then
-         text = short_text(length)//' m'
-      else if (abs(length) >= 1.0e-3_wp) then
-         text = short_text(1.0e3_wp*length)//' mm'
-      else
-         text = short_text(1.0e6_wp*length)//' µm'
-      end if
-   end function length_text
-
-   !> An angle as one says it.
-   pure function angle_text(angle) result(text)
-      real(wp), intent(in) :: angle              !< rad
-      character(len=:), allocatable :: text
-
-      text = 'below 0.001°'
-      if (abs(angle)*180/pi >= 1.0e-3_wp) text = short_text(abs(angle)*180/pi)//'°'
-   end function angle_text
+      text = valid_text(trim(name))
+      do c = 1, len(text)
+         if (text(c:c) == '/' .or. iachar(text(c:c)) < iachar(' ')) text(c:c) = '|'
+      end do
+   end function clean
 
 end module dda_run_verdict

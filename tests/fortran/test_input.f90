@@ -539,7 +539,7 @@ contains
          '&layers', 'line 5', 'block 1 layer_1 reaches farther')
       call refuse(whole//'&layers left = -2e9 width = 1.0 thickness = 1.0 /', '&layers', 'line 5', &
          'block 2 layer_1')
-      call refuse(before//'&layers width = 1e-100 thickness = 1e-100 /', 'less than 1.00000E-009 m')
+      call refuse(before//'&layers width = 1e-100 thickness = 1e-100 /', 'less than 1e-9 m')
       call refuse(whole//'&layers left = -9e8 width = 1e7 thickness = 1e7 / &layers left = 9e8 '// &
          'width = 1e7 thickness = 1e7 /', '&block', 'line 4', &
          'block 1 measures 1 m, too little beside')

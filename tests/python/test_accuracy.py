@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import sitedda
-from sitedda.error_bars import kept_accuracy, with_bar
+from sitedda.base.numbers import number, with_bar
+from sitedda.error_bars import kept_accuracy
 from sitedda.error_bars.bars import bar_of_steps, penalty_error
 from sitedda.error_bars.horizon import horizon
 from sitedda.error_bars.measure import _figures
@@ -103,7 +104,7 @@ def test_error_of_the_penalty(share):
         (0.13239, 0.00052, "0.13239 ± 0.00052"),
         (615.2, 94.0, "615 ± 94"),
         (123456.0, 1200.0, "123500 ± 1200"),
-        (2.5e-7, 1.3e-8, "(2.50 ± 0.13)e-07"),
+        (2.5e-7, 1.3e-8, "(2.50 ± 0.13)e-7"),
         (0.0, 0.0, "0 ± 0"),
         (3.14159, math.nan, "3.142 (no bar)"),
         (-0.04218, 0.00018, "-0.04218 ± 0.00018"),
@@ -111,6 +112,15 @@ def test_error_of_the_penalty(share):
 )
 def test_numbers_end_where_their_bar_does(value, bar, words):
     assert with_bar(value, bar) == words
+
+
+@pytest.mark.parametrize(
+    "value, words",
+    [(0.0, "0"), (0.123456, "0.1235"), (12.5, "12.5"), (123456.0, "123456"), (-2e-7, "-2e-7"),
+     (1.23456e12, "1.235e12"), (math.inf, "inf")],
+)  # fmt: skip
+def test_numbers_have_four_digits(value, words):
+    assert number(value) == words
 
 
 def slip() -> float:
@@ -171,7 +181,8 @@ def test_runs_say_it_too(write_input, python_program, tmp_path):
     assert done.returncode == 0, done.stderr
     assert " ± " in done.stdout
     kept = kept_accuracy(load(tmp_path / "o.nc").attrs)
-    assert str(kept) in done.stdout
+    shown = with_bar(1e3 * kept["largest_slip_m"].finest, 1e3 * kept["largest_slip_m"].bar)
+    assert f"slip                {shown} mm" in done.stdout
     assert str(kept["largest_slip_m"]) in (tmp_path / "o.html").read_text()
 
 
@@ -315,10 +326,19 @@ def test_an_ensemble_gives_bands(write_input):
 def test_nothing_that_rounding_leaves_is_told(write_input):
     rests = SLIDE.replace("base_motion_x = 'push'", "base_motion_x = ''").replace("1.5,", "0.05,")
     run = sitedda.run(write_input(rests))
-    said = dict(run.verdict.lines)
-    assert said["displacement"].startswith("none, at rest")
-    assert not {"tilt", "velocity", "acceleration", "points"} & said.keys()
+    assert run.verdict.happened.startswith("The model is at rest")
+    names = {line.name for line in run.verdict.figures}
+    assert not {"displacement", "tilt", "velocity", "point displacement"} & names
     assert 0.0 <= run.verdict.values["largest_displacement_m"] < 2e-8
+
+
+def test_a_small_motion_of_a_linear_model_is_no_rest(write_input):
+    """Displacements of 1e-12 of the model answer to what drives it, 1e-10 m."""
+    small = SLIDE.replace(f"30*{PUSH}", "1e-9 " * 30).replace("1.5,", "0.3,")
+    run = sitedda.run(write_input(small.replace("0, -9.81", "0, 0")))
+    moved = run.verdict.values["largest_displacement_m"]
+    assert 1e-14 < moved < 1e-9
+    assert run.verdict.happened.startswith("Blocks moved by up to ")
 
 
 def test_studies_say_the_doubts_of_their_runs(write_input):

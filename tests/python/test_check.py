@@ -66,7 +66,7 @@ def test_a_band_beyond_the_steps_is_said_in_words(write_input, time_step):
 
 def test_a_record_of_nanoseconds_is_told_in_short_numbers(write_input):
     report = sitedda.check(write_input(changed(tower(), "motion", time_step=1e-9)))
-    assert "1.429E+08 … 2.857E+08 Hz, lies beyond" in finding(report.text, "damping")
+    assert "1.429e8 … 2.857e8 Hz, lies beyond" in finding(report.text, "damping")
 
 
 # --- Other findings -------------------------------------------------------------------------------

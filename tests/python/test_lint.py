@@ -161,7 +161,7 @@ def test_most_arguments_are_documented():
 # Functions that have no preconditions: what stands beside them in an expression need not hold.
 TOTAL = set(
     """agree all_are_sound allowed_move balance block_sources changes_model comes_suddenly
-    counts_from_motion due ends_at_rest excluded faces find_group finished
+    due ends_at_rest excluded faces find_group finished
     free_addresses gains_energy given has_half_space has_last_resort has_memory
     has_motion heading_columns is_approached
     is_below is_convex is_dispersive is_done is_glancing is_held is_output_time is_plain

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import xml.etree.ElementTree as xml
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from model_text import changed, flying_block, rectangle, tower
 from PIL import Image
-from scipy.signal import butter, lsim
+from scipy.signal import butter, lsim, sosfilt
 from test_view import EVIL, TITLE, sliding_blocks
 
 import sitedda
@@ -298,7 +299,7 @@ def test_the_verdict_says_what_moved_and_slipped(run):
     assert most * (1 - 1e-3) <= values["largest_displacement_m"] <= 1.1 * most
     assert values["largest_tilt_rad"] >= max(turned(frame) for frame in range(scene.frames))
     text = str(run.verdict)
-    assert "PGA" in text and "Arias" in text and "balances" in text
+    assert "PGA" in text and "Arias" in text and text.startswith("Blocks moved by up to ")
 
 
 def test_the_output_says_how_strongly_points_were_shaken(run):
@@ -308,8 +309,12 @@ def test_the_output_says_how_strongly_points_were_shaken(run):
         motion = run.history.sel(point=name)
         axis = int(np.argmax(abs(motion.velocity.values).max(axis=0)))
         acceleration, step = motion.acceleration.values[:, axis], float(motion.time[1])
+        below = float(re.search(rf"{name}, [xy], below ([\d.]+) Hz", attributes["figures"])[1])
+        low = sosfilt(butter(4, below, fs=1.0 / step, output="sos"), acceleration)
         expected = {
             "pga_m_s2": abs(acceleration).max(),
+            "pga_resolved_m_s2": pytest.approx(abs(low).max(), rel=2e-3),
+            "arias_resolved_m_s": pytest.approx(arias_intensity(low, step), rel=2e-3),
             "pga_below_50_hz_m_s2": pytest.approx(low_passed_peak(motion.time, acceleration), 2e-3),
             "pgv_m_s": abs(motion.velocity.values[:, axis]).max(),
             "arias_m_s": arias_intensity(acceleration, step),
@@ -330,7 +335,7 @@ def low_passed_peak(time, acceleration) -> float:
     return abs(lsim(low_pass, np.interp(fine, time, acceleration), fine)[1]).max()
 
 
-def test_a_peak_above_50_hz_is_told_as_such(write_input, tmp_path):
+def test_a_peak_above_50_hz_is_a_number_of_its_own(write_input, tmp_path):
     """A force of one millisecond on a block, and one of thirty."""
     peaks = {}
     for ms in (1, 30):
@@ -342,7 +347,6 @@ def test_a_peak_above_50_hz_is_told_as_such(write_input, tmp_path):
         run = sitedda.run(write_input([*groups, ("load", push)]), tmp_path / f"{ms}.nc")
         values = run.verdict.values
         peaks[ms] = values["pga_below_50_hz_m_s2[top]"] / values["pga_m_s2[top]"]
-        assert ("below 50 Hz the peak is" in str(run.verdict)) == (ms == 1)
     assert peaks[1] < 0.2 and peaks[30] > 0.8
 
 
@@ -376,9 +380,9 @@ def test_the_output_of_the_executable_holds_the_same_words(run, native, write_in
     native("run", write_input(sliding_blocks()), "-q", "-o", tmp_path / "n.nc")
     with xr.open_dataset(tmp_path / "n.nc") as data:
         assert data.attrs["verdict"] == run.history.attrs["verdict"]
-        lines = data.attrs["verdict"].splitlines()
-        said = [f"{topic}: {words}" for topic, words in run.verdict.lines]
-        assert set(lines) <= set(said) and lines[-1] == said[-1]
+        for name in ("figures", "doubts"):
+            assert data.attrs[name] == run.history.attrs[name]
+        assert data.attrs["verdict"] in run.verdict.happened
         assert data.attrs["largest_displacement_m"] == run.verdict.values["largest_displacement_m"]
 
 

@@ -45,7 +45,7 @@ def test_a_fall_ends_in_the_step_that_exceeds_the_limit(write_input, distance):
     assert run.history.time[-1] == pytest.approx(1e-3 * first_step(distance, 1e-3))
     words = run.history.attrs["ending"]
     assert words.startswith("stopped at t = ") and "block 3 'b_2' has moved by" in words
-    assert words in str(run.verdict)
+    assert words in " ".join(str(run.verdict).split())
     assert run.history.frame_time[-1] == run.history.time[-1]
 
 
@@ -193,7 +193,7 @@ def test_steps_that_meet_output_times_resume_to_the_same_bits(write_input, tmp_p
     ("output", "words"),
     [
         ({"history_seconds": 2.5e-3}, "is no whole number of time steps of 0.001 s"),
-        ({"block_seconds": 1e-4}, "block_seconds = 1.00000E-004 is no whole number"),
+        ({"block_seconds": 1e-4}, "block_seconds = 1e-4 is no whole number"),
         ({"block_seconds": -1.0}, "block_seconds = -1 must be a positive number"),
         ({"block_seconds": 1.0, "block_interval": 3}, "give either block_interval"),
     ],

@@ -15,6 +15,8 @@ from ..base.files import save_picture
 from ..engine.checking import transfer
 from ..engine.simulation import Simulation
 from ..facade.run import Run, _run
+from ..output.response import amplifications
+from ..output.verdict_lines import NO_BARS
 from .check import check_input
 from .parser import add_changes, tell
 
@@ -75,30 +77,33 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
             said[:] = [simulation.thread_notes]
 
         result = _run(options.file, options.output or True, show, changes, resume, program=True)
-    print(result.summary)
     tell(said[0])
-    print(f"output: {result.output}")
     if not result.complete:
+        print(f"{result.verdict}\noutput: {result.output}")
         words = f"interrupted at t = {result.history.time[-1].item():g} s"
         print(f"sitedda: {words}; to go on: {_resume_command(options)}", file=sys.stderr)
         return 6
-    _report(result, options.file, changes, draw=not options.no_plot)
     if options.accuracy:
-        print(f"\n{_with_accuracy(result, not options.quiet)}")
-    else:
-        print("these figures have no error bars: sitedda accuracy FILE.nml gives them")
+        _keep_accuracy(result, not options.quiet)
+    print(f"{result.verdict}\n")
+    for one in amplifications(result.history):
+        print(one)
+    print(f"output: {result.output}")
+    if not options.no_plot:
+        print(f"picture: {_draw(result, options.file, changes)}")
+    if not options.accuracy:
+        print(NO_BARS)
     if options.report:
         print(f"page: {result.report()}")
     return 0
 
 
-def _with_accuracy(result: Run, progress: bool):
-    """The figures with their bars, kept in the output as well."""
+def _keep_accuracy(result: Run, progress: bool) -> None:
+    """The bars of the figures, kept in the output."""
     from ..study.error_bars import keep_accuracy
 
-    found = result.accuracy(progress=progress)
-    keep_accuracy(found, result.output, result.history.attrs)
-    return found
+    assert result.output is not None  # commands write one
+    keep_accuracy(result.accuracy(progress=progress), result.output, result.history.attrs)
 
 
 def _resume_command(options: argparse.Namespace) -> str:
@@ -120,19 +125,11 @@ def _discrete_transfer(source: Path, changes: dict, found):
         return None
 
 
-def _report(result: Run, source: Path, changes: dict, draw: bool) -> None:
-    """Print the amplifications that the input asks for and the verdict; draw beside the output."""
-    from ..output.response import amplifications
-
-    found = amplifications(result.history)
-    for one in found:
-        print(one)
-    print(result.verdict)
-    if not draw:
-        return
+def _draw(result: Run, source: Path, changes: dict) -> Path:
+    """Draw beside the output what its input asks for."""
     from ..facade.plot import run_picture
 
+    found = amplifications(result.history)
     discrete = _discrete_transfer(source, changes, found[0]) if found else None
     picture = result.output.with_suffix(".png")
-    save_picture(run_picture(result.history, found, discrete), picture, [source], dpi=130)
-    print(f"picture: {picture}")
+    return save_picture(run_picture(result.history, found, discrete), picture, [source], dpi=130)

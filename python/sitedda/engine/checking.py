@@ -10,12 +10,13 @@ from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
+from ..base.numbers import number
 from ..report import Paragraph, Table
 from ..report.html import fragment
 from .scheme import finite_or_inf
 from .simulation import Simulation
 
-_SHORT = re.compile(r"(?<![\w.'])([-+]?\d+\.?\d*)(?:E([-+]\d+))?(?![\w.]*')")
+_SHORT = re.compile(r"(?<![\w.'])([-+]?\d+\.?\d*)(?:[eE]([-+]?\d+))?(?![\w.]*')")
 _HEAD = re.compile(r"^(ok  |warn|fail)  (.{18})(.*)$", re.IGNORECASE)
 
 
@@ -181,7 +182,7 @@ def _in_four_digits(text: str) -> str:
             return found[0]
         if exponent is None and "." not in mantissa:
             return found[0]
-        return f"{float(found[0]):.4g}"
+        return number(float(found[0]))
 
     return _SHORT.sub(shortened, text)
 

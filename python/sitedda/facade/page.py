@@ -16,6 +16,7 @@ from ..input.schema import GROUPS
 from ..output.response import amplifications
 from ..output.scene import Scene
 from ..output.verdict import verdict
+from ..output.verdict_lines import NO_BARS
 from ..report.page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Table
 from ..report.provenance import provenance
 from ..study.error_bars import kept_accuracy
@@ -48,7 +49,7 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
 def _run_page(scene: Scene, report: Report | str, discrete) -> Page:
     data = scene.data
     page = Page(scene.title or "Untitled run", _lead(scene))
-    page.add("Verdict", Facts(verdict(scene).lines), *_sureness(data))
+    page.add("Verdict", *_verdict(scene))
     page.add("Blocks", view(scene, BUDGET - _PICTURES))
     found = _amplifications(data)
     caption = "The run as it was asked for: blocks, motions, response spectra and amplification."
@@ -105,14 +106,19 @@ def _checked(scene: Scene, source) -> Report | str:
         return str(error)
 
 
-def _sureness(data) -> list:
-    """The figures with their bars, or that they have none."""
-    found = kept_accuracy(data.attrs)
-    if found is None:
-        return [Paragraph("These figures have no error bars: the command sitedda run --accuracy "
-                          "gives them.")]  # fmt: skip
+def _verdict(scene: Scene) -> list:
+    """What happened, the figures, how sure they are, doubts and counts."""
+    bars = kept_accuracy(scene.data.attrs)
+    found = verdict(scene, bars)
     heads, *rows = found.rows()
-    return [Table(heads, rows, "How sure are the figures?")]
+    parts = [Paragraph(found.happened), Table(heads, rows)] if rows else [Paragraph(found.happened)]
+    if found.all_doubts:
+        parts.append(Bullets([f"{topic}: {words}" for topic, words in found.all_doubts], "Doubts"))
+    parts.append(Facts([("steps", found.steps)]))
+    if bars is None:
+        return [*parts, Paragraph(f"{NO_BARS[:1].upper()}{NO_BARS[1:]}.")]
+    heads, *rows = bars.rows()
+    return [*parts, Table(heads, rows, "How sure are the figures?")]
 
 
 def _add_check(page: Page, report: Report | str) -> None:

@@ -7,6 +7,7 @@ import signal
 import tempfile
 import warnings
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from pathlib import Path
 
 from ..base.errors import AuditWarning, PeakWarning
@@ -31,6 +32,14 @@ class Simulation(simulation.Simulation):  # noqa: D101
 
 class Run(EndedRun):  # noqa: D101
     __doc__ = EndedRun.__doc__
+
+    @cached_property
+    def verdict(self):
+        """What happened, a `Verdict`, with the bars that its output keeps."""
+        from ..output.verdict import verdict
+        from ..study.error_bars import kept_accuracy
+
+        return verdict(self.history, kept_accuracy(self.history.attrs))
 
     def accuracy(self, **options):
         """Run the input again with smaller steps and stiffer contacts, see `sitedda.accuracy`."""

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
 import xarray as xr
 
 from ..base.core import engine_names
+from ..base.numbers import length, number
 from ..engine.damping import damping_of
 from ..engine.maxima import lacking, warn_of
 from ..engine.scheme import Scheme, scheme_damping
@@ -17,60 +17,34 @@ from ..engine.signals import spectral_acceleration
 from ..input.input_text import input_values
 from .response import amplifications
 from .scene import Scene
+from .verdict_lines import FigureLine, Verdict
 
 PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
 SPECTRUM_DAMPING = 0.05
 LARGEST = tuple(f"largest_{name}" for name in engine_names("maxima numbers"))
-_OF_FRAMES = ("displacement", "tilt", "contacts")  # lines of outputs without maxima
+_OF_FRAMES = ("displacement", "tilt", "contacts", "energy")  # lines of outputs without maxima
 _LEAST_DRIFT = 1e-6  # below, none is said
 _MOST_FRAMES = 200  # that are looked at for the largest values
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """What happened in a run.
-
-    Attributes
-    ----------
-    values : dict of float
-        By name with its unit, such as ``largest_displacement_m``; of measured points as
-        ``pga_m_s2[top]``.
-    lines : list of (str, str)
-        Topic and sentence, as they are printed.
-    """
-
-    values: dict[str, float] = field(default_factory=dict)
-    lines: list[tuple[str, str]] = field(default_factory=list)
-
-    def __str__(self) -> str:
-        """One line for each topic."""
-        width = max((len(topic) for topic, _ in self.lines), default=0)
-        return "\n".join(f"{topic:{width}s}  {words}" for topic, words in self.lines)
-
-    def say(self, topic: str, words: str, **values: float) -> None:
-        """Add a line and its values."""
-        self.lines.append((topic, words))
-        self.values.update({name: float(value) for name, value in values.items()})
-
-
-def verdict(source) -> Verdict:
-    """The verdict of a run: movement, contacts, lost blocks, measured points, damping, energies.
+def verdict(source, bars=None) -> Verdict:
+    """The verdict of a run: movement, contacts, lost blocks, measured points, damping, doubts.
 
     Parameters
     ----------
     source : path, Run, xarray.Dataset or Scene
         An output.
+    bars : Accuracy, optional
+        How sure its figures are.
     """
     scene = source if isinstance(source, Scene) else Scene.of(source)
-    found = Verdict()
-    lines = _engine_lines(found, scene.data)
-    add_drift(found, scene)
+    found = Verdict(bars=bars, steps=str(scene.data.attrs.get("step_control", "")))
     add_fallen(found, scene)
     add_lost(found, scene)
+    _add_written(found, scene.data)
+    add_drift(found, scene)
     add_sides(found, scene.data)
     add_damping(found, scene.data)
-    audit = [line for line in lines if line[0] == "energy"]
-    found.lines[:] = [line for line in lines if line not in audit] + found.lines + audit
     return found
 
 
@@ -114,34 +88,33 @@ def damping_words(history: xr.Dataset, *frequencies: float) -> str:
     return f"damping of the scheme {at} (Δt = {1e3 * step:.3g} ms); of the material: {material}"
 
 
-def _length(value: float) -> str:
-    """A length as one says it."""
-    size = abs(value)
-    for scale, unit in ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm")):
-        if size >= scale:
-            return f"{value / scale:.3g} {unit}"
-    return "0 m" if size == 0 else f"{value:.2e} m"
-
-
 def _looked_at(scene: Scene) -> np.ndarray:
     """Frames from first to last, at most so many."""
     return np.unique(np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int))
 
 
-def _engine_lines(found: Verdict, data: xr.Dataset) -> list[tuple[str, str]]:
-    """What the engine has written into the output: its lines; its values are added."""
+def _add_written(found: Verdict, data: xr.Dataset) -> None:
+    """What the engine has written into the output."""
     for name, value in data.attrs.items():
         if isinstance(value, float | np.floating):
             found.values[name] = float(value)
-    lines = str(data.attrs.get("verdict", "")).splitlines()
-    said = [(topic, words) for topic, _, words in (line.partition(": ") for line in lines)]
+    said = str(data.attrs.get("verdict", ""))
     if "largest" in data:
-        return said
+        found.clauses.append(said)
+        rows = (line.split("\t") for line in str(data.attrs.get("figures", "")).splitlines())
+        found.figures.extend(FigureLine(*row) for row in rows if len(row) == 5)
+        found.doubts.extend(_topics(str(data.attrs.get("doubts", ""))))
+        return
     # The words of versions before maxima were recorded are those of single frames.
     warn_of(data.attrs)
     found.values.update(dict.fromkeys(LARGEST, np.nan))
-    said = [line for line in said if line[0] not in _OF_FRAMES]
-    return [("maxima", lacking(data.attrs)), *said]
+    found.doubts.append(("maxima", lacking(data.attrs)))
+    found.doubts.extend(line for line in _topics(said) if line[0] not in _OF_FRAMES)
+
+
+def _topics(lines: str) -> list[tuple[str, str]]:
+    """Topic and words of each line."""
+    return [(topic, words) for topic, _, words in (x.partition(": ") for x in lines.splitlines())]
 
 
 def add_drift(found: Verdict, scene: Scene) -> None:
@@ -153,16 +126,13 @@ def add_drift(found: Verdict, scene: Scene) -> None:
         return
     shift = scene.displacement(scene.frames - 1)[:, 0]
     drift = (shift[high] - shift[low]) / height
+    found.values["residual_drift"] = float(drift)
     pair = f"{scene.names[high]} against {scene.names[low]}"
     if scene.body[low] == scene.body[high] > 0:
         pair = f"the top of {scene.names[high]} against its bottom"
-    words = f"none at the end: {pair}"
     if abs(drift) >= _LEAST_DRIFT:
-        words = (
-            f"{100 * drift:.2g} % at the end: {pair}, "
-            f"{_length(shift[high] - shift[low])} sideways over {height:.3g} m"
-        )
-    found.say("drift", words, residual_drift=drift)
+        place = f"{pair}, {length(shift[high] - shift[low])} over {number(height)} m"
+        found.say("drift of blocks", "residual_drift", drift, "%", place, end=True)
 
 
 def add_fallen(found: Verdict, scene: Scene) -> None:
@@ -184,10 +154,10 @@ def add_fallen(found: Verdict, scene: Scene) -> None:
     if len(gone) == 0:
         return
     first = next((f for f in _looked_at(scene) if away(f).any()), scene.frames - 1)
-    found.say(
-        "fallen",
+    found.tell(
         f"{len(gone)} of {len(whole)} blocks ended farther from their place than they are "
-        f"large, the first by {scene.time[first]:.3g} s: {_names(scene, np.sort(first_of[gone]))}",
+        f"large, the first by {number(scene.time[first])} s: "
+        f"{_names(scene, np.sort(first_of[gone]))}",
         blocks_fallen=len(gone),
         first_block_fallen_s=scene.time[first],
     )
@@ -203,10 +173,9 @@ def add_lost(found: Verdict, scene: Scene) -> None:
     if len(gone) == 0:
         return
     first = next(frame for frame in range(scene.frames) if len(scene.lost(frame)))
-    found.say(
-        "lost",
+    found.tell(
         f"{len(gone)} block{'s' * (len(gone) > 1)} left the model, the first by "
-        f"{scene.time[first]:.3g} s: {_names(scene, gone)}",
+        f"{number(scene.time[first])} s: {_names(scene, gone)}",
         blocks_lost=len(gone),
         first_block_lost_s=scene.time[first],
     )
@@ -223,11 +192,8 @@ def add_sides(found: Verdict, data: xr.Dataset) -> None:
         if not peak > 0:
             continue
         name, share = str(side.boundary.values), apart.max() / peak
-        found.say(
-            "side",
-            f"{name}: the model departs from it by {100 * share:.2g} % of its peak velocity",
-            **{f"side_departure[{name}]": share},
-        )
+        words = f"{name}, of its peak velocity"
+        found.say("departure of a side", f"side_departure[{name}]", share, "%", words)
 
 
 def add_damping(found: Verdict, data: xr.Dataset) -> None:
@@ -237,10 +203,6 @@ def add_damping(found: Verdict, data: xr.Dataset) -> None:
     except (KeyError, ValueError):
         return
     for peak in peaks:
-        found.say(
-            "peak",
-            f"amplified {peak.amplitude:.4g} times at {peak.frequency:.4g} Hz; "
-            + damping_words(data, peak.frequency),
-            amplification=peak.amplitude,
-            amplification_frequency_hz=peak.frequency,
-        )
+        found.values["amplification_frequency_hz"] = peak.frequency
+        place = f"at {number(peak.frequency)} Hz; {damping_words(data, peak.frequency)}"
+        found.say("peak ratio", "amplification", peak.amplitude, "", place)

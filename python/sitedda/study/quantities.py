@@ -41,13 +41,13 @@ _JOINTS = ("joint_slip_m", "joint_opening_m", "joint_normal_force_n_m", "joint_s
 _TOPICS = {
     _WRITTEN: (*_LARGEST, *(f"residual_{name}" for name in _MAXIMA), "contacts_slipped",
                "contacts_opened", "bonds_broken", "energy_balance_j_m", "end_s", "pga_m_s2",
-               "pgv_m_s", "arias_m_s", "sa_m_s2", "sa_period_s", *_JOINTS),
+               "pgv_m_s", "arias_m_s", "sa_m_s2", "sa_period_s", "pga_below_50_hz_m_s2",
+               "pga_resolved_m_s2", "arias_resolved_m_s", "sa_resolved_m_s2", *_JOINTS),
     "add_drift": ("residual_drift",),
     "add_fallen": ("blocks_fallen", "first_block_fallen_s"),
     "add_lost": ("blocks_lost", "first_block_lost_s"),
     "add_damping": ("amplification", "amplification_frequency_hz"),
 }  # fmt: skip
-_DOUBTS = ("strain: block ", "penetration: a vertex ", "bending: ")  # lines of a verdict
 _BLOCKS = ("frame_time", "vertex_block", "vertices", "block_coordinates")
 _HISTORY = ("time", "acceleration", "velocity", "point_place", "time_step", "energy_balance")
 _NEEDS = {"add_damping": _HISTORY}
@@ -220,15 +220,14 @@ def measure(
 
 
 def doubts_of(attributes: Mapping) -> list[str]:
-    """Sentences of a run's verdict that doubt its figures: of strains, depths and bonds.
+    """Sentences of a run's verdict that doubt its figures.
 
     Parameters
     ----------
     attributes : mapping
         Of the output.
     """
-    lines = str(attributes.get("verdict", "")).splitlines()
-    return [line for line in lines if line.startswith(_DOUBTS)]
+    return str(attributes.get("doubts", "")).splitlines()
 
 
 def _one(output: Output, wanted: Quantity) -> dict:

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
+from ..base.numbers import number, with_bar
 from .bars import SMALL, Bar
 
 _COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
@@ -133,6 +134,15 @@ class Accuracy:
         """A figure by its name."""
         return self.figures[name]
 
+    def doubts(self) -> list[tuple[str, str]]:
+        """Topic and sentence of what figures share: no bar, a horizon, runs that ended early."""
+        groups: dict[str, list[str]] = {}
+        for name, figure in self.figures.items():
+            if figure.doubt:
+                groups.setdefault(figure.doubt.partition(":")[0], []).append(name)
+        found = [("bars", f"{words}: {', '.join(names)}") for words, names in groups.items()]
+        return found + [("bars", f"run {n}: {words}") for n, words in self.runs.items() if words]
+
     def to_dict(self) -> dict:
         """Plain values, such as for JSON."""
         return {
@@ -148,32 +158,11 @@ _HEAD = ("figure", "this run", "value ± bar", "extrapolated", "16 %", "median",
 
 def _row(figure: Figure, end: float) -> tuple[str, ...]:
     numbers = (figure.extrapolated, figure.low, figure.median, figure.high)
-    more = ("" if math.isnan(number) else f"{number:.5g}" for number in numbers)
+    more = ("" if math.isnan(value) else number(value, 5) for value in numbers)
     until = "" if math.isnan(figure.decided) else "the end"
     if figure.decided < end:
-        until = f"t = {figure.decided:.3g} s"
-    return figure.name, f"{figure.run:.4g}", str(figure), *more, until, figure.doubt
-
-
-def with_bar(value: float, bar: float) -> str:
-    """A number and its bar; the bar has two digits, the number ends where the bar does.
-
-    Parameters
-    ----------
-    value, bar : float
-        In the same unit; without a bar, NaN, the number has four digits.
-    """
-    if not math.isfinite(bar) or not math.isfinite(value):
-        return f"{value:.4g} (no bar)"
-    if bar == 0:
-        return f"{value:.6g} ± 0"
-    last = math.floor(math.log10(bar)) - 1
-    power = math.floor(math.log10(max(abs(value), bar)))
-    if -4 <= power < 6:
-        digits = max(-last, 0)
-        return f"{round(value, -last):.{digits}f} ± {round(bar, -last):.{digits}f}"
-    scale, digits = 10.0**power, max(power - last, 0)
-    return f"({value / scale:.{digits}f} ± {bar / scale:.{digits}f})e{power:+03d}"
+        until = f"t = {number(figure.decided, 3)} s"
+    return figure.name, number(figure.run), str(figure), *more, until, figure.doubt
 
 
 def is_figure(name: str, values: Mapping[str, float]) -> bool:
@@ -217,7 +206,7 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float) -
     if not all(map(math.isfinite, numbers)):
         doubt = "no bar: not all runs have it"
     elif not bar.converges:
-        words = ", ".join(f"{number:.4g}" for number in numbers)
+        words = ", ".join(map(number, numbers))
         doubt = f"does not converge: {words} at Δt, Δt/2, Δt/4"
     elif math.isnan(penalty):
         doubt = "no bar: the run with 4 k_n has none of it"

@@ -1,0 +1,53 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Up to which frequency accelerations of measured points are motion of the ground, and not of
+!> contacts that ring or hit: that of the finest wave which blocks or cells carry, and a quarter of
+!> the sampling rate.
+module dda_resolved_band
+   use dda_kinds, only: wp
+   use dda_model, only: model_type
+   implicit none
+   private
+   public :: resolved_frequency
+
+   real(wp), parameter :: least_wave = 8.0_wp      !< wave length over the side of a block
+   real(wp), parameter :: sampling_share = 0.25_wp !< of the sampling rate
+
+contains
+
+   !> The frequency, Hz.  Blocks that fixed points hold carry no wave.
+   pure real(wp) function resolved_frequency(model) result(frequency)
+      type(model_type), intent(in) :: model  !< of the run
+      logical :: held(model%blocks%n)
+      real(wp) :: side
+      integer :: b
+
+      held = .false.
+      held(model%fixed_points%block) = .true.
+      if (all(held)) held = .false.
+      frequency = sampling_share/sampling_interval(model)
+      associate (blocks => model%blocks)
+         do b = 1, blocks%n
+            if (held(b)) cycle
+            associate (shape => blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))
+               side = minval(maxval(shape, 2) - minval(shape, 2))
+            end associate
+            frequency = min(frequency, sqrt(blocks%stiffness(3, 3, b)/blocks%mass(b))/ &
+               (least_wave*side))
+         end do
+      end associate
+   end function resolved_frequency
+
+   !> Longest time between samples in any stage, s.
+   pure real(wp) function sampling_interval(model) result(interval)
+      type(model_type), intent(in) :: model  !< of the run
+
+      interval = maxval(model%stages%time_step, mask=.not. model%stages%static)
+      if (.not. interval > 0.0_wp) interval = 1.0_wp
+      if (model%output%history_seconds > 0.0_wp) then
+         interval = max(interval, model%output%history_seconds)
+      else
+         interval = interval*max(1, model%output%history_interval)
+      end if
+   end function sampling_interval
+
+end module dda_resolved_band

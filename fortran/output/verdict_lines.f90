@@ -1,0 +1,188 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The verdict of a run in the making: one sentence of what happened, a table of figures, doubts,
+!> and numbers by name; as attributes of an output and on a screen.
+module dda_verdict_lines
+   use dda_kinds, only: wp, pi
+   use dda_text, only: padded, screen_width, short_text, wrapped
+   implicit none
+   private
+   public :: verdict_lines_type, verdict_value_type, tell, doubt, note, add_figure, figure_lines, &
+      screen_text, value_text
+
+   integer, parameter :: columns(3) = [20, 34, 48]  !< before largest value, that at the end, place
+
+   !> A number of the verdict.
+   type :: verdict_value_type
+      character(len=:), allocatable :: name  !< with its unit
+      real(wp) :: value = 0.0_wp
+   end type verdict_value_type
+
+   !> Name of a number.
+   type :: key_type
+      character(len=:), allocatable :: name
+   end type key_type
+
+   !> A line of the table.
+   type :: figure_type
+      character(len=:), allocatable :: name        !< for a reader
+      type(key_type) :: key(2)                     !< of its numbers: largest, at the end; or blank
+      character(len=:), allocatable :: shown       !< unit for a reader
+      character(len=:), allocatable :: place       !< where and when it was largest
+      real(wp) :: value(2) = 0.0_wp                !< in that unit
+   end type figure_type
+
+   !> What has been found.
+   type :: verdict_lines_type
+      character(len=:), allocatable :: happened        !< a sentence
+      character(len=:), allocatable :: doubts          !< "topic: sentence", a line each
+      type(figure_type), allocatable :: figures(:)
+      type(verdict_value_type), allocatable :: values(:)
+   end type verdict_lines_type
+
+   !> A unit for readers: of values from `from` on.
+   type :: unit_type
+      character(len=6) :: units
+      character(len=6) :: shown
+      real(wp) :: from, scale
+   end type unit_type
+
+   !> Of equal units the first that a value reaches.
+   type(unit_type), parameter :: readers(*) = [ &
+      unit_type('m', 'm', 1.0_wp, 1.0_wp), unit_type('m', 'mm', 1.0e-3_wp, 1.0e3_wp), &
+      unit_type('m', 'µm', 1.0e-6_wp, 1.0e6_wp), unit_type('m', 'nm', 0.0_wp, 1.0e9_wp), &
+      unit_type('rad', '°', 0.0_wp, 180/pi), unit_type('1', '%', 0.0_wp, 100.0_wp), &
+      unit_type('N/m', 'MN/m', 1.0e6_wp, 1.0e-6_wp), &
+      unit_type('N/m', 'kN/m', 0.0_wp, 1.0e-3_wp), &
+      unit_type('m/s^2', 'm/s²', 0.0_wp, 1.0_wp), unit_type('m/s', 'm/s', 0.0_wp, 1.0_wp)]
+
+contains
+
+   !> Go on with the sentence of what happened.
+   pure subroutine tell(lines, words)
+      class(verdict_lines_type), intent(inout) :: lines  !< in the making
+      character(len=*), intent(in) :: words              !< a main clause
+
+      if (lines%happened /= '') lines%happened = lines%happened//'; '
+      lines%happened = lines%happened//words
+   end subroutine tell
+
+   !> Add a doubt, or several with line ends between; nothing if it is blank.
+   pure subroutine doubt(lines, words)
+      class(verdict_lines_type), intent(inout) :: lines  !< in the making
+      character(len=*), intent(in) :: words              !< "topic: sentence"
+
+      if (words == '') return
+      if (lines%doubts /= '') lines%doubts = lines%doubts//new_line('a')
+      lines%doubts = lines%doubts//words
+   end subroutine doubt
+
+   !> Add a number.
+   pure subroutine note(lines, name, value)
+      class(verdict_lines_type), intent(inout) :: lines  !< in the making
+      character(len=*), intent(in) :: name               !< with its unit
+      real(wp), intent(in) :: value                      !< in that unit
+
+      lines%values = [lines%values, verdict_value_type(name, value)]
+   end subroutine note
+
+   !> Add a line of the table.
+   pure subroutine add_figure(lines, name, keys, value, units, place)
+      class(verdict_lines_type), intent(inout) :: lines  !< in the making
+      character(len=*), intent(in) :: name               !< for a reader
+      character(len=*), intent(in) :: keys(2)            !< of its numbers, see `figure_type`
+      real(wp), intent(in) :: value(2)                   !< of a blank key nothing
+      character(len=*), intent(in) :: units              !< of its numbers
+      character(len=*), intent(in) :: place              !< where and when it was largest
+      character(len=:), allocatable :: shown
+      real(wp) :: scale
+
+      call reader_unit(units, maxval(abs(value), keys /= ''), shown, scale)
+      lines%figures = [lines%figures, figure_type(name, [key_type(trim(keys(1))), &
+         key_type(trim(keys(2)))], shown, place, scale*value)]
+   end subroutine add_figure
+
+   !> The unit for readers of a value, and its factor.
+   pure subroutine reader_unit(units, value, shown, scale)
+      character(len=*), intent(in) :: units  !< as in the list of maxima
+      real(wp), intent(in) :: value          !< not negative
+      character(len=:), allocatable, intent(out) :: shown
+      real(wp), intent(out) :: scale         !< of values in units to those in the shown one
+      integer :: i
+
+      shown = units
+      scale = 1.0_wp
+      do i = 1, size(readers)
+         if (readers(i)%units /= units .or. value < readers(i)%from) cycle
+         shown = trim(readers(i)%shown)
+         scale = readers(i)%scale
+         return
+      end do
+   end subroutine reader_unit
+
+   !> A value as one says it.
+   pure function value_text(value, units) result(text)
+      real(wp), intent(in) :: value          !< in its units
+      character(len=*), intent(in) :: units  !< as in the list of maxima
+      character(len=:), allocatable :: text, shown
+      real(wp) :: scale
+
+      call reader_unit(units, abs(value), shown, scale)
+      text = short_text(scale*value)//' '//shown
+   end function value_text
+
+   !> The table for an output: name, keys, unit for readers and place of each figure, with tabs
+   !> between, a line each.
+   pure function figure_lines(lines) result(text)
+      class(verdict_lines_type), intent(in) :: lines  !< all
+      character(len=:), allocatable :: text
+      character, parameter :: tab = achar(9)
+      integer :: i
+
+      text = ''
+      do i = 1, size(lines%figures)
+         associate (figure => lines%figures(i))
+            if (i > 1) text = text//new_line('a')
+            text = text//figure%name//tab//figure%key(1)%name//tab//figure%key(2)%name//tab// &
+               figure%shown//tab//figure%place
+         end associate
+      end do
+   end function figure_lines
+
+   !> Sentence, table and doubts for a screen.
+   pure function screen_text(lines) result(text)
+      class(verdict_lines_type), intent(in) :: lines  !< all
+      character(len=:), allocatable :: text
+      integer :: i, first, last
+
+      text = wrapped(lines%happened//'.', 0, screen_width)
+      if (size(lines%figures) > 0) text = text//new_line('a')// &
+         padded(padded(padded('', columns(1))//'largest', columns(2))//'at the end', columns(3))// &
+         'where, when'//new_line('a')
+      do i = 1, size(lines%figures)
+         text = text//figure_text(lines%figures(i))
+      end do
+      if (lines%doubts /= '') text = text//new_line('a')
+      first = 1
+      do while (first <= len(lines%doubts))
+         last = first + index(lines%doubts(first:)//new_line('a'), new_line('a')) - 2
+         text = text//'doubt  '//wrapped(lines%doubts(first:last), len('doubt  '), screen_width)
+         first = last + 2
+      end do
+      text = text(:len(text) - 1)
+   end function screen_text
+
+   !> A line of the table for a screen.
+   pure function figure_text(figure) result(text)
+      type(figure_type), intent(in) :: figure  !< a line
+      character(len=:), allocatable :: text
+      integer :: k
+
+      text = figure%name
+      do k = 1, 2
+         text = padded(text, columns(k))
+         if (figure%key(k)%name /= '') text = text//short_text(figure%value(k))//' '//figure%shown
+      end do
+      text = padded(text, columns(3))//wrapped(figure%place, columns(3), screen_width)
+   end function figure_text
+
+end module dda_verdict_lines

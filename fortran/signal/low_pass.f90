@@ -1,0 +1,63 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Accelerations below a frequency, sample by sample: a Butterworth low-pass of fourth order.
+!>
+!> Two oscillators in series, u' = ωw and w' = ω(a − u − 2ζw) with ζ = cos(π/8) and cos(3π/8), are
+!> stepped by the trapezoidal rule.  With ωh/2 = tan(πfh) half the power passes at f, whatever the
+!> step h.
+module dda_low_pass
+   use dda_kinds, only: wp, pi
+   implicit none
+   private
+   public :: low_pass_type, new_low_pass, pass
+
+   integer, parameter :: sections = 2
+   real(wp), parameter :: damping(sections) = cos([1, 3]*pi/8)
+   real(wp), parameter :: most_share = 0.45_wp   !< of the sampling rate that f may be
+   real(wp), parameter :: same_step = 1.0e-9_wp  !< relative; what rounding of times is worth
+
+   !> A filter of one motion.
+   type :: low_pass_type
+      real(wp) :: frequency = 0.0_wp           !< f, Hz
+      real(wp) :: step = 0.0_wp                !< h that the factor is for, s
+      real(wp) :: factor = 0.0_wp              !< ωh/2
+      real(wp) :: rate(sections) = 0.0_wp      !< w, m/s²
+      real(wp) :: passed(0:sections) = 0.0_wp  !< a, and u of each, m/s²
+   end type low_pass_type
+
+contains
+
+   !> A filter at rest.
+   pure type(low_pass_type) function new_low_pass(frequency) result(filter)
+      real(wp), intent(in) :: frequency  !< where half the power passes, Hz
+
+      filter%frequency = frequency
+   end function new_low_pass
+
+   !> The motion goes on to an acceleration: what passes at that time, m/s².
+   pure subroutine pass(filter, acceleration, step, low)
+      type(low_pass_type), intent(inout) :: filter  !< of the motion so far
+      real(wp), intent(in) :: acceleration          !< m/s²
+      real(wp), intent(in) :: step                  !< time since the last one, s
+      real(wp), intent(out) :: low                  !< m/s²
+      real(wp) :: both, rate
+      integer :: i
+
+      if (abs(step - filter%step) > same_step*step) then
+         filter%step = step
+         filter%factor = tan(pi*min(filter%frequency*step, most_share))
+      end if
+      both = filter%passed(0) + acceleration
+      filter%passed(0) = acceleration
+      do i = 1, sections
+         associate (c => filter%factor, u => filter%passed(i), w => filter%rate(i))
+            rate = (w*(1.0_wp - c*(c + 2.0_wp*damping(i))) + c*(both - 2.0_wp*u)) &
+               /(1.0_wp + c*(c + 2.0_wp*damping(i)))
+            both = u + u + c*(w + rate)
+            u = both - u
+            w = rate
+         end associate
+      end do
+      low = filter%passed(sections)
+   end subroutine pass
+
+end module dda_low_pass

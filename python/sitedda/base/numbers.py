@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Numbers as a reader sees them in terminals, reports, pictures; the engine writes them alike."""
+
+from __future__ import annotations
+
+import math
+
+# Factors from SI to the units in which values are shown.
+SHOWN = {"m": 1.0, "mm": 1e3, "µm": 1e6, "nm": 1e9, "°": 180.0 / math.pi, "%": 100.0,
+         "kN/m": 1e-3, "MN/m": 1e-6, "m/s": 1.0, "m/s²": 1.0, "": 1.0}  # fmt: skip
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number in so many significant digits: 0.1235, 12.5, 1.235e-7.
+
+    Parameters
+    ----------
+    value : float
+    digits : int
+    """
+    if value == 0 or not math.isfinite(value):
+        return "0" if value == 0 else str(value)
+    if 1e-3 <= abs(value) < 1e6:
+        decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+        return _without_zeros(f"{value:.{decimals}f}")
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    return f"{_without_zeros(mantissa)}e{int(power)}"
+
+
+def _without_zeros(text: str) -> str:
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def with_bar(value: float, bar: float) -> str:
+    """A number and its bar; the bar has two digits, the number ends where the bar does.
+
+    Parameters
+    ----------
+    value, bar : float
+        In the same unit; without a bar, NaN, the number has four digits.
+    """
+    if not math.isfinite(bar) or not math.isfinite(value):
+        return f"{number(value)} (no bar)"
+    if bar == 0:
+        return f"{number(value, 6)} ± 0"
+    last = math.floor(math.log10(bar)) - 1
+    power = math.floor(math.log10(max(abs(value), bar)))
+    if -4 <= power < 6:
+        digits = max(-last, 0)
+        return f"{round(value, -last):.{digits}f} ± {round(bar, -last):.{digits}f}"
+    scale, digits = 10.0**power, max(power - last, 0)
+    return f"({value / scale:.{digits}f} ± {bar / scale:.{digits}f})e{power}"
+
+
+def length(value: float) -> str:
+    """A length in the unit that suits it.
+
+    Parameters
+    ----------
+    value : float
+        m
+    """
+    fits = (unit for unit in ("m", "mm", "µm") if abs(value) * SHOWN[unit] >= 1.0)
+    unit = "m" if value == 0 else next(fits, "nm")
+    return f"{number(value * SHOWN[unit])} {unit}"

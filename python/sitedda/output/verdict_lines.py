@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The verdict of a run as a reader sees it: a sentence, a table of figures, doubts, counts."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from ..base.numbers import SHOWN, number, with_bar
+
+if TYPE_CHECKING:
+    from ..study.error_bars.figures import Accuracy
+
+WIDTH = 80  # of a screen
+_COLUMNS = (20, 14, 14)  # least widths of name, largest value, that at the end
+_HEADS = ("", "largest", "at the end", "where, when")
+NO_BARS = "these figures have no error bars: sitedda accuracy FILE.nml gives them"
+
+
+@dataclass(frozen=True)
+class FigureLine:
+    """A line of the table.
+
+    Attributes
+    ----------
+    name : str
+    largest, end : str
+        Keys of its numbers in the values of the verdict: the largest, that at the end; or blank.
+    unit : str
+        In which they are shown, see `sitedda.base.numbers.SHOWN`.
+    place : str
+        Where and when it was largest.
+    """
+
+    name: str
+    largest: str
+    end: str
+    unit: str
+    place: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What happened in a run.
+
+    Attributes
+    ----------
+    values : dict of float
+        By name with its unit, such as ``largest_displacement_m``; of measured points as
+        ``pga_m_s2[top]``.
+    clauses : list of str
+        Of the sentence that says what happened.
+    figures : list of FigureLine
+        The figures that are more than rounding.
+    doubts : list of (str, str)
+        Topic and sentence.
+    steps : str
+        Counts of the time stepping.
+    bars : Accuracy or None
+        How sure the figures are, where that is known.
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    clauses: list[str] = field(default_factory=list)
+    figures: list[FigureLine] = field(default_factory=list)
+    doubts: list[tuple[str, str]] = field(default_factory=list)
+    steps: str = ""
+    bars: Accuracy | None = None
+
+    @property
+    def happened(self) -> str:
+        """What happened, in one sentence."""
+        text = "; ".join(filter(None, self.clauses))
+        return f"{text[:1].upper()}{text[1:]}." if text else ""
+
+    @property
+    def all_doubts(self) -> list[tuple[str, str]]:
+        """Topic and sentence of each doubt, those of the bars behind."""
+        return self.doubts + (self.bars.doubts() if self.bars else [])
+
+    @property
+    def lines(self) -> list[tuple[str, str]]:
+        """Topic and words of all: sentence, figures, doubts, counts."""
+        named = [
+            (line.name, "; ".join(filter(None, (large, end and f"{end} at the end", line.place))))
+            for line, (_, large, end, _) in zip(self.figures, self.rows()[1:], strict=True)
+        ]
+        found = [("what happened", self.happened), *named, *self.all_doubts, ("steps", self.steps)]
+        return [(topic, words) for topic, words in found if words]
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """The table of figures as texts, its heads first."""
+        return [_HEADS, *((line.name, self._cell(line.largest, line.unit),
+                           self._cell(line.end, line.unit), line.place)
+                          for line in self.figures)]  # fmt: skip
+
+    def _cell(self, key: str, unit: str) -> str:
+        if not key:
+            return ""
+        scale, bar = SHOWN.get(unit, 1.0), self.bars and self.bars.figures.get(key)
+        value = self.values.get(key, math.nan)
+        text = with_bar(bar.finest * scale, bar.bar * scale) if bar else number(value * scale)
+        return f"{text} {unit}".strip()
+
+    def __str__(self) -> str:
+        """Sentence, table, doubts, counts, on lines of a screen."""
+        parts = [_wrapped(self.happened)]
+        if self.figures:
+            parts.append(_table(self.rows()))
+        if self.all_doubts:
+            parts.append("\n".join(_wrapped(f"doubt  {topic}: {words}", 7)
+                                   for topic, words in self.all_doubts))  # fmt: skip
+        return "\n\n".join(filter(None, [*parts, _wrapped(self.steps)]))
+
+    def tell(self, clause: str, **values: float) -> None:
+        """Add a clause of what happened, and its values."""
+        self.clauses.append(clause)
+        self.values.update({name: float(value) for name, value in values.items()})
+
+    def say(self, name: str, key: str, value: float, unit: str, place: str, end=False) -> None:
+        """Add a figure."""
+        self.values[key] = float(value)
+        self.figures.append(FigureLine(name, "" if end else key, key if end else "", unit, place))
+
+
+def _wrapped(text: str, indent: int = 0) -> str:
+    return textwrap.fill(text, WIDTH, subsequent_indent=" " * indent, break_long_words=False,
+                         break_on_hyphens=False)  # fmt: skip
+
+
+def _table(rows: list[tuple[str, ...]]) -> str:
+    """Columns at their usual places, or as wide as they must be."""
+    wide = [max(least, 2 + max(len(row[i]) for row in rows)) for i, least in enumerate(_COLUMNS)]
+    lines = []
+    for row in rows:
+        head = "".join(f"{cell:{w}}" for cell, w in zip(row, wide, strict=False))
+        last = textwrap.wrap(row[3], max(WIDTH - len(head), 20), break_long_words=False,
+                             break_on_hyphens=False)  # fmt: skip
+        lines += [head + (last[0] if last else ""), *(" " * len(head) + more for more in last[1:])]
+    return "\n".join(line.rstrip() for line in lines)
