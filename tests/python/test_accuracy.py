@@ -15,7 +15,7 @@ import sitedda
 from sitedda.base.numbers import number, with_bar
 from sitedda.error_bars import kept_accuracy
 from sitedda.error_bars.bars import bar_of_steps, penalty_error
-from sitedda.error_bars.horizon import horizon
+from sitedda.error_bars.horizon import _beyond, horizon
 from sitedda.error_bars.measure import _figures
 from sitedda.error_bars.variants import Facts, facts_of
 from sitedda.output import load
@@ -84,6 +84,21 @@ def test_what_only_smaller_steps_show_is_not_left_out():
     found = _figures(Facts({}, 1, 0.0), runs)["largest_opening_m"]
     assert found.finest == 0.1
     assert "does not converge" in found.doubt
+
+
+def test_a_force_that_grows_with_smaller_steps_is_a_blow():
+    runs = [{"largest_contact_force_n_m": value} for value in (1.0, 2.0, 4.0)]
+    found = _figures(Facts({}, 1, 0.0), runs)["largest_contact_force_n_m"]
+    assert found.doubt == "grows as 1/Δt, a blow: 1, 2, 4 at Δt, Δt/2, Δt/4"
+
+
+def test_what_has_no_limit_after_twins_have_parted_is_of_a_distribution():
+    runs = [{"largest_slip_m": value} for value in (1.0, 1.1, 0.8)]
+    found = _figures(Facts({}, 1, 0.0), runs)["largest_slip_m"]
+    assert _beyond(found, 2.0, 3.0) is found
+    beyond = _beyond(found, 3.5, 3.0)
+    assert beyond.doubt.startswith("beyond the horizon of 3 s, one of a distribution: 1, 1.1, 0.8")
+    assert beyond.bar == found.bar
 
 
 def test_a_run_that_failed_has_counted_nothing():
@@ -320,6 +335,9 @@ def test_an_ensemble_gives_bands(write_input):
     assert band.median[-1] == pytest.approx(tilt.median)
     assert band.high[100] - band.low[100] < 1e-6
     assert "decided until" in str(found)
+    panels = [axes for axes in found.draw().axes if axes.get_visible()]
+    assert [axes.get_title() for axes in panels] == ["largest_tilt_rad"]
+    assert "16–84 % of twins" in [text.get_text() for text in panels[0].get_legend().texts]
     assert list(found.runs)[-3:] == ["twin 1", "twin 2", "twin 3"]
 
 

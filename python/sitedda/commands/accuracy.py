@@ -7,7 +7,8 @@ import argparse
 import json
 from pathlib import Path
 
-from ..base.arguments import COUNT, WORKERS
+from ..base.arguments import COUNT, WORKERS, picture_name
+from ..base.files import save_picture
 from .parser import add_changes
 
 
@@ -20,6 +21,9 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
         default=0,
         metavar="N",
         help="twins with a displaced block: median, 16 and 84 %% of each figure",
+    )
+    parser.add_argument(
+        "-o", "--output", type=picture_name, help="picture of the ensemble (FILE_bands.png)"
     )
     parser.add_argument("--folder", type=Path, help="where the runs are kept, to go on (temporary)")
     parser.add_argument("-w", "--workers", type=WORKERS, help="processes (one a processor)")
@@ -37,4 +41,9 @@ def _tell(options: argparse.Namespace) -> int:
         workers=options.workers, progress=not (options.quiet or options.json),
     )  # fmt: skip
     print(json.dumps(found.to_dict(), indent=1) if options.json else found)
+    if found.bands:
+        picture = options.output or Path(f"{options.file.stem}_bands.png")
+        picture = save_picture(found.draw(), picture, [options.file], dpi=130)
+        if not options.json:
+            print(f"\npicture: {picture}")
     return 0

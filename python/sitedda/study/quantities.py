@@ -48,6 +48,7 @@ _TOPICS = {
     "add_lost": ("blocks_lost", "first_block_lost_s"),
     "add_damping": ("amplification", "amplification_frequency_hz"),
 }  # fmt: skip
+_OF_PYTHON = ("residual_drift", "amplification")  # figures that the engine does not list
 _BLOCKS = ("frame_time", "vertex_block", "vertices", "block_coordinates")
 _HISTORY = ("time", "acceleration", "velocity", "point_place", "time_step", "energy_balance")
 _NEEDS = {"add_damping": _HISTORY}
@@ -180,6 +181,7 @@ def measure(
 
     - ``verdict``, all numbers of `sitedda.Run.verdict`, or one by its name, as
       ``largest_tilt_rad`` or ``pga_m_s2[top]``; counts of what did not happen are 0;
+    - ``figures``, those of them that the table of the verdict has, and counts;
     - ``variable[point or block].component``, such as ``displacement[top].x``,
       ``block_stress[drum_3].yy``, ``energy_friction``: a history; with ``.max``, ``.min``,
       ``.range``, ``.last`` or ``.largest`` (by its size) behind it a number;
@@ -238,6 +240,8 @@ def _one(output: Output, wanted: Quantity) -> dict:
         output.asked_in_vain = True
     if name == "verdict":
         return _verdict(output, list(_TOPICS))
+    if name == "figures":
+        return _figures(output)
     for part, names in _TOPICS.items():
         if name in names:
             return {wanted.label: _verdict_number(output, part, name, label)}
@@ -271,6 +275,13 @@ def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
             found |= dict.fromkeys(_LARGEST, np.nan)
     read = [part for part in parts if part != _WRITTEN]
     return found | _read_verdict(output, read) if read else found
+
+
+def _figures(output: Output) -> dict[str, float]:
+    """Numbers that are more than rounding, as the engine says."""
+    rows = (line.split("\t") for line in str(output.attributes.get("figures", "")).splitlines())
+    keys = {key for row in rows for key in row[1:3]} | set(_ZERO) | set(_OF_PYTHON)
+    return {name: value for name, value in _verdict(output, list(_TOPICS)).items() if name in keys}
 
 
 def _read_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:

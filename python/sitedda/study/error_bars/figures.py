@@ -9,13 +9,16 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from ..base.numbers import number, with_bar
+from ...base.numbers import number, with_bar
 from .bars import SMALL, Bar
 
 _COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
 # What is no figure of the model: what the audit leaves, times and periods of a largest value.
 _NOT = ("energy_balance_j_m", "sa_period_s", "first_block_", "end_s")
 _REST = 1e-9  # share of the largest value of a run below which one at its end is round-off
+_NO_DRIFT = 1e-6
+_BLOW = 1.5  # by which each halving of the steps raises what has no limit
+BEYOND, BLOW, OPEN = "beyond the horizon", "grows as 1/Δt, a blow", "does not converge"
 
 
 @dataclass(frozen=True)
@@ -134,6 +137,12 @@ class Accuracy:
         """A figure by its name."""
         return self.figures[name]
 
+    def draw(self):
+        """Bands of the figures over time, see `sitedda.error_bars.picture`; a matplotlib figure."""
+        from .picture import bands_picture
+
+        return bands_picture(self)
+
     def doubts(self) -> list[tuple[str, str]]:
         """Topic and sentence of what figures share: no bar, a horizon, runs that ended early."""
         groups: dict[str, list[str]] = {}
@@ -176,6 +185,8 @@ def is_figure(name: str, values: Mapping[str, float]) -> bool:
     """
     if name.startswith(_NOT) or not math.isfinite(values[name]):
         return False
+    if name == "residual_drift":
+        return abs(values[name]) >= _NO_DRIFT
     largest = values.get(name.replace("residual_", "largest_"), 1.0)
     return abs(values[name]) > _REST * abs(largest)
 
@@ -206,8 +217,9 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float) -
     if not all(map(math.isfinite, numbers)):
         doubt = "no bar: not all runs have it"
     elif not bar.converges:
-        words = ", ".join(map(number, numbers))
-        doubt = f"does not converge: {words} at Δt, Δt/2, Δt/4"
+        a, b, c = map(abs, numbers)
+        why = BLOW if b > _BLOW * a and c > _BLOW * b else OPEN
+        doubt = f"{why}: {', '.join(map(number, numbers))} at Δt, Δt/2, Δt/4"
     elif math.isnan(penalty):
         doubt = "no bar: the run with 4 k_n has none of it"
     elif penalty > max(bar.half, 10 * SMALL * abs(numbers[-1])):

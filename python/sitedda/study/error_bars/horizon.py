@@ -13,14 +13,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from .figures import Band, Figure
+from ...base.numbers import number
+from .figures import BEYOND, OPEN, Band, Figure, is_count
 from .variants import ENSEMBLE, RUN, TWIN
 
 APART = 0.01  # of the largest value of a figure, from which on it is another one
 SHARES = (16.0, 50.0, 84.0)  # %, of the twins of an ensemble
 _HISTORY = "history_"
 # Figures whose own history is not kept go with that of another.
-_FOLLOW = {"residual_": "largest_", "pga_below_50_hz_m_s2": "pga_m_s2", "sa_m_s2": "pga_m_s2"}
+_FOLLOW = {"residual_": "largest_", "pga_below_50_hz_m_s2": "pga_m_s2", "sa_m_s2": "pga_m_s2",
+           "pga_resolved_m_s2": "pgv_m_s", "sa_resolved_m_s2": "pgv_m_s",
+           "arias_resolved_m_s": "arias_m_s"}  # fmt: skip
 
 
 def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
@@ -56,6 +59,8 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
     if TWIN in done and "look" in table:
         parted = _parted(table)
         found = {n: replace(f, decided=_decided(n, table, parted)) for n, f in found.items()}
+        first = min(parted.values(), default=math.inf)
+        found = {n: _beyond(f, _reached(n, table), first) for n, f in found.items()}
     if twins:
         rows = table.sel(variant=twins)
         found = {n: _spread(f, rows[n].values) for n, f in found.items()}
@@ -103,6 +108,27 @@ def _decided(name: str, table, parted: dict[str, float]) -> float:
     other = next((name.replace(a, b) for a, b in _FOLLOW.items() if name.startswith(a)), "")
     own = parted.get(other, math.inf)
     return min(own if own < end else min(parted.values(), default=end), end)
+
+
+def _reached(name: str, table) -> float:
+    """When a figure got the value that it has at the end of the run, s."""
+    history = f"{_HISTORY}{name}"
+    if history not in table.data_vars:
+        other = next((b for a, b in _FOLLOW.items() if name.startswith(a)), "")
+        history = f"{_HISTORY}{other}{name[name.find('[') :] if '[' in name else ''}"
+        if name.startswith("residual_") or history not in table.data_vars:
+            return float(table.look.values[-1])
+    values = table[history].sel(variant=RUN).values
+    return float(table.look.values[int(np.argmax(values >= values[-1]))])
+
+
+def _beyond(figure: Figure, reached: float, first: float) -> Figure:
+    """Say of a figure without a limit that it is of a time at which twins have parted."""
+    words, between, numbers = figure.doubt.partition(":")
+    if reached <= first or not (words == OPEN or is_count(figure.name) and words):
+        return figure
+    where = f"{BEYOND} of {number(first, 3)} s, one of a distribution"
+    return replace(figure, doubt=f"{where}{between}{numbers}")
 
 
 def _spread(figure: Figure, values: np.ndarray) -> Figure:

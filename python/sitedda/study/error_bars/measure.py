@@ -18,7 +18,7 @@ STEPS = (1, 2, 4)  # that Δt is divided by
 
 def accuracy(
     model,
-    results="verdict",
+    results="figures",
     *,
     changes: Mapping | None = None,
     ensemble: int = 0,
@@ -37,7 +37,7 @@ def accuracy(
     ----------
     model : path or Model
     results : str, callable, sequence or mapping of these
-        The figures, see `sitedda.study.measure`; all numbers of the verdict by default.
+        The figures, see `sitedda.study.measure`; those of the verdict by default.
     changes, **more
         Variables to change in the input, see `Simulation`.
     ensemble : int

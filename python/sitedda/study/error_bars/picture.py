@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the twins of an ensemble say of figures over time, drawn as bands."""
+
+from __future__ import annotations
+
+import math
+
+from ...base.errors import InputError
+from ...base.numbers import number
+from ...drawing.style import BLUE, GREY, ORANGE, canvas
+from .figures import Accuracy
+
+_MOST = 6  # figures of one picture
+_COLUMNS = 2
+
+
+def bands_picture(found: Accuracy):
+    """Median and 16–84 % of the twins of a run, of its first figures; a matplotlib figure.
+
+    Parameters
+    ----------
+    found : Accuracy
+        With an ensemble.
+
+    Raises
+    ------
+    InputError
+        If it has none.
+    """
+    names = [name for name in found.figures if name in found.bands][:_MOST]
+    if not names:
+        raise InputError("there are no bands without an ensemble: give ensemble = 10 or more")
+    rows = math.ceil(len(names) / _COLUMNS)
+    figure, panels = canvas(_COLUMNS, rows, size=(10.0, 2.6 * rows))
+    for axes, name in zip(panels, names, strict=False):
+        band, decided = found.bands[name], found[name].decided
+        axes.fill_between(band.time, band.low, band.high, color=BLUE, alpha=0.25, lw=0,
+                          label="16–84 % of twins")  # fmt: skip
+        axes.plot(band.time, band.median, color=BLUE, lw=1.6, label="median")
+        if decided < found.end:
+            words = f"decided until {number(decided, 3)} s"
+            axes.axvline(decided, color=ORANGE, lw=1.2, label=words)
+        axes.set(title=name, xlabel="time (s)", xlim=(band.time[0], band.time[-1]))
+        axes.title.set_color(GREY)
+        axes.legend(frameon=False, fontsize=8)
+    for axes in panels[len(names) :]:
+        axes.set_visible(False)
+    return figure
