@@ -63,7 +63,7 @@ def test_slip_and_force_of_a_joint(swapped):
     values = run.verdict.values
     assert values["joint_slip_m[base]"] == pytest.approx(float(history.joint_slip[-1]), abs=1e-12)
     assert values["joint_normal_force_n_m[base]"] == pytest.approx(normal, rel=1e-5)
-    assert any(topic == "joint base" for topic, _ in run.verdict.lines)
+    assert any(line.largest == "largest_joint_slip_m[base]" for line in run.verdict.figures)
 
 
 def test_opening_of_a_joint_and_quantities_of_it(tmp_path, native, same_bits):

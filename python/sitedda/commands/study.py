@@ -177,7 +177,7 @@ def _tell(table, status: str | None, name: str) -> None:
 
 def _tell_roots(table, task: SolveFor) -> None:
     """The first roots, with the parameters of their cases."""
-    from ..study.error_bars import with_bar
+    from ..base.numbers import with_bar
 
     if "root" in table:
         root, bar = table.root.values, table.root_bar.values

@@ -76,7 +76,7 @@ class Root:
 
     def __str__(self) -> str:
         """The root in a sentence, and what speaks against it."""
-        from .error_bars import with_bar
+        from ..base.numbers import with_bar
 
         words = f"{self.parameter} = {with_bar(self.value, self.bar)}"
         if self.jumps:

@@ -18,6 +18,8 @@ from .figures import BEYOND, OPEN, Band, Figure, is_count
 from .variants import ENSEMBLE, RUN, TWIN
 
 APART = 0.01  # of the largest value of a figure, from which on it is another one
+BEGUN = 1e-8  # of it: differences below are rounding
+_LEAST_LOOKS = 10  # that a growth is fitted to
 SHARES = (16.0, 50.0, 84.0)  # %, of the twins of an ensemble
 _HISTORY = "history_"
 # Figures whose own history is not kept go with that of another.
@@ -40,7 +42,21 @@ def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
     apart |= np.isnan(run) != np.isnan(twin)
     if not apart.any():
         return math.inf
-    return float(time[max(int(np.argmax(apart)) - 1, 0)])
+    first = max(int(np.argmax(apart)) - 1, 0)
+    return min(float(time[first]), _by_growth(time, np.abs(run - twin) / largest, first + 1))
+
+
+def _by_growth(time: np.ndarray, apart: np.ndarray, end: int) -> float:
+    """When a difference that grows exponentially is `APART`, by a line fitted to its logarithm.
+
+    The first time at which it is hangs on the step in which one impact is or is not.
+    """
+    grown = np.fmax.accumulate(apart[: end + 1])
+    use = (grown > BEGUN) & (grown < APART)
+    if use.sum() < _LEAST_LOOKS:
+        return math.inf
+    rate, start = np.polyfit(time[: end + 1][use], np.log(grown[use]), 1)
+    return float((math.log(APART) - start) / rate) if rate > 0 else math.inf
 
 
 def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
