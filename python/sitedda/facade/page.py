@@ -106,12 +106,14 @@ def _checked(scene: Scene, source) -> Report | str:
         return str(error)
 
 
-def _verdict(scene: Scene) -> list:
+def _verdict(scene: Scene) -> list[Part]:
     """What happened, the figures, how sure they are, doubts and counts."""
     bars = kept_accuracy(scene.data.attrs)
     found = verdict(scene, bars)
     heads, *rows = found.rows()
-    parts = [Paragraph(found.happened), Table(heads, rows)] if rows else [Paragraph(found.happened)]
+    parts: list[Part] = [Paragraph(found.happened)]
+    if rows:
+        parts.append(Table(heads, rows))
     if found.all_doubts:
         parts.append(Bullets([f"{topic}: {words}" for topic, words in found.all_doubts], "Doubts"))
     parts.append(Facts([("steps", found.steps)]))

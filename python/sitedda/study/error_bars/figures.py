@@ -138,7 +138,7 @@ class Accuracy:
         return self.figures[name]
 
     def draw(self):
-        """Bands of the figures over time, see `sitedda.error_bars.picture`; a matplotlib figure."""
+        """Bands over time, see `sitedda.study.error_bars.picture`; a matplotlib figure."""
         from .picture import bands_picture
 
         return bands_picture(self)

@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from ...base.errors import InputError
 from ...base.numbers import number
 from ...drawing.style import BLUE, GREY, ORANGE, canvas
-from .figures import Accuracy
+
+if TYPE_CHECKING:
+    from .figures import Accuracy
 
 _MOST = 6  # figures of one picture
 _COLUMNS = 2
