@@ -168,7 +168,9 @@ def test_what_a_killed_run_leaves_is_replaced(native, here):
 
 def test_an_output_does_not_replace_what_is_read_by_another_name(main, here):
     blocks = [{"vertices": [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0]}]
-    file = sitedda.block_file.write_block_file(here / "blocks.nc", blocks)
+    from sitedda.block_file import write_block_file
+
+    file = write_block_file(here / "blocks.nc", blocks)
     os.link(file, here / "other.nc")
     model = sitedda.Model(time_step=1e-3, steps=2)
     model.material("rock", density=2e3, young_modulus=1e9, poisson_ratio=0.2)
