@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every result of the paper, reproduced: runs, rows beside the printed values, figures, report.
 
-``python -m sitedda.paper`` does all studies; ``python -m sitedda.paper layers`` one of them.
+``sitedda paper`` does all studies; ``sitedda paper layers`` one of them.
 
 The paper: "Site response analysis with two-dimensional numerical discontinuous deformation analysis
 method" (2013).

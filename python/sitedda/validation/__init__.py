@@ -3,7 +3,7 @@
 
 ``CASES`` holds them by name; ``run_case(name)`` runs one and ``write_report`` writes results
 down with their pictures.  From the command line:
-``python -m sitedda.validation [CASE …] [--report FOLDER]``.
+``sitedda validate [CASE …] [--report FOLDER]``.
 """
 
 from __future__ import annotations
