@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import sitedda
-from sitedda.model import Model
+from sitedda.facade.model import Model
 from sitedda.scene import Scene
 from sitedda.validation.cables import (
     DROP,

@@ -92,7 +92,7 @@ def said(model: Model, native, tmp_path, main) -> list[str]:
     for call in (main, native):
         for words in (("run", file, "--quiet"), ("check", file)):
             done = call(*words, folder=tmp_path)
-            texts.append(re.sub(r"\n {24}", " ", done.stdout + done.stderr))
+            texts.append(re.sub(r"\n {7,}", " ", done.stdout + done.stderr))
     return [line for text in texts for line in text.splitlines() if "three times too" in line]
 
 

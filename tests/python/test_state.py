@@ -21,7 +21,7 @@ REMADE = {
             *("n", "first", "owner", "next", "previous", "material", "joint", "reference"),
             *("radius", "area", "mass", "inertia", "stiffness", "half_size"),
             *("mixed", "removed", "damps", "damping"),
-            *("body", "inner", "outline", "rest_share", "joined", "joined_first"),
+            *("body", "inner", "outline", "rest_share", "joined", "joined_first", "whole_area"),
         )
     },
     ("contact", "neighbours_type"): {

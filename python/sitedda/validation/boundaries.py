@@ -7,7 +7,7 @@ import numpy as np
 
 from ..drawing.style import BLUE, RED, canvas
 from ..engine.checking import transfer
-from ..input.model import Model
+from ..facade.model import Model
 from .case import Outcome, at_most, case, relative
 from .model import GRAVITY
 

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from ..drawing.style import BLUE, RED, canvas
 from ..engine.checking import modes
-from ..input.model import Model
+from ..facade.model import Model
 from .case import Outcome, at_most, case, relative
 from .model import GRAVITY, residual
 

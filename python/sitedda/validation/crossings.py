@@ -11,8 +11,8 @@ import numpy as np
 
 from ..drawing.style import BLUE, ORANGE, canvas
 from ..engine.simulation import Simulation
+from ..facade.model import Model
 from ..input.examples import copy_example
-from ..input.model import Model
 from .case import Outcome, Table, at_most, case, relative
 from .model import GRAVITY
 

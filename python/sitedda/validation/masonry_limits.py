@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from ..drawing.style import GROUND, STONE, bare, canvas, draw_blocks
-from ..input.model import Model
+from ..facade.model import Model
 from ..stability import bisect
 from .case import Outcome, at_most, case, true
 from .model import GRAVITY, rectangle

@@ -11,7 +11,7 @@ import numpy as np
 from ..base.errors import ConvergenceError, SolverError
 from ..drawing.style import BLUE, RED, STONE, canvas
 from ..engine.simulation import Simulation
-from ..input.model import Model
+from ..facade.model import Model
 from ..stability import bisect, mechanism, safety
 from ..stability.picture import draw_mechanism
 from ..stability.strength import released

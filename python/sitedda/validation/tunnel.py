@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..drawing.style import STONE, bare, canvas, draw_blocks
+from ..facade.model import Model
 from ..facade.run import run
-from ..input.model import Model
 from ..output.scene import Scene
 from .case import Outcome, Row, at_most, case, true
 from .model import GRAVITY, residual
