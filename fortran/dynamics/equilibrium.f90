@@ -30,7 +30,7 @@ module dda_equilibrium
    use dda_columns, only: follow_columns
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_contact_search, only: find_contacts
-   use dda_elements, only: set_elements, freeze_elements, balance_elements
+   use dda_elements, only: set_elements, freeze_elements, balance_elements, prepare_elements
    use dda_damping, only: is_damped
    use dda_energy, only: energy_type, add_energy, energy_kinetic, energy_kinetic_damping, &
       energy_algorithmic, energy_strain
@@ -279,6 +279,8 @@ contains
       if (allocated(error)) return
       associate (contacts => simulation%contacts(simulation%now), system => simulation%system, &
          blocks => simulation%blocks)
+         call prepare_elements(simulation%elements, blocks, next_step(simulation), &
+            system%d)
          call assemble_linear(system, simulation%elements, blocks, next_step(simulation))
          system%rhs = system%load
          do c = 1, contacts%n

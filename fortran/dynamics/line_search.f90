@@ -19,11 +19,28 @@ module dda_line_search
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
-   public :: descend
+   public :: descend, other_slope_type
+
+   !> Slope of forces that are in none of system and contacts.
+   type, abstract :: other_slope_type
+   contains
+      procedure(slope_interface), deferred :: at
+   end type other_slope_type
+
+   abstract interface
+      !> Slope at a share of the step, J/m.
+      real(wp) function slope_interface(self, share)
+         import :: other_slope_type, wp
+         class(other_slope_type), intent(in) :: self  !< of a step
+         real(wp), intent(in) :: share                !< 0 … 1
+      end function slope_interface
+   end interface
 
    integer, parameter :: most_steps = 40
    !> a slope below this share of the first one is none
    real(wp), parameter :: zero_slope = 1.0e-2_wp
+   !> a slope below this share of the curvature leaves a step of Newton's method whole
+   real(wp), parameter :: whole_slope = 0.1_wp
    !> a slope below this share of the curvature is none
    real(wp), parameter :: rounding = 1.0e-10_wp
 
@@ -32,13 +49,15 @@ contains
    !> Shorten system%d towards system%previous_d where the function has its least before; `alpha` is
    !> the share of the step that is left.
    !>
-   !> On entry the contacts are evaluated at the new d.  Regula falsi on the slope; halving the
+   !> On entry the contacts are evaluated at the new d.  With other forces, whose slope is 0 at the
+   !> previous d, a step is left whole where its slope has fallen to a tenth.  Regula falsi on the slope; halving the
    !> slope of an end that stays (Illinois) makes it converge faster than linearly.
-   subroutine descend(system, contacts, laws, alpha)
+   subroutine descend(system, contacts, laws, alpha, other)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(out) :: alpha  !< share of the step
+      class(other_slope_type), intent(in), optional :: other  !< forces that are not linear
       real(wp) :: start, growth, slope_lo, slope_hi, alpha_lo, alpha_hi, slope, first, linear(2)
       integer :: i
 
@@ -46,6 +65,10 @@ contains
       call quadratic_slope(system, start, growth)
       call measure_changes(system, contacts, slope_hi)
       slope_hi = start + growth + slope_hi
+      if (present(other)) then
+         slope_hi = slope_hi + other%at(1.0_wp)
+         if (slope_hi <= whole_slope*abs(growth)) return
+      end if
       if (slope_hi <= abs(growth)*rounding) return
       call take_out_linear(contacts, laws, linear)
       start = start + linear(1)
@@ -61,6 +84,7 @@ contains
             alpha = alpha_lo - slope_lo*(alpha_hi - alpha_lo)/(slope_hi - slope_lo)
          if (.not. (alpha > alpha_lo .and. alpha < alpha_hi)) alpha = 0.5_wp*(alpha_lo + alpha_hi)
          slope = start + alpha*growth + contact_slope(contacts, laws, alpha)
+         if (present(other)) slope = slope + other%at(alpha)
          if (abs(slope) <= zero_slope*abs(first)) exit
          if (slope > 0.0_wp) then
             alpha_hi = alpha

@@ -119,6 +119,7 @@ contains
       integer :: l
 
       associate (damping => blocks%damping(blocks%material(b)))
+         if (damping%by_law) return
          factor = damping%unrelaxed - 1.0_wp
          do l = 1, damping%n
             factor = factor - damping%unrelaxed*following(damping, l, step%time_step)
@@ -149,7 +150,7 @@ contains
 
       strain = 0.0_wp
       associate (damping => blocks%damping(blocks%material(b)))
-         if (damping%n == 0) return
+         if (damping%n == 0 .or. damping%by_law) return
          do l = 1, damping%n
             strain = strain + relaxed(blocks, damping, b, l, step%time_step)
          end do
@@ -186,6 +187,7 @@ contains
 
       associate (damping => blocks%damping(blocks%material(b)), dt => step%time_step, &
          stiffness => blocks%rest_share(b)*blocks%stiffness(:, :, b))
+         if (damping%by_law) return
          total = (damping%unrelaxed - 1.0_wp)*d(4:6)
          do l = 1, damping%n
             change = relaxed(blocks, damping, b, l, dt) + following(damping, l, dt)*d(4:6)
@@ -209,7 +211,7 @@ contains
 
       energy = 0.0_wp
       associate (damping => blocks%damping(blocks%material(b)))
-         if (damping%n == 0) return
+         if (damping%n == 0 .or. damping%by_law) return
          sum_of = 0.0_wp
          do l = 1, damping%n
             associate (memory => blocks%memory(:, l, b))
@@ -234,6 +236,7 @@ contains
       integer :: l
 
       associate (damping => blocks%damping(blocks%material(b)))
+         if (damping%by_law) return
          do l = 1, damping%n
             blocks%memory(:, l, b) = blocks%memory(:, l, b) &
                + (relaxed(blocks, damping, b, l, step%time_step) &

@@ -79,6 +79,8 @@ module dda_simulation
       type(history_type) :: history
       type(laws_type) :: laws
       type(elements_type) :: elements          !< supports, loads, body forces …
+      !> [6,blocks] increment that laws of materials are linear about, and the solution then
+      real(wp), allocatable :: linear_about(:,:), solution(:,:)
       type(scheme_type) :: scheme              !< time integration
       type(system_type) :: system
       type(solver_type) :: solver

@@ -9,7 +9,7 @@ module dda_time_step
    use dda_contact_search, only: find_contacts
    use dda_damage_passes, only: most_passes
    use dda_diagnostics, only: explain, check_state
-   use dda_elements, only: accept_elements, revise_elements
+   use dda_elements, only: accept_elements, prepare_elements, revise_elements, worst_of_points
    use dda_energy, only: add_energy, energy_algorithmic, energy_impact, energy_input, &
       energy_kinetic_damping
    use dda_energy_budget, only: update_step, update_state
@@ -19,6 +19,7 @@ module dda_time_step
    use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
    use dda_linear_solver, only: weigh_loads
    use dda_model, only: half_size
+   use dda_material_search, only: shorten_step
    use dda_open_close, only: close_contacts, counts_of, add_counts
    use dda_original_rules, only: close_by_original_rules
    use dda_scheme, only: end_time
@@ -26,13 +27,14 @@ module dda_time_step
    use dda_static_relaxation, only: close_static
    use dda_stopwatch, only: begin_laps, lap, phase_assemble, phase_iterate, phase_update
    use dda_system, only: assemble_linear
+   use dda_text, only: to_text
    implicit none
    private
    public :: advance
 
    real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< of Δt when adaptive
    integer, parameter :: most_attempts = 40                  !< at one step
-   integer, parameter :: most_rounds = 60                    !< of states of bolts in a step
+   integer, parameter :: most_rounds = 60  !< of bolts' states, or of Newton's method, in a step
    integer, parameter :: most_searches = 3                   !< at one step of the same Δt
 
 contains
@@ -79,6 +81,8 @@ contains
          contacts%was_bonded(:contacts%n) = contacts%bonded(:contacts%n)
          if (contacts%with_laws) contacts%was_weakened(:contacts%n) = contacts%weakened(:contacts%n)
          call predict(simulation%blocks, simulation%system%d, next_step(simulation))
+         call prepare_elements(simulation%elements, simulation%blocks, next_step(simulation), &
+            simulation%system%d)
          before = 0
          do round = 1, most_rounds
             call assemble_linear(simulation%system, simulation%elements, simulation%blocks, &
@@ -87,20 +91,33 @@ contains
             call lap(simulation%system%watch, phase_assemble)
             if (simulation%laws%damped .and. round > 1) call damp_contacts(contacts, &
                simulation%laws, simulation%blocks, next_step(simulation))  ! nothing is hit yet
+            if (simulation%elements%nonlinear) simulation%linear_about = simulation%system%d
             call close_step(simulation, error)
             call add_counts(simulation%iteration, before)
             before = counts_of(simulation%iteration)
             if (allocated(error)) exit
-            call revise_elements(simulation%elements, simulation%blocks, simulation%system%d, &
-               changed)
+            if (simulation%elements%nonlinear) call shorten_step(simulation)
+            call revise_elements(simulation%elements, simulation%blocks, next_step(simulation), &
+               simulation%system%d, changed)
             if (changed == 0) exit
          end do
-         if (round > most_rounds) call fail(error, error_convergence, &
-            'the states of bolts that yield or go slack do not converge')
+         if (round > most_rounds) call fail(error, error_convergence, unsettled(simulation))
          counters%iterations = counters%iterations + simulation%iteration%iterations
          counters%most_iterations = max(counters%most_iterations, simulation%iteration%iterations)
       end associate
    end subroutine solve_step
+
+   !> What has found no state in a step.
+   pure function unsettled(simulation) result(words)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      character(len=:), allocatable :: words
+      integer :: block
+
+      block = worst_of_points(simulation%elements)
+      words = 'bolts that yield or go slack find no state'
+      if (block > 0) words = 'the stress of the material law does not converge in block '// &
+         to_text(block)
+   end function unsettled
 
    !> Solve the step of the columns of free fields first, and hand it to the sides of the model.  On
    !> the way to rest they are at rest already.

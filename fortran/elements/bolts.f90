@@ -411,9 +411,10 @@ contains
    end function breaks
 
    !> Stretches of the converged increment d, and the modes that they ask for.
-   subroutine revise(self, blocks, d, changed)
+   subroutine revise(self, blocks, step, d, changed)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(step_type), intent(in) :: step           !< the one being taken
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed  !< components that must be assumed otherwise
       real(wp) :: row(6, most_points)

@@ -27,7 +27,9 @@ module dda_element
       procedure :: accept => accept_nothing
       procedure :: match_velocity => match_nothing
       procedure :: freeze => freeze_nothing
+      procedure :: prepare => prepare_nothing
       procedure :: revise => revise_nothing
+      procedure :: slope_beyond => no_slope
       procedure :: inherit => inherit_nothing
       procedure :: balance => balance_nothing
       procedure :: serialise => serialise_nothing
@@ -84,14 +86,36 @@ contains
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine accept_nothing
 
-   !> After a converged solution: states of its own that differ from those that were assumed are
-   !> changed, and the step is solved again; here: none.
-   subroutine revise_nothing(self, blocks, d, changed)
+   !> Before a step, or for forces at rest: what is not linear in d is made so about an increment;
+   !> here: nothing.
+   subroutine prepare_nothing(self, blocks, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at the start of the step
+      type(step_type), intent(in) :: step           !< the one being taken
+      real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
+   end subroutine prepare_nothing
+
+   !> After a converged solution: states of its own that differ from those that were assumed are
+   !> changed, and the step is solved again; here: none.
+   subroutine revise_nothing(self, blocks, step, d, changed)
+      class(element_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks       !< at the start of the step
+      type(step_type), intent(in) :: step           !< the one being taken
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed             !< states that have changed
    end subroutine revise_nothing
+
+   !> Work on the way from one increment to another, at a share of the way, of what forces have
+   !> beyond the linear problem, J per metre of thickness; here: none.
+   real(wp) function no_slope(self, blocks, step, from, to, share)
+      class(element_type), intent(in) :: self     !< elements of this kind
+      type(blocks_type), intent(in) :: blocks     !< at the start of the step
+      type(step_type), intent(in) :: step         !< the one being taken
+      real(wp), intent(in) :: from(:,:), to(:,:)  !< [6,blocks] increments of the coordinates
+      real(wp), intent(in) :: share               !< 0 … 1
+
+      no_slope = 0.0_wp
+   end function no_slope
 
    !> Project initial velocities onto what a stiff element admits; here: all are admitted.
    subroutine match_nothing(self, blocks, motions, step, velocity)

@@ -9,7 +9,7 @@ module dda_elements
    use dda_bolts, only: bolts_type, bolt_columns, new_bolts
    use dda_edge_loads, only: new_edge_loads
    use dda_element, only: element_type
-   use dda_energy, only: energy_type, energy_support, energy_welded
+   use dda_energy, only: energy_type, energy_law, energy_support, energy_welded
    use dda_fixed_points, only: new_fixed_points
    use dda_free_sides, only: free_sides_type, new_free_sides, follow_column
    use dda_linear_terms, only: linear_terms_type, clear_terms
@@ -17,12 +17,14 @@ module dda_elements
    use dda_motion, only: motion_type
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
+   use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, worst_point
    use dda_ties, only: ties_type, new_ties
    use dda_welds, only: welds_type, new_welds, add_face_stress, face_energies
    implicit none
    private
    public :: elements_type, set_elements, register, linear_terms_of, &
-      add_forces, update_stored, account_elements, revise_elements, bolt_states, accept_elements, &
+      add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
+      slope_beyond, worst_of_points, bolt_states, accept_elements, &
       match_velocities, freeze_elements, balance_elements, serialise_elements, face_forces, &
       follow_free_field, block_stress, body_energies
 
@@ -35,6 +37,7 @@ module dda_elements
    type :: elements_type
       type(kind_type), allocatable :: kind(:)
       type(motion_type), allocatable :: motions(:)
+      logical :: nonlinear = .false.  !< some materials have laws of their own
    end type elements_type
 
 contains
@@ -67,6 +70,9 @@ contains
       if (size(model%edge_loads) > 0) call register(elements, new_edge_loads(model%edge_loads))
       if (size(model%bolts) > 0) call register(elements, new_bolts(model%bolts, blocks))
       if (size(model%welds) > 0) call register(elements, new_welds(model%welds, blocks, &
+         model%materials, model%control%plane_strain))
+      elements%nonlinear = any(model%materials%has_law())
+      if (elements%nonlinear) call register(elements, new_strain_points(model%welds, blocks, &
          model%materials, model%control%plane_strain))
       if (allocated(before)) call inherit_states(elements, before, blocks)
    end subroutine set_elements
@@ -136,7 +142,7 @@ contains
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
 
-      energy%value([energy_support, energy_welded]) = 0.0_wp
+      energy%value([energy_support, energy_welded, energy_law]) = 0.0_wp
       do i = 1, size(elements%kind)
          call elements%kind(i)%element%add_stored(blocks, elements%motions, step, energy)
       end do
@@ -151,25 +157,69 @@ contains
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
 
-      energy%value([energy_support, energy_welded]) = 0.0_wp
+      energy%value([energy_support, energy_welded, energy_law]) = 0.0_wp
       do i = 1, size(elements%kind)
          call elements%kind(i)%element%account(blocks, elements%motions, step, d, energy)
       end do
    end subroutine account_elements
 
-   !> Number of states of elements that differ from those assumed for the converged increment d.
-   subroutine revise_elements(elements, blocks, d, changed)
+   !> Before a step: what is not linear is made so about an increment.
+   subroutine prepare_elements(elements, blocks, step, d)
       type(elements_type), intent(inout) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(step_type), intent(in) :: step      !< the one being taken
+      real(wp), intent(in) :: d(:,:)           !< [6,blocks]
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%prepare(blocks, step, d)
+      end do
+   end subroutine prepare_elements
+
+   !> Number of states of elements that differ from those assumed for the converged increment d.
+   subroutine revise_elements(elements, blocks, step, d, changed)
+      type(elements_type), intent(inout) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(step_type), intent(in) :: step      !< the one being taken
       real(wp), intent(in) :: d(:,:)           !< [6,blocks]
       integer, intent(out) :: changed          !< states that have changed
       integer :: i
 
       changed = 0
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%revise(blocks, d, changed)
+         call elements%kind(i)%element%revise(blocks, step, d, changed)
       end do
    end subroutine revise_elements
+
+   !> Slope of the energy of a step on the way from one increment to another, beyond that of the
+   !> linear problem, J per metre of thickness.
+   real(wp) function slope_beyond(elements, blocks, step, from, to, share) result(slope)
+      type(elements_type), intent(in) :: elements  !< prepared for the step
+      type(blocks_type), intent(in) :: blocks      !< at the start of the step
+      type(step_type), intent(in) :: step          !< the one being taken
+      real(wp), intent(in) :: from(:,:), to(:,:)   !< [6,blocks]
+      real(wp), intent(in) :: share                !< of the way, 0 … 1
+      integer :: i
+
+      slope = 0.0_wp
+      do i = 1, size(elements%kind)
+         slope = slope + elements%kind(i)%element%slope_beyond(blocks, step, from, to, share)
+      end do
+   end function slope_beyond
+
+   !> A block whose stress has not agreed with the last solution, 0 if all have.
+   pure integer function worst_of_points(elements) result(block)
+      type(elements_type), intent(in) :: elements  !< of the model
+      integer :: i
+
+      block = 0
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (strain_points_type)
+            block = worst_point(element)
+         end select
+      end do
+   end function worst_of_points
 
    !> What the output holds of the bolts.
    pure function bolt_states(elements, n) result(states)
@@ -205,6 +255,8 @@ contains
             call element%add_face_force(face, blocks, step, d, force)
          type is (welds_type)
             call element%add_face_force(face, blocks, step, d, force)
+         type is (strain_points_type)
+            call element%add_face_force(face, blocks, step, d, force)
          end select
       end do
    end function face_forces
@@ -218,11 +270,14 @@ contains
       integer :: i, b
 
       allocate (stress(3, blocks%n))
-      if (any(blocks%body > 0)) allocate (of_faces(3, blocks%n), source=0.0_wp)
+      if (any(blocks%body > 0) .or. elements%nonlinear) allocate (of_faces(3, blocks%n), &
+         source=0.0_wp)
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (welds_type)
             call add_face_stress(element, blocks, of_faces)
+         type is (strain_points_type)
+            call add_point_stress(element, blocks, of_faces)
          end select
       end do
       do b = 1, blocks%n

@@ -17,7 +17,8 @@ module dda_weld_springs
    use dda_weld, only: weld_type
    implicit none
    private
-   public :: weld_springs_type, springs_of, n_deformations, most_springs, own_strain
+   public :: weld_springs_type, springs_of, n_deformations, most_springs, own_strain, &
+      strains_of
 
    integer, parameter :: n_deformations = 10  !< [u], [u]_l, ε_i, ε_j
    integer, parameter :: most_springs = 8
@@ -130,6 +131,48 @@ contains
          end do
       end do
    end function strain_of
+
+   !> Strains of both sides as matrices on the deformations: one strain where moduli are the same, else
+   !> with the displacement of the face that makes the elastic tractions of both sides one.
+   pure function strains_of(weld, moduli) result(strain)
+      type(weld_type), intent(in) :: weld      !< face
+      real(wp), intent(in) :: moduli(3, 3, 2)  !< D of both cells, Pa
+      real(wp) :: strain(3, n_deformations, 2)
+      real(wp) :: jump(3, 2, 2), traction(2, n_deformations), stiffness(2, 2), own(2, n_deformations)
+      integer :: i, k
+
+      strain = spread(strain_of(weld), 3, 2)
+      if (all(moduli(:, :, 1) == moduli(:, :, 2))) return
+      strain = 0.0_wp
+      stiffness = 0.0_wp
+      traction = 0.0_wp
+      ! Of u* − u_j, then, as all of [u] is on the first side: ε_i − (L/A_i) sym(n ⊗ [u]), ε_j.
+      do k = 1, 2
+         jump(:, :, k) = merge(1.0_wp, -1.0_wp, k == 1)*weld%length/weld%area(k)*across(weld)
+         do i = 1, 3
+            strain(i, own_strain(i, k), k) = 1.0_wp
+         end do
+         if (k == 1) strain(:, 1:2, k) = -jump(:, :, k)
+         own = weld%area(k)*matmul(transpose(jump(:, :, k)), matmul(moduli(:, :, k), &
+            strain(:, :, k)))
+         traction = traction + own
+         stiffness = stiffness + weld%area(k)*matmul(transpose(jump(:, :, k)), &
+            matmul(moduli(:, :, k), jump(:, :, k)))
+      end do
+      own = -matmul(inverse(stiffness), traction)
+      do k = 1, 2
+         strain(:, :, k) = strain(:, :, k) + matmul(jump(:, :, k), own)
+      end do
+   end function strains_of
+
+   !> Inverse of a matrix.
+   pure function inverse(matrix)
+      real(wp), intent(in) :: matrix(2, 2)  !< regular
+      real(wp) :: inverse(2, 2)
+
+      inverse = reshape([matrix(2, 2), -matrix(2, 1), -matrix(1, 2), matrix(1, 1)], [2, 2]) &
+         /(matrix(1, 1)*matrix(2, 2) - matrix(1, 2)*matrix(2, 1))
+   end function inverse
 
    !> Springs on the strains of both sides, of which u* takes two.
    !>

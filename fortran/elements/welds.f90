@@ -25,7 +25,7 @@ module dda_welds
       own_strain
    implicit none
    private
-   public :: welds_type, new_welds, add_face_stress, face_energies
+   public :: welds_type, new_welds, add_face_stress, face_energies, deformations_of, derivatives_of
 
    !> All welded faces.
    type, extends(element_type) :: welds_type
@@ -33,7 +33,8 @@ module dda_welds
       type(weld_springs_type), allocatable :: springs(:)  !< [faces]
       real(wp), allocatable :: force(:,:)                 !< [deformations,faces] f₀
       integer, allocatable :: material(:,:)               !< [2,faces] of both cells
-      real(wp), allocatable :: share(:,:)                 !< [2,faces] that they damp
+      real(wp), allocatable :: share(:,:)                 !< [2,faces] that they damp in steps
+      real(wp), allocatable :: small_share(:,:)           !< [2,faces] with what laws damp
       real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] after statics
       !> [mechanisms,springs,2,faces] ζ_l of both materials; 0 faces: nothing damps
       real(wp), allocatable :: memory(:,:,:,:)
@@ -70,7 +71,8 @@ contains
 
       self%weld = welds
       allocate (self%springs(size(welds)), self%force(n_deformations, size(welds)), &
-         self%material(2, size(welds)), self%share(2, size(welds)))
+         self%material(2, size(welds)), self%share(2, size(welds)), &
+         self%small_share(2, size(welds)))
       do i = 1, size(welds)
          self%material(:, i) = blocks%material(welds(i)%block)
          do k = 1, 2
@@ -78,8 +80,11 @@ contains
          end do
          self%springs(i) = springs_of(welds(i), moduli)
          self%force(:, i) = initial_force(welds(i), blocks%initial_stress(:, welds(i)%block))
-         self%share(:, i) = shares_of(welds(i), self%material(:, i), &
+         self%small_share(:, i) = shares_of(welds(i), self%material(:, i), &
             [moduli(1, 1, 1), moduli(1, 1, 2)], blocks%damping)
+         self%share(:, i) = self%small_share(:, i)
+         if (size(blocks%damping) == 0) cycle
+         where (blocks%damping(self%material(:, i))%by_law) self%share(:, i) = 0.0_wp
       end do
       call begin_memory(self, blocks)
    end function new_welds
@@ -324,10 +329,10 @@ contains
          term%source = i
          term%block_a = self%weld(i)%block(1)
          term%block_b = self%weld(i)%block(2)
-         term%damped_share = self%share(:, i)
+         term%damped_share = self%small_share(:, i)
          if (term%block_a == term%block_b) then  ! its own image
             term%block_b = 0
-            term%damped_share = [sum(self%share(:, i)), 0.0_wp]
+            term%damped_share = [sum(self%small_share(:, i)), 0.0_wp]
             g(:, :, 1) = g(:, :, 1) + g(:, :, 2)
          end if
          damped = term%damped_share

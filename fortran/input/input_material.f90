@@ -7,6 +7,7 @@ module dda_input_material
    use dda_errors, only: error_type
    use dda_input_group, only: group_type, input_error, given, require, is_set
    use dda_input_groups, only: material_values, read_values
+   use dda_input_material_law, only: check_law, set_law
    use dda_material, only: material_type, set_velocities
    use dda_model, only: model_type
    use dda_scheme, only: scheme_type, scheme_named
@@ -31,6 +32,7 @@ contains
       new%initial_velocity = own%initial_velocity
       call take_elasticity(error, group, own, new)
       call take_damping(error, group, own, new%damping)
+      call check_law(group, own, new, error)
    end subroutine read_material
 
    !> Young's modulus and Poisson's ratio, or the velocities of S and P waves.
@@ -93,7 +95,7 @@ contains
             'give rayleigh_alpha and rayleigh_beta, or damping_ratio, not both')
          damping%alpha = own%rayleigh_alpha
          damping%beta = own%rayleigh_beta
-      else if (.not. by_ratio) then
+      else if (.not. by_ratio .and. own%law == 'linear') then
          if (of_body .or. by_frequencies) call input_error(error, group, &
             'damping_ratio is missing: reference_frequency, damping_band, mechanisms and '// &
             'rayleigh_frequencies say how it is meant')
@@ -124,8 +126,8 @@ contains
          ' = '//to_text(band(1))//', '//to_text(band(2))//' must ascend')
    end subroutine check_band
 
-   !> Fit the bodies of all materials to what the time steps of all stages admit, and give them to
-   !> the blocks.
+   !> Fit the laws and bodies of all materials to what the time steps of all stages admit, and give
+   !> these to the blocks.
    subroutine fit_materials(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its stages
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -147,8 +149,11 @@ contains
       do i = 1, size(groups)
          if (groups(i)%name /= 'material') cycle
          m = m + 1
-         if (.not. has_body(model%materials(m)%damping)) cycle
-         call fit_body(model%materials(m)%damping, limit, failure)
+         call set_law(groups(i), model%materials(m), limit, failure)
+         associate (damping => model%materials(m)%damping)
+            if (has_body(damping) .and. .not. (damping%by_law .or. allocated(failure))) &
+               call fit_body(damping, limit, failure)
+         end associate
          if (.not. allocated(failure)) cycle
          call input_error(error, groups(i), failure%message)
          return

@@ -184,7 +184,7 @@ contains
       strain = 0.0_wp
       if (.not. (blocks%damps .and. has_memory(blocks))) return
       associate (damping => blocks%damping(blocks%material(b)))
-         if (damping%n == 0) return
+         if (damping%n == 0 .or. damping%by_law) return
          do l = 1, damping%n
             strain = strain + blocks%memory(:, l, b)
          end do

@@ -55,6 +55,8 @@ module dda_damping
       real(wp) :: misfit = 0.0_wp               !< largest relative error of ζ over the band
       real(wp) :: alpha = 0.0_wp                !< α of Rayleigh damping, 1/s
       real(wp) :: beta = 0.0_wp                 !< β of Rayleigh damping, s
+      !> in steps the law of the material has it, at small strains this
+      logical :: by_law = .false.
    end type damping_type
 
 contains

@@ -3,6 +3,7 @@
 module dda_material
    use dda_kinds, only: wp
    use dda_damping, only: damping_type
+   use dda_material_law, only: material_law_type
    implicit none
    private
    public :: material_type, joint_type, elasticity, set_velocities
@@ -17,6 +18,9 @@ module dda_material
       real(wp) :: initial_velocity(3) = 0.0_wp !< u̇, v̇ (m/s), ṙ (rad/s) at the start
       logical :: has_velocities = .false.      !< moduli from those of S and P waves
       type(damping_type) :: damping
+      class(material_law_type), allocatable :: law  !< none: linear elastic
+   contains
+      procedure :: has_law
    end type material_type
 
    !> Joint material: its law by name, and what laws are made of (see `docs/joints.md`).
@@ -51,6 +55,13 @@ module dda_material
    end type joint_type
 
 contains
+
+   !> The material has a law of its own.
+   elemental logical function has_law(material)
+      class(material_type), intent(in) :: material  !< as read
+
+      has_law = allocated(material%law)
+   end function has_law
 
    !> Young's modulus and Poisson's ratio from the velocities of S and P waves in the solid.
    pure subroutine set_velocities(material, shear_velocity, pressure_velocity)

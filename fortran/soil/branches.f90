@@ -60,12 +60,12 @@ module dda_branches
 contains
 
    !> Branches that fit the curves of a soil.
-   subroutine fit_branches(curve, n, masing, ratio, reference, branches, error)
+   subroutine fit_branches(curve, n, masing, damping, limit, branches, error)
       type(curve_type), intent(in) :: curve  !< two strains at least
       integer, intent(in) :: n               !< branches, 2 at least
       logical, intent(in) :: masing          !< damping of Masing's rules, in place of the curve's
-      real(wp), intent(in) :: ratio          !< D_min
-      real(wp), intent(in) :: reference      !< frequency at which the given modulus holds, Hz
+      type(damping_type), intent(in) :: damping  !< of small strains, not fitted
+      real(wp), intent(in) :: limit          !< largest ω_l that the time steps can take, rad/s
       type(branches_type), intent(out) :: branches  !< fitted
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: strain(samples*n)
@@ -75,7 +75,7 @@ contains
       if (allocated(error)) return
       branches%n = n
       branches%strain = log_spaced(first_strain(curve), last_strain(curve), n)
-      call set_body(branches, ratio, reference, strain_at(curve, body_reduction), error)
+      call set_body(branches, damping, limit, strain_at(curve, body_reduction), error)
       if (allocated(error)) return
       strain = log_spaced(branches%strain(1)*0.1_wp, branches%strain(n), samples*n)
       call fit_moduli(branches, strain, at(curve, curve%reduction, strain))
@@ -85,20 +85,19 @@ contains
    end subroutine fit_branches
 
    !> The body of a damping ratio, which slips from a strain on.
-   subroutine set_body(branches, ratio, reference, strain, error)
+   subroutine set_body(branches, damping, limit, strain, error)
       type(branches_type), intent(inout) :: branches  !< gets it
-      real(wp), intent(in) :: ratio      !< D_min; 0: none
-      real(wp), intent(in) :: reference  !< frequency at which the given modulus holds, Hz
+      type(damping_type), intent(in) :: damping  !< with its ratio D_min, 0: none; not fitted
+      real(wp), intent(in) :: limit      !< largest ω_l that the time steps can take, rad/s
       real(wp), intent(in) :: strain     !< γ_b
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      if (ratio <= 0.0_wp) return
-      branches%body%ratio = ratio
-      branches%body%reference = reference
-      call fit_body(branches%body, huge(1.0_wp), error)
+      if (damping%ratio <= 0.0_wp) return
+      branches%body = damping
+      call fit_body(branches%body, limit, error)
       branches%body_strain = strain
       if (strain < 1.0_wp) branches%body_cap = strain &
-         *hypot(1.0_wp - relaxed_modulus(branches%body), 2.0_wp*ratio)
+         *hypot(1.0_wp - relaxed_modulus(branches%body), 2.0_wp*damping%ratio)
    end subroutine set_body
 
    !> What is left of the modulus of a body in the long run, over the given one: 1 − g_b.

@@ -964,8 +964,8 @@ contains
 
       branches = 0.0_c_double
       numbers = 0.0_c_double
-      call fit_branches(curve_type(strain, reduction, damping), n, masing /= 0, ratio, reference, &
-         fitted, error)
+      call fit_branches(curve_type(strain, reduction, damping), n, masing /= 0, &
+         damping_type(ratio=ratio, reference=reference), huge(1.0_c_double), fitted, error)
       if (.not. allocated(error)) then
          branches(:, 1) = fitted%strain
          branches(:, 2) = fitted%modulus
@@ -1055,7 +1055,8 @@ contains
             own%strain = branches(:, 1, s)
             own%modulus = branches(:, 2, s)
             own%slipping = branches(:, 3, s)
-            if (.not. allocated(error)) call set_body(own, ratio(s), reference, limit(s), error)
+            if (.not. allocated(error)) call set_body(own, &
+               damping_type(ratio=ratio(s), reference=reference), huge(1.0_c_double), limit(s), error)
          end associate
       end do
    end subroutine take_column

@@ -6,6 +6,7 @@ module test_branch_law
       secant_ratio
    use dda_branch_law, only: response_type, respond, respond_body, keep_branches, keep_body, &
       stored_by_branches, stored_by_body
+   use dda_damping, only: damping_type
    use dda_errors, only: error_type
    use dda_text, only: to_text
    use models, only: random_vector, sow
@@ -51,7 +52,8 @@ contains
       curve%strain = [(10.0_wp**(-7.0_wp + 6.0_wp*(i - 1)/(rows - 1)), i=1, rows)]
       curve%reduction = 1.0_wp/(1.0_wp + curve%strain/reference)
       curve%damping = least + 0.5_wp*masing_ratio(curve%strain/reference)
-      call fit_branches(curve, 40, masing, least, 1.0_wp, branches, error)
+      call fit_branches(curve, 40, masing, damping_type(ratio=least, reference=1.0_wp), &
+         huge(1.0_wp), branches, error)
       call check_no_error(error, 'fitted')
    end subroutine make
 

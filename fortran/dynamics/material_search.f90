@@ -1,0 +1,51 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Line search of Newton's method on the laws of materials.
+!>
+!> A step is solved, contacts and all, with stresses that are linear about an increment (see
+!> `dda_strain_points`).  Where the energy of the step rises again before that solution, the way to it
+!> is shortened to where it is least.
+module dda_material_search
+   use dda_elements, only: slope_beyond
+   use dda_kinds, only: wp
+   use dda_line_search, only: descend, other_slope_type
+   use dda_open_close, only: evaluate
+   use dda_simulation, only: simulation_type, next_step
+   implicit none
+   private
+   public :: shorten_step
+
+   !> Slope of what strain points have beyond the linear problem.
+   type, extends(other_slope_type) :: law_slope_type
+      type(simulation_type), pointer :: simulation => null()
+   contains
+      procedure :: at
+   end type law_slope_type
+
+contains
+
+   !> Shorten the way from the increment that stresses are linear about to the solution.
+   subroutine shorten_step(simulation)
+      type(simulation_type), intent(inout), target :: simulation  !< with a solution of the step
+      type(law_slope_type) :: slope
+      real(wp) :: alpha
+
+      slope%simulation => simulation
+      simulation%system%previous_d = simulation%linear_about
+      simulation%solution = simulation%system%d
+      associate (contacts => simulation%contacts(simulation%now))
+         call descend(simulation%system, contacts, simulation%laws, alpha, slope)
+         if (alpha < 1.0_wp) call evaluate(simulation%iteration, simulation%system%d, contacts, &
+            simulation%laws)
+      end associate
+   end subroutine shorten_step
+
+   !> Slope at a share of the way, J per metre of thickness.
+   real(wp) function at(self, share)
+      class(law_slope_type), intent(in) :: self  !< of a step
+      real(wp), intent(in) :: share              !< 0 … 1
+
+      at = slope_beyond(self%simulation%elements, self%simulation%blocks, &
+         next_step(self%simulation), self%simulation%linear_about, self%simulation%solution, share)
+   end function at
+
+end module dda_material_search

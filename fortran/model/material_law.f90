@@ -1,0 +1,89 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The law of a material at a strain point: stress and tangent of a step, energies, a state.
+!>
+!> A point has strains ε (εx, εy, γxy) since its law began, under a stress σ₀ that was there then.
+!> Without a law of its own a material is linear elastic, σ = σ₀ + Dε, and nothing here is called.
+!> In a step from ε to ε + Δε the stress s that acts is such that, exactly,
+!>
+!>     s·Δε = Δψ + loss by the law + loss by the scheme ,
+!>
+!> both losses ≥ 0, ψ being what the law stores.  A new law is one file in `soil` that extends
+!> `material_law_type`, and its name in `dda_input_material_law`.
+module dda_material_law
+   use dda_kinds, only: wp
+   use dda_scheme, only: step_type
+   implicit none
+   private
+   public :: material_law_type, strain_point_type, loss_plastic, loss_damping, loss_scheme, losses
+
+   integer, parameter :: loss_plastic = 1  !< by slip or yielding
+   integer, parameter :: loss_damping = 2  !< by damping of small strains
+   integer, parameter :: loss_scheme = 3   !< by the time integration
+   integer, parameter :: losses = 3
+
+   !> What a law is told of a point.
+   type :: strain_point_type
+      real(wp) :: elasticity(3, 3) = 0.0_wp  !< D of small strains, Pa
+      real(wp) :: held(3) = 0.0_wp           !< σ₀, Pa
+      real(wp) :: length = 0.0_wp            !< root of the area, m
+   end type strain_point_type
+
+   !> A law.
+   type, abstract :: material_law_type
+   contains
+      procedure(state_interface), deferred :: state_size
+      procedure(respond_interface), deferred :: respond
+      procedure(finish_interface), deferred :: finish
+      procedure(stored_interface), deferred :: stored
+      procedure :: rests => never_rests
+   end type material_law_type
+
+   abstract interface
+      !> Numbers that a point keeps; all are 0 where the law begins.
+      pure integer function state_interface(self)
+         import :: material_law_type
+         class(material_law_type), intent(in) :: self  !< law
+      end function state_interface
+
+      !> Stress that acts in a step beyond σ₀, and its derivative by Δε, which is symmetric.
+      pure subroutine respond_interface(self, point, state, strain, change, step, stress, tangent)
+         import :: material_law_type, strain_point_type, step_type, wp
+         class(material_law_type), intent(in) :: self       !< law
+         type(strain_point_type), intent(in) :: point       !< where it acts
+         real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
+         real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
+         type(step_type), intent(in) :: step                !< the one being taken
+         real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
+      end subroutine respond_interface
+
+      !> State at the end of a step, and its losses.
+      pure subroutine finish_interface(self, point, state, strain, change, step, loss)
+         import :: material_law_type, strain_point_type, step_type, losses, wp
+         class(material_law_type), intent(in) :: self  !< law
+         type(strain_point_type), intent(in) :: point  !< where it acts
+         real(wp), intent(inout) :: state(:)           !< [any] at the start, becomes that of the end
+         real(wp), intent(in) :: strain(3), change(3)  !< ε at the start, Δε
+         type(step_type), intent(in) :: step           !< the one being taken
+         real(wp), intent(out) :: loss(losses)         !< J/m³
+      end subroutine finish_interface
+
+      !> ψ, J/m³.
+      pure real(wp) function stored_interface(self, point, state, strain)
+         import :: material_law_type, strain_point_type, wp
+         class(material_law_type), intent(in) :: self  !< law
+         type(strain_point_type), intent(in) :: point  !< where it acts
+         real(wp), intent(in) :: state(:)              !< [any] of the point
+         real(wp), intent(in) :: strain(3)             !< ε
+      end function stored_interface
+   end interface
+
+contains
+
+   !> In static stages the material is linear elastic; here: it is not.
+   pure logical function never_rests(self)
+      class(material_law_type), intent(in) :: self  !< law
+
+      never_rests = .false.
+   end function never_rests
+
+end module dda_material_law

@@ -1,0 +1,291 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Soil with a memory in the plane: branches (`dda_branches`) on the strains (εx − εy, γxy) of
+!> maximum shear; volume is elastic.
+!>
+!> The damping of small strains is that of a Maxwell body: of the shear in series with a slider, as in
+!> a column (`dda_branch_law`); of the volume without one.  The stress of its shear is returned to its
+!> cap at the end of a step and acts with the weights 1 − θ and θ of both ends, as branches do.
+!>
+!> In static stages the soil is elastic, so that loops begin from the rest that gravity makes.
+module dda_hysteretic_law
+   use dda_kinds, only: wp
+   use dda_branches, only: branches_type, relaxed_modulus
+   use dda_damping, only: following, relaxing
+   use dda_material_law, only: material_law_type, strain_point_type, loss_plastic, loss_damping, &
+      loss_scheme, losses
+   use dda_plane_branches, only: project, recoverable, potential
+   use dda_scheme, only: step_type
+   implicit none
+   private
+   public :: hysteretic_law_type, new_hysteretic_law
+
+   !> Branches of a soil in the plane.
+   type, extends(material_law_type) :: hysteretic_law_type
+      type(branches_type) :: branches
+   contains
+      procedure :: state_size
+      procedure :: respond
+      procedure :: finish
+      procedure :: stored
+      procedure :: rests
+   end type hysteretic_law_type
+
+   !> The body of small strains in a step: shear (two components) and volume.
+   type :: body_type
+      real(wp) :: before(3) = 0.0_wp    !< stress at the start, over the modulus
+      real(wp) :: trial(3) = 0.0_wp     !< at the end if nothing slips
+      real(wp) :: stiffness = 0.0_wp    !< growth of the trial stress with the strain
+      real(wp) :: after(3) = 0.0_wp     !< at the end
+      real(wp) :: slope(2, 2) = 0.0_wp  !< growth of the shear at the end
+   end type body_type
+
+contains
+
+   !> The law of fitted branches; those without stiffness are left out.
+   pure type(hysteretic_law_type) function new_hysteretic_law(branches) result(law)
+      type(branches_type), intent(in) :: branches  !< fitted
+
+      law%branches = branches
+      associate (kept => branches%modulus > 0.0_wp)
+         law%branches%n = count(kept)
+         law%branches%strain = pack(branches%strain, kept)
+         law%branches%modulus = pack(branches%modulus, kept)
+         law%branches%slipping = pack(branches%slipping, kept)
+      end associate
+   end function new_hysteretic_law
+
+   !> Strains of the branches that slip, then strain and mechanisms ζ of the body.
+   pure integer function state_size(self)
+      class(hysteretic_law_type), intent(in) :: self  !< law
+
+      state_size = 2*self%branches%n + 3*(1 + self%branches%body%n)
+   end function state_size
+
+   !> The first loops begin after static stages.
+   pure logical function rests(self)
+      class(hysteretic_law_type), intent(in) :: self  !< law
+
+      rests = .true.
+   end function rests
+
+   !> (εx − εy, γxy, εx + εy)
+   pure function parts(strain)
+      real(wp), intent(in) :: strain(3)  !< εx, εy, γxy
+      real(wp) :: parts(3)
+
+      parts = [strain(1) - strain(2), strain(3), strain(1) + strain(2)]
+   end function parts
+
+   !> G and the modulus of (σx + σy)/2 by εx + εy, Pa.
+   pure function moduli(point)
+      type(strain_point_type), intent(in) :: point  !< where the law acts
+      real(wp) :: moduli(2)
+
+      moduli = [point%elasticity(3, 3), 0.5_wp*(point%elasticity(1, 1) + point%elasticity(1, 2))]
+   end function moduli
+
+   !> Stress that acts in a step, and its tangent.
+   pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
+      class(hysteretic_law_type), intent(in) :: self     !< law
+      type(strain_point_type), intent(in) :: point       !< where it acts
+      real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
+      real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
+      type(step_type), intent(in) :: step                !< the one being taken
+      real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
+      real(wp) :: e(3), more(3), acting(3), slope(2, 2), volume, modulus(2)
+      type(body_type) :: body
+
+      e = parts(strain)
+      more = parts(change)
+      modulus = moduli(point)
+      associate (theta => step%scheme%theta, held => relaxed_modulus(self%branches%body))
+         call add_branches(self%branches, state, e(1:2), more(1:2), theta, acting(1:2), slope)
+         body = body_of(self%branches, state, more, step%time_step)
+         acting(1:2) = acting(1:2) + body%before(1:2) + theta*(body%after(1:2) - body%before(1:2))
+         slope = slope + theta*body%slope
+         acting(3) = held*(e(3) + theta*more(3)) + body%before(3) + theta*(body%after(3) &
+            - body%before(3))
+         volume = modulus(2)*theta*(held + body%stiffness)
+      end associate
+      acting = acting*[modulus(1), modulus(1), modulus(2)]
+      stress = [acting(3) + acting(1), acting(3) - acting(1), acting(2)]
+      slope = modulus(1)*slope
+      tangent(:, 1) = [volume + slope(1, 1), volume - slope(1, 1), slope(2, 1)]
+      tangent(:, 2) = [volume - slope(1, 1), volume + slope(1, 1), -slope(2, 1)]
+      tangent(:, 3) = [slope(1, 2), -slope(1, 2), slope(2, 2)]
+   end subroutine respond
+
+   !> What all branches act with, over G.
+   pure subroutine add_branches(branches, state, e, change, theta, acting, slope)
+      type(branches_type), intent(in) :: branches   !< fitted
+      real(wp), intent(in) :: state(:)              !< [any] of the point
+      real(wp), intent(in) :: e(2), change(2)       !< shear strains at the start, and their change
+      real(wp), intent(in) :: theta                 !< θ
+      real(wp), intent(out) :: acting(2), slope(2, 2)
+      real(wp) :: p(2), own(2, 2), modulus
+      integer :: j
+
+      acting = 0.0_wp
+      slope = 0.0_wp
+      do j = 1, branches%n
+         associate (before => state(2*j - 1:2*j), share => branches%slipping(j))
+            modulus = share*branches%modulus(j)
+            if (modulus > 0.0_wp) then
+               call project(before + change, branches%strain(j), p, own)
+               acting = acting + modulus*(before + theta*(p - before))
+               slope = slope + modulus*theta*own
+            end if
+            modulus = (1.0_wp - share)*branches%modulus(j)
+            if (modulus > 0.0_wp) then
+               call recoverable(e, change, branches%strain(j), theta, p, own)
+               acting = acting + modulus*p
+               slope = slope + modulus*own
+            end if
+         end associate
+      end do
+   end subroutine add_branches
+
+   !> The body of small strains in a step.
+   pure type(body_type) function body_of(branches, state, change, time_step) result(body)
+      type(branches_type), intent(in) :: branches  !< fitted
+      real(wp), intent(in) :: state(:)             !< [any] of the point, at the start
+      real(wp), intent(in) :: change(3)            !< of the strains of shear and volume
+      real(wp), intent(in) :: time_step            !< Δt, s
+      integer :: l, i
+
+      associate (law => branches%body, r => branches%body%unrelaxed, n => 2*branches%n)
+         do l = 1, law%n
+            do i = 1, 3
+               associate (e => state(n + i), memory => state(n + 3*l + i))
+                  body%before(i) = body%before(i) + r*(law%weight(l)*e - memory)
+                  body%trial(i) = body%trial(i) - r*relaxing(law, l, time_step, e, memory)
+               end associate
+            end do
+            body%stiffness = body%stiffness + r*(law%weight(l) - following(law, l, time_step))
+         end do
+         body%trial = body%before + body%trial + body%stiffness*change
+         body%after = body%trial
+         call project(body%trial(1:2), branches%body_cap, body%after(1:2), body%slope)
+         body%slope = body%stiffness*body%slope
+      end associate
+   end function body_of
+
+   !> State at the end of a step, and its losses.
+   pure subroutine finish(self, point, state, strain, change, step, loss)
+      class(hysteretic_law_type), intent(in) :: self  !< law
+      type(strain_point_type), intent(in) :: point    !< where it acts
+      real(wp), intent(inout) :: state(:)             !< [any] at the start, becomes that of the end
+      real(wp), intent(in) :: strain(3), change(3)    !< ε at the start, Δε
+      type(step_type), intent(in) :: step             !< the one being taken
+      real(wp), intent(out) :: loss(losses)           !< J/m³
+      real(wp) :: e(3), more(3), modulus(2), scheme
+
+      e = parts(strain)
+      more = parts(change)
+      modulus = moduli(point)
+      loss = 0.0_wp
+      call finish_branches(self%branches, state, e(1:2), more(1:2), step%scheme%theta, loss, scheme)
+      scheme = scheme + (step%scheme%theta - 0.5_wp)*relaxed_modulus(self%branches%body) &
+         *more(3)**2*modulus(2)/modulus(1)
+      loss = modulus(1)*loss
+      loss(loss_scheme) = modulus(1)*scheme
+      if (self%branches%body%n > 0) call finish_body(self%branches, state, more, modulus, step, loss)
+   end subroutine finish
+
+   !> Strains of the branches at the end of a step, and what they and the scheme lose, over G.
+   pure subroutine finish_branches(branches, state, e, change, theta, loss, scheme)
+      type(branches_type), intent(in) :: branches  !< fitted
+      real(wp), intent(inout) :: state(:)          !< [any] of the point
+      real(wp), intent(in) :: e(2), change(2)      !< shear strains at the start, and their change
+      real(wp), intent(in) :: theta                !< θ
+      real(wp), intent(inout) :: loss(losses)      !< gets that by slip
+      real(wp), intent(out) :: scheme              !< by the scheme
+      real(wp) :: p(2), own(2, 2), modulus, grown
+      integer :: j
+
+      scheme = 0.0_wp
+      do j = 1, branches%n
+         associate (before => state(2*j - 1:2*j), share => branches%slipping(j))
+            call project(before + change, branches%strain(j), p, own)
+            modulus = share*branches%modulus(j)
+            loss(loss_plastic) = loss(loss_plastic) + modulus*dot_product(0.5_wp*(before + p), &
+               change - (p - before))
+            scheme = scheme + modulus*(theta - 0.5_wp)*dot_product(p - before, change)
+            before = p
+            if (theta > 0.5_wp .and. share < 1.0_wp) then
+               modulus = (1.0_wp - share)*branches%modulus(j)
+               call recoverable(e, change, branches%strain(j), theta, p, own)
+               grown = potential(e + change, branches%strain(j)) - potential(e, branches%strain(j))
+               scheme = scheme + modulus*(dot_product(p, change) - grown)
+            end if
+         end associate
+      end do
+   end subroutine finish_branches
+
+   !> Strain and mechanisms of the body at the end of a step, and what it loses.
+   pure subroutine finish_body(branches, state, change, modulus, step, loss)
+      type(branches_type), intent(in) :: branches  !< fitted
+      real(wp), intent(inout) :: state(:)          !< [any] of the point
+      real(wp), intent(in) :: change(3)            !< of the strains of shear and volume
+      real(wp), intent(in) :: modulus(2)           !< of both, Pa
+      type(step_type), intent(in) :: step          !< the one being taken
+      real(wp), intent(inout) :: loss(losses)      !< J/m³
+      type(body_type) :: body
+      real(wp) :: taken, more, stiffness(3)
+      integer :: l, i
+
+      stiffness = [modulus(1), modulus(1), modulus(2)]
+      body = body_of(branches, state, change, step%time_step)
+      associate (law => branches%body, n => 2*branches%n)
+         do i = 1, 3
+            taken = change(i) - (body%trial(i) - body%after(i))/body%stiffness
+            loss(loss_plastic) = loss(loss_plastic) + stiffness(i)*0.5_wp*(body%before(i) &
+               + body%after(i))*(change(i) - taken)
+            loss(loss_scheme) = loss(loss_scheme) + stiffness(i)*(step%scheme%theta - 0.5_wp) &
+               *(body%after(i) - body%before(i))*change(i)
+            do l = 1, law%n
+               associate (memory => state(n + 3*l + i))
+                  more = relaxing(law, l, step%time_step, state(n + i), memory) &
+                     + following(law, l, step%time_step)*taken
+                  loss(loss_damping) = loss(loss_damping) + stiffness(i)*law%unrelaxed*more**2 &
+                     /(law%weight(l)*law%omega(l)*step%time_step)
+                  memory = memory + more
+               end associate
+            end do
+            state(n + i) = state(n + i) + taken
+         end do
+      end associate
+   end subroutine finish_body
+
+   !> ψ, J/m³.
+   pure real(wp) function stored(self, point, state, strain)
+      class(hysteretic_law_type), intent(in) :: self  !< law
+      type(strain_point_type), intent(in) :: point    !< where it acts
+      real(wp), intent(in) :: state(:)                !< [any] of the point
+      real(wp), intent(in) :: strain(3)               !< ε
+      real(wp) :: e(3), energy(3), modulus(2)
+      integer :: i, j, l
+
+      e = parts(strain)
+      energy = [0.0_wp, 0.0_wp, 0.5_wp*relaxed_modulus(self%branches%body)*e(3)**2]
+      do j = 1, self%branches%n
+         associate (share => self%branches%slipping(j))
+            energy(1) = energy(1) + self%branches%modulus(j)*(0.5_wp*share &
+               *sum(state(2*j - 1:2*j)**2) + (1.0_wp - share)*potential(e(1:2), &
+               self%branches%strain(j)))
+         end associate
+      end do
+      associate (law => self%branches%body, n => 2*self%branches%n)
+         do l = 1, law%n
+            do i = 1, 3
+               energy(i) = energy(i) + 0.5_wp*law%unrelaxed*(law%weight(l)*state(n + i) &
+                  - state(n + 3*l + i))**2/law%weight(l)
+            end do
+         end do
+      end associate
+      modulus = moduli(point)
+      stored = modulus(1)*(energy(1) + energy(2)) + modulus(2)*energy(3) &
+         + dot_product(point%held, strain)
+   end function stored
+
+end module dda_hysteretic_law

@@ -1,0 +1,141 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A branch of a soil in the plane: its strain e = (εx − εy, γxy), a vector, has the cap |e| ≤ y.
+!>
+!> What slips goes to p(e₀ + Δe), p being the nearest point within the cap, and acts with the weights
+!> 1 − θ and θ of both ends.  What is recoverable has the potential of p(e) and acts with
+!>
+!>     (2 − 2θ) ∫₀¹ p(e₀ + tΔe) dt + (2θ − 1) p(e₁) ,
+!>
+!> of which the first loses nothing.  Both are derivatives of convex functions of Δe.
+module dda_plane_branches
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: project, recoverable, potential
+
+   real(wp), parameter :: eye(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
+
+contains
+
+   !> p(e) and its derivative.
+   pure subroutine project(e, cap, p, slope)
+      real(wp), intent(in) :: e(2), cap               !< strain; y
+      real(wp), intent(out) :: p(2), slope(2, 2)      !< p(e), ∂p/∂e
+      real(wp) :: r, along(2)
+
+      r = hypot(e(1), e(2))
+      p = e
+      slope = eye
+      if (r <= cap) return
+      along = e/r
+      p = cap*along
+      slope(:, 1) = cap/r*(eye(:, 1) - along(1)*along)
+      slope(:, 2) = cap/r*(eye(:, 2) - along(2)*along)
+   end subroutine project
+
+   !> Potential of p: ½|e|² within the cap, y|e| − ½y² beyond.
+   pure real(wp) function potential(e, cap)
+      real(wp), intent(in) :: e(2), cap  !< strain; y
+      real(wp) :: r, within
+
+      r = hypot(e(1), e(2))
+      within = min(r, cap)
+      potential = within*(r - 0.5_wp*within)
+   end function potential
+
+   !> What a recoverable branch acts with in a step, and its derivative by Δe.
+   pure subroutine recoverable(e, change, cap, theta, acting, slope)
+      real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
+      real(wp), intent(in) :: theta                 !< θ
+      real(wp), intent(out) :: acting(2), slope(2, 2)
+      real(wp) :: p(2), of_end(2, 2)
+
+      call project(e + change, cap, p, of_end)
+      if (max(sum(e**2), sum((e + change)**2)) <= cap**2) then
+         acting = e + theta*change
+         slope = theta*eye
+         return
+      end if
+      call mean_along(e, change, cap, acting, slope)
+      acting = (2.0_wp - 2.0_wp*theta)*acting + (2.0_wp*theta - 1.0_wp)*p
+      slope = (2.0_wp - 2.0_wp*theta)*slope + (2.0_wp*theta - 1.0_wp)*of_end
+   end subroutine recoverable
+
+   !> ∫₀¹ p(e₀ + tΔe) dt and ∫₀¹ t ∂p/∂e dt.
+   !>
+   !> Along the line e = q + s t̂, q·t̂ = 0, the circle is entered and left at s = ∓√(y² − q²).
+   pure subroutine mean_along(e, change, cap, mean, slope)
+      real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
+      real(wp), intent(out) :: mean(2), slope(2, 2)
+      real(wp), parameter :: nothing = 1.0e-13_wp   !< of the strain: its rounding
+      real(wp) :: length, along(2), foot(2), ends(4), half
+
+      length = hypot(change(1), change(2))
+      if (length <= nothing*cap) then
+         call project(e + 0.5_wp*change, cap, mean, slope)
+         slope = 0.5_wp*slope
+         return
+      end if
+      along = change/length
+      ends(1) = dot_product(e, along)
+      ends(4) = ends(1) + length
+      foot = e - ends(1)*along
+      half = sqrt(max(0.0_wp, cap**2 - sum(foot**2)))
+      ends(2:3) = max(ends(1), min(ends(4), [-half, half]))
+      mean = 0.0_wp
+      slope = 0.0_wp
+      call add_beyond(foot, along, cap, ends(1), ends(2), ends(1), mean, slope)
+      call add_beyond(foot, along, cap, ends(3), ends(4), ends(1), mean, slope)
+      mean = mean + (ends(3) - ends(2))*(foot + 0.5_wp*(ends(2) + ends(3))*along)
+      slope = slope + (ends(3) - ends(2))*(0.5_wp*(ends(2) + ends(3)) - ends(1))*eye
+      mean = mean/length
+      slope = slope/length**2
+   end subroutine mean_along
+
+   !> What a piece of the line beyond the cap adds to ∫ p ds and, by Gauss's rule, to
+   !> ∫ (s − s₀) ∂p/∂e ds.
+   pure subroutine add_beyond(foot, along, cap, from, to, start, mean, slope)
+      real(wp), intent(in) :: foot(2), along(2), cap  !< q, t̂, y
+      real(wp), intent(in) :: from, to, start         !< ends s of the piece; s₀
+      real(wp), intent(inout) :: mean(2), slope(2, 2)
+      real(wp), parameter :: node = 0.577350269189625764_wp  !< of two points
+      real(wp) :: r(2), at, p(2), of_point(2, 2)
+      integer :: i
+
+      if (to <= from) return
+      r = sqrt(sum(foot**2) + [from, to]**2)
+      mean = mean + cap*(log_ratio(foot, from, to, r)*foot + (to - from)*(to + from)/sum(r)*along)
+      do i = -1, 1, 2
+         at = 0.5_wp*(from + to) + 0.5_wp*i*node*(to - from)
+         call project(foot + at*along, cap, p, of_point)
+         slope = slope + 0.5_wp*(to - from)*(at - start)*of_point
+      end do
+   end subroutine add_beyond
+
+   !> ∫ ds/|e| = ln((s₁ + r₁)/(s₀ + r₀)), without differences of large numbers.
+   pure real(wp) function log_ratio(foot, from, to, r)
+      real(wp), intent(in) :: foot(2), from, to, r(2)  !< q; s₀, s₁; r₀, r₁
+      real(wp) :: growth, distance
+
+      growth = (to - from)*(1.0_wp + (to + from)/sum(r))
+      if (from >= 0.0_wp) then
+         log_ratio = log_1p(growth/(from + r(1)))
+      else if (to <= 0.0_wp) then
+         log_ratio = log_1p((to - from)*(1.0_wp - (to + from)/sum(r))/(r(2) - to))
+      else
+         distance = norm2(foot)  ! at least the cap: the piece lies beyond it
+         log_ratio = asinh(to/distance) - asinh(from/distance)
+      end if
+   end function log_ratio
+
+   !> ln(1 + x) for x ≥ 0, exact where x is small.
+   pure real(wp) function log_1p(x)
+      real(wp), intent(in) :: x  !< any
+      real(wp) :: u
+
+      u = 1.0_wp + x
+      log_1p = x
+      if (u > 1.0_wp) log_1p = log(u)*(x/(u - 1.0_wp))
+   end function log_1p
+
+end module dda_plane_branches

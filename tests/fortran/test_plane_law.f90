@@ -1,0 +1,132 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A hysteretic law on paths that turn in the plane: energies of each step, convexity, small strains.
+module test_plane_law
+   use dda_kinds, only: wp
+   use dda_branches, only: branches_type, fit_branches, curve_type
+   use dda_damping, only: damping_type
+   use dda_errors, only: error_type
+   use dda_hysteretic_law, only: hysteretic_law_type, new_hysteretic_law
+   use dda_material, only: material_type, elasticity
+   use dda_material_law, only: strain_point_type, losses, loss_damping, loss_plastic, loss_scheme
+   use dda_plane_branches, only: recoverable, potential
+   use dda_scheme, only: scheme_type, step_type
+   use dda_soil_curves, only: soil_type, curve_of
+   use models, only: random, random_vector, sow
+   use testing, only: case, check
+   implicit none
+   private
+   public :: plane_law_suite
+
+contains
+
+   subroutine plane_law_suite()
+      call sow(7)
+      call recoverable_branches_lose_nothing_and_are_gradients()
+      call each_step_balances_and_loses()
+   end subroutine plane_law_suite
+
+   !> What a recoverable branch acts with works exactly what its potential grows by at θ = ½, and has
+   !> the symmetric slope of a function of Δe, whose differences agree.
+   subroutine recoverable_branches_lose_nothing_and_are_gradients()
+      real(wp) :: e(2), change(2), acting(2), slope(2, 2), more(2), of_more(2, 2), worst(3), scale
+      integer :: i, k
+
+      call case('recoverable branches')
+      worst = 0.0_wp
+      do i = 1, 4000
+         e = 3.0_wp*random_vector(2)
+         scale = 10.0_wp**random(-9.0_wp, 0.0_wp)
+         change = 2.0_wp*scale*random_vector(2)
+         call recoverable(e, change, 1.0_wp, 0.5_wp, acting, slope)
+         worst(1) = max(worst(1), abs(dot_product(acting, change) - potential(e + change, 1.0_wp) &
+            + potential(e, 1.0_wp)))
+         worst(2) = max(worst(2), norm2(acting) - 1.0_wp)
+         if (norm2(change) > 0.3_wp) cycle
+         do k = 1, 2
+            more = change
+            more(k) = more(k) + 1.0e-6_wp
+            call recoverable(e, more, 1.0_wp, 0.5_wp, more, of_more)
+            worst(3) = max(worst(3), maxval(abs((more - acting)/1.0e-6_wp - slope(:, k))))
+         end do
+      end do
+      call check(worst(1) < 4.0e-15_wp, 'work is the growth of the potential')
+      call check(worst(2) < 1.0e-14_wp, 'the cap holds')
+      call check(worst(3) < 0.05_wp, 'the slope is the derivative')
+   end subroutine recoverable_branches_lose_nothing_and_are_gradients
+
+   !> s·Δε = Δψ + losses, each ≥ 0, on random paths, with target loops and Masing's, at three θ.
+   subroutine each_step_balances_and_loses()
+      real(wp), parameter :: thetas(3) = [0.5_wp, 0.75_wp, 1.0_wp]
+      type(hysteretic_law_type) :: law
+      type(strain_point_type) :: point
+      type(error_type), allocatable :: error
+      real(wp) :: worst(2)
+      integer :: i, kind
+
+      call case('energies of steps that turn')
+      point%elasticity = elasticity(material_type(young_modulus=2.0e8_wp, poisson_ratio=0.3_wp), &
+         .true.)
+      point%held = [-1.0e5_wp, -2.0e5_wp, 3.0e4_wp]
+      do kind = 1, 2
+         call make_law(kind == 2, law, error)
+         call check(.not. allocated(error), 'the law is fitted')
+         do i = 1, 3
+            call walk(law, point, step_type(scheme_type(thetas(i), thetas(i)), 0.0_wp, 0.005_wp), &
+               worst)
+            call check(worst(1) < 1.0e-13_wp, 'work is what is stored and lost')
+            call check(worst(2) > -1.0e-13_wp, 'no loss is below 0')
+         end do
+      end do
+   end subroutine each_step_balances_and_loses
+
+   !> Darendeli's soil.
+   subroutine make_law(masing, law, error)
+      logical, intent(in) :: masing
+      type(hysteretic_law_type), intent(out) :: law
+      type(error_type), allocatable, intent(inout) :: error
+      type(curve_type) :: curve
+      type(branches_type) :: branches
+      type(soil_type) :: soil
+
+      soil%curve = 'darendeli'
+      soil%plasticity = 15.0_wp
+      call curve_of(soil, curve, error)
+      call fit_branches(curve, 20, masing, damping_type(ratio=0.01_wp, reference=1.0_wp), &
+         100.0_wp, branches, error)
+      law = new_hysteretic_law(branches)
+   end subroutine make_law
+
+   !> A path of 2,000 steps; the worst error of the balance and the least loss, over the work.
+   subroutine walk(law, point, step, worst)
+      type(hysteretic_law_type), intent(in) :: law
+      type(strain_point_type), intent(in) :: point
+      type(step_type), intent(in) :: step
+      real(wp), intent(out) :: worst(2)
+      real(wp) :: state(law%state_size()), strain(3), change(3), stress(3), tangent(3, 3)
+      real(wp) :: before, loss(losses), work, turned
+      integer :: i
+
+      state = 0.0_wp
+      strain = 0.0_wp
+      worst = 0.0_wp
+      work = 0.0_wp
+      do i = 1, 2000
+         turned = 10.0_wp**(-5.0_wp + 2.0_wp*modulo(0.37_wp*i, 1.0_wp))
+         change = turned*([cos(0.02_wp*i), -cos(0.02_wp*i), sin(0.03_wp*i)] + random_vector(3))
+         before = law%stored(point, state, strain)
+         call law%respond(point, state, strain, change, step, stress, tangent)
+         call law%finish(point, state, strain, change, step, loss)
+         strain = strain + change
+         stress = stress + point%held
+         work = work + abs(dot_product(stress, change))
+         worst(1) = max(worst(1), abs(dot_product(stress, change) - sum(loss) &
+            - law%stored(point, state, strain) + before))
+         worst(2) = min(worst(2), loss(loss_plastic), loss(loss_damping), loss(loss_damping) &
+            + loss(loss_scheme))
+         call check(maxval(abs(tangent - transpose(tangent))) <= 1.0e-12_wp*maxval(tangent), &
+            'the tangent is symmetric')
+      end do
+      worst = worst/work
+   end subroutine walk
+
+end module test_plane_law
