@@ -50,8 +50,9 @@ contains
    !> the share of the step that is left.
    !>
    !> On entry the contacts are evaluated at the new d.  With other forces, whose slope is 0 at the
-   !> previous d, a step is left whole where its slope has fallen to a tenth.  Regula falsi on the slope; halving the
-   !> slope of an end that stays (Illinois) makes it converge faster than linearly.
+   !> previous d, a step is left whole where its slope has fallen to a tenth.  Regula falsi on the
+   !> slope; halving the slope of an end that stays (Illinois) makes it converge faster than
+   !> linearly.
    subroutine descend(system, contacts, laws, alpha, other)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list

@@ -2,8 +2,8 @@
 !> Line search of Newton's method on the laws of materials.
 !>
 !> A step is solved, contacts and all, with stresses that are linear about an increment (see
-!> `dda_strain_points`).  Where the energy of the step rises again before that solution, the way to it
-!> is shortened to where it is least.
+!> `dda_strain_points`).  Where the energy of the step rises again before that solution, the way to
+!> it is shortened to where it is least.
 module dda_material_search
    use dda_elements, only: slope_beyond
    use dda_kinds, only: wp

@@ -5,11 +5,11 @@
 !> Blocks and welded faces are linear elastic; a point adds what its law has beyond that, c = s −
 !> θDΔε − Dε.  It is solved by Newton's method: the step is solved with c linear about an increment,
 !> and again about its solution, until c at the solution is the one that was solved with.  c is the
-!> derivative of a potential less a quadratic one, so where the law is convex a step is the least of a
-!> convex function, and `slope_beyond` makes its line search exact.
+!> derivative of a potential less a quadratic one, so where the law is convex a step is the least of
+!> a convex function, and `slope_beyond` makes its line search exact.
 !>
-!> At a face between two materials each side has its own strain, with the displacement of the face that
-!> small strains give it (`dda_weld_springs`).
+!> At a face between two materials each side has its own strain, with the displacement of the face
+!> that small strains give it (`dda_weld_springs`).
 module dda_strain_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -58,7 +58,7 @@ module dda_strain_points
       logical :: static = .false.                        !< laws that rest do
       real(wp), allocatable :: rest(:,:)                 !< [3,n] ε at which they began to, else 0
       real(wp), allocatable :: kept(:,:)                 !< [3,n] c that they keep meanwhile, Pa
-      real(wp), allocatable :: rest_energy(:)            !< [n] work of kept c in static stages, J/m³
+      real(wp), allocatable :: rest_energy(:)            !< [n] work of kept c, J/m³
       ! Of a step
       real(wp), allocatable :: operator(:,:,:,:)         !< [3,6,2,n] Δε by increments of blocks
       real(wp), allocatable :: strain(:,:)               !< [3,n] ε at its start
@@ -183,7 +183,8 @@ contains
       self%point(p)%elasticity = moduli(:, :, material)
       self%point(p)%held = initial + matmul(moduli(:, :, material), self%reference(:, p))
       self%point(p)%length = sqrt(self%area(p))
-      self%active(p) = has_law(self, material) .and. self%area(p) > 0.0_wp
+      self%active(p) = self%area(p) > 0.0_wp
+      if (self%active(p)) self%active(p) = has_law(self, material)
    end subroutine begin_point
 
    !> Strain of point p in the present state, from the shape that was drawn on.
@@ -215,7 +216,8 @@ contains
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
 
-      resting = self%static .and. has_law(self, self%material(p))
+      resting = self%static
+      if (resting) resting = has_law(self, self%material(p))
       if (resting) resting = self%slot(self%material(p))%law%rests()
    end function resting
 
@@ -367,8 +369,8 @@ contains
       end do
    end subroutine add_force
 
-   !> Add what images exert on the cells of one side beyond elasticity, in a step whose increment d is
-   !> known.
+   !> Add what images exert on the cells of one side beyond elasticity, in a step whose increment d
+   !> is known.
    subroutine add_face_force(self, side, blocks, step, d, load)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: side                    !< of each face, 1 or 2
@@ -380,7 +382,8 @@ contains
       integer :: p
 
       do p = 1, self%n
-         if (self%block(2, p) == 0 .or. .not. acts(self, p, blocks)) cycle
+         if (.not. acts(self, p, blocks)) cycle
+         if (self%block(2, p) == 0) cycle
          if (.not. is_shifted(self%face(p))) cycle
          call respond(self, p, self%strain(:, p), change_of(self, p, d), step, stress, tangent)
          associate (b => self%block(side, p))
@@ -541,7 +544,8 @@ contains
       real(wp), intent(out) :: loss(losses)          !< J/m³
 
       loss = 0.0_wp
-      if (resting(self, p) .or. .not. has_law(self, self%material(p))) return
+      if (resting(self, p)) return
+      if (.not. has_law(self, self%material(p))) return
       call self%slot(self%material(p))%law%finish(self%point(p), state, self%strain(:, p), &
          change, step, loss)
       loss(loss_scheme) = loss(loss_scheme) - (step%scheme%theta - 0.5_wp) &
@@ -572,8 +576,8 @@ contains
       type(blocks_type), intent(in) :: blocks        !< in their present state
       real(wp) :: stress(3), tangent(3, 3)
 
-      call respond(self, p, total_strain(self, p, blocks) - self%reference(:, p), spread(0.0_wp, 1, &
-         3), step_type(scheme_type(1.0_wp, 1.0_wp), 0.0_wp, 0.0_wp), stress, tangent)
+      call respond(self, p, total_strain(self, p, blocks) - self%reference(:, p), &
+         [0.0_wp, 0.0_wp, 0.0_wp], step_type(scheme_type(1.0_wp, 1.0_wp)), stress, tangent)
    end function present_stress
 
    !> In static stages laws that rest keep what they have beyond elasticity.
@@ -593,8 +597,8 @@ contains
       self%static = .true.
    end subroutine freeze
 
-   !> States pass to the same points.  A law that has rested goes on from the strain at which it began
-   !> to.  Where the law is another one, what its stress had beyond elasticity stays.
+   !> States pass to the same points.  A law that has rested goes on from the strain at which it
+   !> began to.  Where the law is another one, what its stress had beyond elasticity stays.
    subroutine inherit(self, before, blocks)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before         !< those of the same type

@@ -132,13 +132,14 @@ contains
       end do
    end function strain_of
 
-   !> Strains of both sides as matrices on the deformations: one strain where moduli are the same, else
-   !> with the displacement of the face that makes the elastic tractions of both sides one.
+   !> Strains of both sides as matrices on the deformations: one strain where moduli are the same,
+   !> else with the displacement of the face that makes the elastic tractions of both sides one.
    pure function strains_of(weld, moduli) result(strain)
       type(weld_type), intent(in) :: weld      !< face
       real(wp), intent(in) :: moduli(3, 3, 2)  !< D of both cells, Pa
       real(wp) :: strain(3, n_deformations, 2)
-      real(wp) :: jump(3, 2, 2), traction(2, n_deformations), stiffness(2, 2), own(2, n_deformations)
+      real(wp) :: jump(3, 2, 2), stiffness(2, 2)
+      real(wp) :: traction(2, n_deformations), own(2, n_deformations)
       integer :: i, k
 
       strain = spread(strain_of(weld), 3, 2)

@@ -34,7 +34,7 @@ contains
    subroutine set_law(group, material, limit, error)
       type(group_type), intent(in) :: group            !< &material
       type(material_type), intent(inout) :: material   !< as read
-      real(wp), intent(in) :: limit                    !< largest ω_l that all stages can take, rad/s
+      real(wp), intent(in) :: limit            !< largest ω_l that all stages can take, rad/s
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(material_values) :: own
       type(soil_type) :: soil
@@ -104,8 +104,8 @@ contains
             call input_error(error, group, 'strains must ascend')
          end if
       case default
-         if (is_set(own%reference_strain) .eqv. is_set(own%shear_strength)) call input_error(error, &
-            group, 'curve = '''//trim(own%curve)//''' needs the reference_strain, or the '// &
+         if (is_set(own%reference_strain) .eqv. is_set(own%shear_strength)) call input_error( &
+            error, group, 'curve = '''//trim(own%curve)//''' needs the reference_strain, or the '// &
             'shear_strength in its place')
          if (own%curve == 'gqh' .and. size(own%curve_fit) /= 5) call input_error(error, group, &
             "curve = 'gqh' needs the five numbers of curve_fit")

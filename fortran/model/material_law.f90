@@ -61,7 +61,7 @@ module dda_material_law
          import :: material_law_type, strain_point_type, step_type, losses, wp
          class(material_law_type), intent(in) :: self  !< law
          type(strain_point_type), intent(in) :: point  !< where it acts
-         real(wp), intent(inout) :: state(:)           !< [any] at the start, becomes that of the end
+         real(wp), intent(inout) :: state(:)           !< [any] at the start, then of the end
          real(wp), intent(in) :: strain(3), change(3)  !< ε at the start, Δε
          type(step_type), intent(in) :: step           !< the one being taken
          real(wp), intent(out) :: loss(losses)         !< J/m³

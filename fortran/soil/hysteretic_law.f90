@@ -2,9 +2,9 @@
 !> Soil with a memory in the plane: branches (`dda_branches`) on the strains (εx − εy, γxy) of
 !> maximum shear; volume is elastic.
 !>
-!> The damping of small strains is that of a Maxwell body: of the shear in series with a slider, as in
-!> a column (`dda_branch_law`); of the volume without one.  The stress of its shear is returned to its
-!> cap at the end of a step and acts with the weights 1 − θ and θ of both ends, as branches do.
+!> The damping of small strains is that of a Maxwell body: of the shear in series with a slider, as
+!> in a column (`dda_branch_law`); of the volume without one.  The stress of its shear is returned to
+!> its cap at the end of a step and acts with the weights 1 − θ and θ of both ends, as branches do.
 !>
 !> In static stages the soil is elastic, so that loops begin from the rest that gravity makes.
 module dda_hysteretic_law
@@ -189,7 +189,8 @@ contains
          *more(3)**2*modulus(2)/modulus(1)
       loss = modulus(1)*loss
       loss(loss_scheme) = modulus(1)*scheme
-      if (self%branches%body%n > 0) call finish_body(self%branches, state, more, modulus, step, loss)
+      if (self%branches%body%n > 0) call finish_body(self%branches, state, more, modulus, step, &
+         loss)
    end subroutine finish
 
    !> Strains of the branches at the end of a step, and what they and the scheme lose, over G.

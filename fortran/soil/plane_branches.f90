@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A branch of a soil in the plane: its strain e = (εx − εy, γxy), a vector, has the cap |e| ≤ y.
 !>
-!> What slips goes to p(e₀ + Δe), p being the nearest point within the cap, and acts with the weights
-!> 1 − θ and θ of both ends.  What is recoverable has the potential of p(e) and acts with
+!> What slips goes to p(e₀ + Δe), p being the nearest point within the cap, and acts with the
+!> weights 1 − θ and θ of both ends.  What is recoverable has the potential of p(e) and acts with
 !>
 !>     (2 − 2θ) ∫₀¹ p(e₀ + tΔe) dt + (2θ − 1) p(e₁) ,
 !>
@@ -47,7 +47,8 @@ contains
    pure subroutine recoverable(e, change, cap, theta, acting, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(in) :: theta                 !< θ
-      real(wp), intent(out) :: acting(2), slope(2, 2)
+      real(wp), intent(out) :: acting(2)            !< over the modulus
+      real(wp), intent(out) :: slope(2, 2)          !< ∂acting/∂Δe
       real(wp) :: p(2), of_end(2, 2)
 
       call project(e + change, cap, p, of_end)
@@ -63,12 +64,13 @@ contains
 
    !> ∫₀¹ p(e₀ + tΔe) dt and ∫₀¹ t ∂p/∂e dt.
    !>
-   !> Along the line e = q + s t̂, q·t̂ = 0, the circle is entered and left at s = ∓√(y² − q²).
+   !> Along the line e = q + (s₀ + t) t̂, q·t̂ = 0, the circle is entered and left where s₀ + t is
+   !> ∓√(y² − q²).
    pure subroutine mean_along(e, change, cap, mean, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(out) :: mean(2), slope(2, 2)
-      real(wp), parameter :: nothing = 1.0e-13_wp   !< of the strain: its rounding
-      real(wp) :: length, along(2), foot(2), ends(4), half
+      real(wp), parameter :: nothing = 1.0e-13_wp   !< of the cap: its rounding
+      real(wp) :: length, along(2), foot(2), start, ends(2), half
 
       length = hypot(change(1), change(2))
       if (length <= nothing*cap) then
@@ -77,54 +79,52 @@ contains
          return
       end if
       along = change/length
-      ends(1) = dot_product(e, along)
-      ends(4) = ends(1) + length
-      foot = e - ends(1)*along
+      start = dot_product(e, along)
+      foot = e - start*along
       half = sqrt(max(0.0_wp, cap**2 - sum(foot**2)))
-      ends(2:3) = max(ends(1), min(ends(4), [-half, half]))
-      mean = 0.0_wp
-      slope = 0.0_wp
-      call add_beyond(foot, along, cap, ends(1), ends(2), ends(1), mean, slope)
-      call add_beyond(foot, along, cap, ends(3), ends(4), ends(1), mean, slope)
-      mean = mean + (ends(3) - ends(2))*(foot + 0.5_wp*(ends(2) + ends(3))*along)
-      slope = slope + (ends(3) - ends(2))*(0.5_wp*(ends(2) + ends(3)) - ends(1))*eye
+      ends = max(0.0_wp, min(length, [-half, half] - start))
+      mean = (ends(2) - ends(1))*(foot + (start + 0.5_wp*(ends(1) + ends(2)))*along)
+      slope = 0.5_wp*(ends(2) - ends(1))*(ends(1) + ends(2))*eye
+      call add_beyond(foot, along, cap, start, 0.0_wp, ends(1), mean, slope)
+      call add_beyond(foot, along, cap, start, ends(2), length, mean, slope)
       mean = mean/length
       slope = slope/length**2
    end subroutine mean_along
 
-   !> What a piece of the line beyond the cap adds to ∫ p ds and, by Gauss's rule, to
-   !> ∫ (s − s₀) ∂p/∂e ds.
-   pure subroutine add_beyond(foot, along, cap, from, to, start, mean, slope)
+   !> What a piece of the line beyond the cap adds to ∫ p dt and, by Gauss's rule, to ∫ t ∂p/∂e dt.
+   pure subroutine add_beyond(foot, along, cap, start, from, to, mean, slope)
       real(wp), intent(in) :: foot(2), along(2), cap  !< q, t̂, y
-      real(wp), intent(in) :: from, to, start         !< ends s of the piece; s₀
+      real(wp), intent(in) :: start, from, to         !< s₀; ends t of the piece
       real(wp), intent(inout) :: mean(2), slope(2, 2)
       real(wp), parameter :: node = 0.577350269189625764_wp  !< of two points
-      real(wp) :: r(2), at, p(2), of_point(2, 2)
+      real(wp) :: at, p(2), of_point(2, 2), ends(2), r(2)
       integer :: i
 
       if (to <= from) return
-      r = sqrt(sum(foot**2) + [from, to]**2)
-      mean = mean + cap*(log_ratio(foot, from, to, r)*foot + (to - from)*(to + from)/sum(r)*along)
+      ends = start + [from, to]
+      r = sqrt(sum(foot**2) + ends**2)
+      mean = mean + cap*(log_ratio(foot, to - from, ends, r)*foot &
+         + (to - from)*sum(ends)/sum(r)*along)
       do i = -1, 1, 2
          at = 0.5_wp*(from + to) + 0.5_wp*i*node*(to - from)
-         call project(foot + at*along, cap, p, of_point)
-         slope = slope + 0.5_wp*(to - from)*(at - start)*of_point
+         call project(foot + (start + at)*along, cap, p, of_point)
+         slope = slope + 0.5_wp*(to - from)*at*of_point
       end do
    end subroutine add_beyond
 
    !> ∫ ds/|e| = ln((s₁ + r₁)/(s₀ + r₀)), without differences of large numbers.
-   pure real(wp) function log_ratio(foot, from, to, r)
-      real(wp), intent(in) :: foot(2), from, to, r(2)  !< q; s₀, s₁; r₀, r₁
-      real(wp) :: growth, distance
+   pure real(wp) function log_ratio(foot, length, ends, r)
+      real(wp), intent(in) :: foot(2), length, ends(2), r(2)  !< q; s₁ − s₀; s₀ and s₁; r₀ and r₁
+      real(wp) :: turn, distance
 
-      growth = (to - from)*(1.0_wp + (to + from)/sum(r))
-      if (from >= 0.0_wp) then
-         log_ratio = log_1p(growth/(from + r(1)))
-      else if (to <= 0.0_wp) then
-         log_ratio = log_1p((to - from)*(1.0_wp - (to + from)/sum(r))/(r(2) - to))
+      turn = sum(ends)/sum(r)  ! (r₁ − r₀)/(s₁ − s₀)
+      if (ends(1) >= 0.0_wp) then
+         log_ratio = log_1p(length*(1.0_wp + turn)/(ends(1) + r(1)))
+      else if (ends(2) <= 0.0_wp) then
+         log_ratio = log_1p(length*(1.0_wp - turn)/(r(2) - ends(2)))
       else
          distance = norm2(foot)  ! at least the cap: the piece lies beyond it
-         log_ratio = asinh(to/distance) - asinh(from/distance)
+         log_ratio = asinh(ends(2)/distance) - asinh(ends(1)/distance)
       end if
    end function log_ratio
 

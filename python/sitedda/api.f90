@@ -1056,7 +1056,8 @@ contains
             own%modulus = branches(:, 2, s)
             own%slipping = branches(:, 3, s)
             if (.not. allocated(error)) call set_body(own, &
-               damping_type(ratio=ratio(s), reference=reference), huge(1.0_c_double), limit(s), error)
+               damping_type(ratio=ratio(s), reference=reference), huge(1.0_c_double), limit(s), &
+               error)
          end associate
       end do
    end subroutine take_column

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A hysteretic law on paths that turn in the plane: energies of each step, convexity, small strains.
+!> A hysteretic law on paths that turn in the plane: energies of each step, convexity.
 module test_plane_law
    use dda_kinds, only: wp
    use dda_branches, only: branches_type, fit_branches, curve_type
@@ -25,8 +25,8 @@ contains
       call each_step_balances_and_loses()
    end subroutine plane_law_suite
 
-   !> What a recoverable branch acts with works exactly what its potential grows by at θ = ½, and has
-   !> the symmetric slope of a function of Δe, whose differences agree.
+   !> What a recoverable branch acts with works exactly what its potential grows by at θ = ½, and
+   !> its slope agrees with differences.
    subroutine recoverable_branches_lose_nothing_and_are_gradients()
       real(wp) :: e(2), change(2), acting(2), slope(2, 2), more(2), of_more(2, 2), worst(3), scale
       integer :: i, k
