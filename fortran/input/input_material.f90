@@ -151,8 +151,9 @@ contains
          m = m + 1
          call set_law(groups(i), model%materials(m), limit, failure)
          associate (damping => model%materials(m)%damping)
-            if (has_body(damping) .and. .not. (damping%by_law .or. allocated(failure))) &
-               call fit_body(damping, limit, failure)
+            if (.not. (damping%by_law .or. allocated(failure))) then
+               if (has_body(damping)) call fit_body(damping, limit, failure)
+            end if
          end associate
          if (.not. allocated(failure)) cycle
          call input_error(error, groups(i), failure%message)

@@ -105,8 +105,8 @@ contains
          end if
       case default
          if (is_set(own%reference_strain) .eqv. is_set(own%shear_strength)) call input_error( &
-            error, group, 'curve = '''//trim(own%curve)//''' needs the reference_strain, or the '// &
-            'shear_strength in its place')
+            error, group, 'curve = '''//trim(own%curve)//''' needs the reference_strain, or '// &
+            'the shear_strength in its place')
          if (own%curve == 'gqh' .and. size(own%curve_fit) /= 5) call input_error(error, group, &
             "curve = 'gqh' needs the five numbers of curve_fit")
       end select

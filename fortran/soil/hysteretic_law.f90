@@ -3,8 +3,9 @@
 !> maximum shear; volume is elastic.
 !>
 !> The damping of small strains is that of a Maxwell body: of the shear in series with a slider, as
-!> in a column (`dda_branch_law`); of the volume without one.  The stress of its shear is returned to
-!> its cap at the end of a step and acts with the weights 1 − θ and θ of both ends, as branches do.
+!> in a column (`dda_branch_law`); of the volume without one.  The stress of its shear is returned
+!> to its cap at the end of a step and acts with the weights 1 − θ and θ of both ends, as branches
+!> do.
 !>
 !> In static stages the soil is elastic, so that loops begin from the rest that gravity makes.
 module dda_hysteretic_law

@@ -2,8 +2,8 @@
 !> Modulus reduction and damping of soils over the shear strain, by formulas.
 !>
 !> Darendeli (2001), Development of a new family of normalized modulus reduction and material
-!> damping curves, PhD, The University of Texas at Austin; Matasovic and Vucetic (1993), J. Geotech. Eng.
-!> 119(11) (MKZ); Groholski et al. (2016), J. Geotech. Geoenviron. Eng. 142(9) (GQ/H).
+!> damping curves, PhD, The University of Texas at Austin; Matasovic and Vucetic (1993), J. Geotech.
+!> Eng. 119(11) (MKZ); Groholski et al. (2016), J. Geotech. Geoenviron. Eng. 142(9) (GQ/H).
 module dda_soil_curves
    use dda_kinds, only: wp, pi
    use dda_branches, only: curve_type
