@@ -14,6 +14,8 @@ REMADE = {
         "scheme": "the input, by the stage",
         "history": "where old contacts are: made in each step",
         "resting": "only within a static stage, between whose steps nothing is saved",
+        "linear_about": "set at the start of each round of a step",
+        "solution": "set at the end of each round, before it is used",
     },
     ("model", "blocks_type"): {
         name: "the input"
