@@ -235,8 +235,8 @@ class _Pushed:
         """The model with a stage of static steps."""
         pushed = model.copy()
         if self.load == "mode":
-            for i, centre in enumerate(self.centres, 1):
-                pushed.load(*centre, str(i), name=f"push {i}", time=(0, 1e9), force_x=(0, 0))
+            for i, (x, y) in enumerate(self.centres, 1):
+                pushed.load(x, y, str(i), f"push {i}", time=(0, 1e9), force_x=(0, 0))
         step = math.sqrt(self.end / self.steps / (_EXCESS * self.pull))
         pushed.control(time_step=step, dynamic_factor=0.0, integration="backward_euler",
                        time_step_control="adaptive", least_time_step=_SHORTEST * step,

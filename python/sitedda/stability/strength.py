@@ -185,7 +185,7 @@ def released(model: Model, factor: float, held: float | None, time_step: float, 
             names.append(f"{joint.name} -> {weak}")
             values = _divided(joint, factor / held)
             moving.joint(**joint.as_dict() | values | {"name": weak})
-    stage = {"change_joints": ", ".join(names)} if names else {}
-    moving.stage(name="strength is lost", steps=steps, **stage)
+    changes = ", ".join(names) or None
+    moving.stage(name="strength is lost", steps=steps, change_joints=changes)
     with Simulation(moving) as simulation:
         yield simulation
