@@ -92,6 +92,12 @@ def test_a_force_that_grows_with_smaller_steps_is_a_blow():
     assert found.doubt == "grows as 1/Δt, a blow: 1, 2, 4 at Δt, Δt/2, Δt/4"
 
 
+def test_a_tilt_that_grows_with_smaller_steps_is_no_blow():
+    runs = [{"largest_tilt_rad": value} for value in (1.0, 2.0, 4.0)]
+    found = _figures(Facts({}, 1, 0.0), runs)["largest_tilt_rad"]
+    assert found.doubt == "does not converge: 1, 2, 4 at Δt, Δt/2, Δt/4"
+
+
 def test_what_has_no_limit_after_twins_have_parted_is_of_a_distribution():
     runs = [{"largest_slip_m": value} for value in (1.0, 1.1, 0.8)]
     found = _figures(Facts({}, 1, 0.0), runs)["largest_slip_m"]

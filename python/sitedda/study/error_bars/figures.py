@@ -18,6 +18,7 @@ _NOT = ("energy_balance_j_m", "sa_period_s", "first_block_", "end_s")
 _REST = 1e-9  # share of the largest value of a run below which one at its end is round-off
 _NO_DRIFT = 1e-6
 _BLOW = 1.5  # by which each halving of the steps raises what has no limit
+_OF_BLOWS = ("force", "pga_", "sa_", "acceleration")  # figures that a rigid impact leaves no limit
 BEYOND, BLOW, OPEN = "beyond the horizon", "grows as 1/Δt, a blow", "does not converge"
 
 
@@ -218,7 +219,8 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float) -
         doubt = "no bar: not all runs have it"
     elif not bar.converges:
         a, b, c = map(abs, numbers)
-        why = BLOW if b > _BLOW * a and c > _BLOW * b else OPEN
+        grows = b > _BLOW * a and c > _BLOW * b
+        why = BLOW if grows and any(map(name.__contains__, _OF_BLOWS)) else OPEN
         doubt = f"{why}: {', '.join(map(number, numbers))} at Δt, Δt/2, Δt/4"
     elif math.isnan(penalty):
         doubt = "no bar: the run with 4 k_n has none of it"
