@@ -6,13 +6,17 @@ Run as a program it reads an input from its standard input and prints findings a
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
+
+_DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 class Checker:
@@ -68,6 +72,7 @@ class Checker:
 
 def main() -> None:
     """Check the input that stands on the standard input."""
+    ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
     from ..base.errors import SiteddaError
     from ..engine.checking import check
     from ..input.building import InputOfRun

@@ -17,6 +17,14 @@ MOST_TEXT = 8_000_000  # characters of an input that is edited here
 _VERSIONS = 400  # that can be undone
 _SHOWN = 60  # groups of a kind that have a form
 _VALUES = 200  # of a variable that has a field; longer lists are edited in the text
+_REFERS = re.compile(r"the name of a &(\w+)$")
+# Where that of the schema names what another model has.
+EXAMPLES = {
+    "motion": "&motion name = 'shaking', quantity = 'acceleration', time_step = 0.1, "
+    "values = 0, 1, 0, -1, 0, 1, 0, -1, 0 /",
+    "stage": "&stage name = 'shaking', duration = 2 /",
+    "fixed_point": "&fixed_point x = 1, y = 1 /",
+}
 _PLACE = re.compile(r"group &(\w+) \(line (\d+)\)")
 
 
@@ -75,7 +83,7 @@ class Document:
         same = [one for one in found if one.name == group]
         if same and not kind.repeats:
             raise InputError(f"&{group} is there already")
-        line = kind.example or f"&{group} /"
+        line = _known_names(EXAMPLES.get(group) or kind.example or f"&{group} /", kind, found)
         at = same[-1].end if same else self._place_of(kind, found)
         self._take(f"{self.text[:at]}\n{_named(line, same)}{self.text[at:]}", "")
 
@@ -187,6 +195,21 @@ def _list(value) -> list:
 def _number(value: float) -> str:
     text = f"{value:.15g}"
     return text if float(text) == value else repr(value)
+
+
+def _known_names(example: str, kind, found: list[Found]) -> str:
+    """The line of an example that names only what there is: the first of its kind, or none."""
+    for one in kind.variables:
+        match = _REFERS.match(one.values)
+        if match is None:
+            continue
+        names = [g.values.get("name") for g in found if g.name == match[1]]
+        used = re.search(rf",? {one.name} = '([^']*)'", example)
+        if used is None or used[1] in names:
+            continue
+        new = used[0].replace(used[1], names[0]) if names and names[0] else ""
+        example = example.replace(used[0], new).replace(f"&{kind.name},", f"&{kind.name}")
+    return example
 
 
 def _named(example: str, same: list[Found]) -> str:

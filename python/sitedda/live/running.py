@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import queue
 import re
+import signal
 import threading
 import time
 import warnings
@@ -17,7 +18,8 @@ from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
-from ..base.errors import SiteddaError
+from ..base.core import api
+from ..base.errors import InterruptedRun, SiteddaError
 from ..engine.simulation import Simulation
 from ..input.added_stage import PresentStage, with_stage
 from ..input.building import InputOfRun
@@ -80,7 +82,7 @@ class LiveRun:
         self._chunk = 1
         self._shown = self._said = self._saved = 0.0
         self._pace: list[tuple[float, float]] = []
-        self._closing = False
+        self._closing = self._interrupted = False
         self._thread = threading.Thread(target=self._work, name="run", daemon=True)
         self._thread.start()
 
@@ -104,6 +106,7 @@ class LiveRun:
 
     def stop(self) -> None:
         """End it here; its results stay."""
+        self._interrupt()
         self._do(self._stop)
 
     def change(self, changes: dict[str, str]) -> None:
@@ -117,8 +120,15 @@ class LiveRun:
     def close(self) -> None:
         """End the thread; the results so far and a checkpoint stay."""
         self._closing = True
+        self._interrupt()
         self._tasks.put(None)
         self._thread.join()
+
+    def _interrupt(self) -> None:
+        """Let the engine leave a rest that takes long, or a step."""
+        if self.status in ("resting", "running"):
+            self._interrupted = True
+            api.stop_engine(signal.SIGINT)
 
     def _do(self, task: Callable) -> None:
         self._tasks.put(task)
@@ -186,7 +196,7 @@ class LiveRun:
     def _rest(self) -> None:
         self._set("resting")
         self._try(lambda: self._simulation.advance(0))
-        if self.status == "resting":
+        if self.status == "resting" and not self._closing:
             self._show()
             self._set("paused")
 
@@ -204,6 +214,8 @@ class LiveRun:
             self._set("paused")
 
     def _stop(self) -> None:
+        if self.status in OVER:
+            return
         self._show()
         self._conclude("stopped")
 
@@ -229,8 +241,15 @@ class LiveRun:
         """Steps that may fail: then the results so far stay, with the state before that step."""
         try:
             work()
+        except InterruptedRun as error:
+            if not self._interrupted:
+                self._fail(error)
         except SiteddaError as error:
             self._fail(error)
+        finally:
+            if self._interrupted:
+                self._interrupted = False
+                api.stop_engine(0)
 
     def _over(self, done: bool) -> None:
         if done:

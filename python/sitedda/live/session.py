@@ -61,7 +61,7 @@ class Session:
         self._cards: dict[str, dict] = {}
         self._cards_asked = False
         self._work = threading.Condition()
-        self._wanted = -1  # version that is to be drawn
+        self._wanted = 0  # drawings that have been asked for
         self._closing = False
         self._checker = Checker(self._say)
         self._saver = threading.Lock()
@@ -232,24 +232,21 @@ class Session:
         self._said.pop("trouble", None)
         self.tell(self._model_message())
         with self._work:
-            self._wanted = document.version
+            self._wanted += 1
             self._work.notify()
 
     # --- drawing --------------------------------------------------------------------------------
 
     def _draw_always(self) -> None:
         """Draw the newest version, as often as there is a newer one."""
-        done = (None, -1)
+        done = 0
         while not self._closing:
             with self._work:
-                while not self._closing and (self.document, self._wanted) == done:
-                    self._work.wait(1.0)
-                document, version = self.document, self._wanted
-            if document is None or self._closing or self.run is not None:
-                done = (document, version)
-                continue
-            done = (document, version)
-            self._draw(document, version, document.text)
+                while not self._closing and self._wanted == done:
+                    self._work.wait()
+                document, done = self.document, self._wanted
+            if document is not None and self.run is None and not self._closing:
+                self._draw(document, document.version, document.text)
 
     def _draw(self, document: Document, version: int, text: str) -> None:
         begun = time.perf_counter()

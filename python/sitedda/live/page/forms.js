@@ -231,7 +231,7 @@ export class Forms {
     if (box) box.open = true;
     const line = this.fields.get(`${trouble.group} ${trouble.number} ${trouble.variable}`);
     if (!line) return false;
-    line.trouble.textContent = trouble.message;
+    line.trouble.textContent = trouble.message.replace(/^.*?\(line \d+\): /, "");
     line.field?.setAttribute("aria-invalid", "true");
     return true;
   }

@@ -151,7 +151,7 @@ export function showCheck(root, found) {
     element("p", root, found.error, "wrong");
   } else {
     element("p", root, found.words, `judged ${found.verdict}`);
-    table(root, ["", "what", "found", "to do"], found.lines, "findings of the check");
+    table(root, ["verdict", "what", "found", "to do"], found.lines, "findings of the check");
   }
 }
 

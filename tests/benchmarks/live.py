@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What `sitedda live` must reach: cut and drawn in a real Chromium, frames a second, engine's loss.
+
+python tests/benchmarks/live.py [--quick]
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "python"))
+
+from live_server import live  # noqa: E402
+from playwright.sync_api import sync_playwright  # noqa: E402
+from test_live_page import drawn, until  # noqa: E402
+from test_view import ARGUMENTS, BROWSER  # noqa: E402
+
+from sitedda.simulation import Simulation  # noqa: E402
+
+SLOPE = """&control time_step = 2e-4, duration = 1000, gravity = 0, -9.81 /
+&material name = 'rock', density = 2600, young_modulus = 5e9, poisson_ratio = 0.25 /
+&joint name = 'joint', friction_angle = 35 /
+&region name = 'rock', outline = 0, 0, 70, 0, 70, 40, 30, 40, 10, 8, 0, 8 /
+&joint_set joint = 'joint', angle = 33, spacing = {spacing} /
+&joint_set joint = 'joint', angle = 102, spacing = {spacing} /
+&boundary kind = 'fixed', side = 'bottom' /
+&measured_point name = 'crest', x = 30, y = 40 /
+&output history_interval = 1000 /
+"""
+EDITS = 7
+WATCHED = 20.0  # s
+PAIRS = 5
+
+
+def blocks_of(spacing: float, folder: Path) -> tuple[Path, int]:
+    """An input of the slope, and how many blocks it has."""
+    file = folder / f"slope_{spacing:g}.nml"
+    file.write_text(SLOPE.format(spacing=spacing))
+    with Simulation(file, drawn=True) as simulation:
+        return file, len(simulation.polygons)
+
+
+def enter(browser, server):
+    """A page of a server, with its model drawn."""
+    page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
+    page.goto(server.entrance.as_uri())
+    until(page, "window.page && page.model && page.view.state.decoded")
+    drawn(page)
+    return page
+
+
+def renderer(page) -> str:
+    """What computes WebGL."""
+    return page.evaluate(
+        "(() => { const gl = page.view.painter.gl;"
+        " const e = gl.getExtension('WEBGL_debug_renderer_info');"
+        " return gl.getParameter(e ? e.UNMASKED_RENDERER_WEBGL : gl.RENDERER); })()"
+    )
+
+
+def edits(page, spacing: float) -> list[float]:
+    """Seconds from an edit until its picture has been drawn, in the page."""
+    found = []
+    for i in range(EDITS):
+        begun = time.perf_counter()
+        value = f"{spacing * (1 + 0.002 * (i + 1)):.6g}"
+        fields = {"group": "joint_set", "number": 1, "variable": "spacing", "value": value}
+        page.evaluate("fields => page.ask('set', fields)", fields)
+        until(page, f"page.model.text.includes('spacing = {value}')")
+        drawn(page)
+        found.append(time.perf_counter() - begun)
+        page.evaluate("page.ask('settle')")
+    return found
+
+
+def watch(page) -> tuple[float, float, float]:
+    """Frames that came and that were drawn, steps of the engine, all a second."""
+    page.locator("#run button", has_text="Run").click()
+    until(page, "page.view.model.frames > 3 && page.run.status === 'running'")
+    ask = "[page.view.state.frames, page.view.state.draws, page.run.step, performance.now()]"
+    first = page.evaluate(ask)
+    time.sleep(WATCHED)
+    last = page.evaluate(ask)
+    seconds = (last[3] - first[3]) / 1000
+    page.locator("#run button", has_text="Stop").click()
+    until(page, "page.run.status === 'stopped'")
+    return tuple((b - a) / seconds for a, b in zip(first[:3], last[:3], strict=True))
+
+
+def alone(file: Path, folder: Path) -> float:
+    """Steps a second of the engine that nobody watches."""
+    output = folder / "alone.nc"
+    with Simulation(file, output=output) as simulation:
+        simulation.advance(5)
+        begun, first = time.perf_counter(), simulation.steps
+        while time.perf_counter() - begun < WATCHED:
+            simulation.advance(5)
+        pace = (simulation.steps - first) / (time.perf_counter() - begun)
+    for one in folder.glob("*alone.nc*"):
+        one.unlink()
+    return pace
+
+
+def main() -> None:
+    """Measure and print."""
+    quick = "--quick" in sys.argv
+    with tempfile.TemporaryDirectory() as place, sync_playwright() as playwright:
+        folder = Path(place)
+        browser = playwright.chromium.launch(executable_path=BROWSER, args=ARGUMENTS)
+        for spacing, target in ((0.99, 0.3), (0.308, 1.5)):
+            file, count = blocks_of(spacing, folder)
+            with live(folder, folder / "state", file.name) as server:
+                page = enter(browser, server)
+                found = edits(page, spacing)
+                server_share = page.evaluate("page.view.state.seconds")
+                print(
+                    f"{count} blocks cut and drawn: median {statistics.median(found):.2f} s, least "
+                    f"{min(found):.2f} s (target {target} s); of the last {server_share:.2f} s in "
+                    f"the server; {renderer(page)}",
+                    flush=True,
+                )
+                page.context.close()
+        file, count = blocks_of(0.62, folder)
+        ratios = []
+        for _ in range(1 if quick else PAIRS):
+            base = alone(file, folder)
+            with live(folder, folder / "state", file.name) as server:
+                page = enter(browser, server)
+                frames, draws, steps = watch(page)
+                page.context.close()
+            ratios.append(steps / base)
+            print(
+                f"{count} blocks watched: {frames:.1f} frames a second come, {draws:.1f} are drawn "
+                f"(target 15); {steps:.1f} steps a second, alone {base:.1f}",
+                flush=True,
+            )
+        loss = 100 * (1 - statistics.median(ratios))
+        print(f"the engine loses {loss:.1f} % to being watched (target 5 %), {len(ratios)} pairs")
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The page of `sitedda live` in the system's Chromium, headless.
+
+With SITEDDA_PICTURES=FOLDER the pictures of docs/live.md are taken.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from environment import DEADLINE
+from live_server import LiveProcess, live
+from test_live import COMPARED, PILE
+from test_view import ARGUMENTS, BROWSER
+
+import sitedda
+
+PICTURES = os.environ.get("SITEDDA_PICTURES")
+OVER = "page.run && ['done', 'failed', 'stopped'].includes(page.run.status)"
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    if not BROWSER:
+        pytest.skip("there is no Chromium")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=BROWSER, args=ARGUMENTS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def served(tmp_path):
+    folder = tmp_path / "work"
+    folder.mkdir()
+    with live(folder, tmp_path / "state") as server:
+        yield server
+
+
+@pytest.fixture
+def opened(chromium):
+    """Enter a server as a browser does that opens its file; what complains is kept."""
+    contexts = []
+
+    def enter(server: LiveProcess, **options):
+        context = chromium.new_context(**{"viewport": {"width": 1400, "height": 900}} | options)
+        contexts.append(context)
+        page = context.new_page()
+        page.complaints = []
+        page.on("console", lambda message: page.complaints.append(message.text))
+        page.on("pageerror", lambda error: page.complaints.append(str(error)))
+        known = (server.address, "file:", "data:")
+        page.on("request", lambda request: None if request.url.startswith(known)
+                else page.complaints.append(request.url))  # fmt: skip
+        page.goto(server.entrance.as_uri())
+        until(page, "window.page && (page.view.state.decoded || "
+                    "!document.getElementById('start').hidden)")  # fmt: skip
+        return page
+
+    yield enter
+    for context in contexts:
+        context.close()
+
+
+def until(page, condition: str) -> None:
+    """Wait until an expression of the page is so; its policy forbids Playwright's own way."""
+    end = time.monotonic() + DEADLINE
+    while True:
+        try:
+            if page.evaluate(condition):
+                return
+        except Exception as trouble:  # the page has just forwarded itself
+            if "context" not in str(trouble) and "not defined" not in str(trouble):
+                raise
+        assert time.monotonic() < end, page.evaluate(
+            "JSON.stringify([page.run, page.view.state, ...['said', 'trouble'].map((id) => "
+            "document.getElementById(id).textContent)])"
+        )
+        time.sleep(0.05)
+
+
+def drawn(page) -> None:
+    """Wait until the newest version is drawn."""
+    page.wait_for_timeout(50)
+    until(page, "page.view.state.decoded && page.view.state.good === page.model.version "
+                "&& page.view.state.version === page.model.version")  # fmt: skip
+
+
+def picture(page, name: str) -> None:
+    if PICTURES:
+        page.wait_for_timeout(400)
+        page.screenshot(path=str(Path(PICTURES) / f"{name}.png"))
+
+
+def field(page, group: str, variable: str):
+    """The field of a variable, in its group that is opened."""
+    box = page.locator(f'[data-group="{group}"]')
+    if box.get_attribute("open") is None:
+        box.locator("summary").first.click()
+    key = f"{group} {variable}"
+    one = page.locator(f'[data-key="{key}"]')
+    if one.count() == 0:
+        box.locator("details.more summary").click()
+    return one
+
+
+def give(page, group: str, **numbers) -> None:
+    """Type numbers."""
+    for variable, text in numbers.items():
+        one = field(page, group, variable)
+        one.fill(text)
+        one.press("Enter")
+        drawn(page)
+
+
+def add(page, kind: str) -> None:
+    page.locator("#add-kind").select_option(kind)
+    page.get_by_role("button", name="Add", exact=True).click()
+    drawn(page)
+
+
+def press(page, name: str) -> None:
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened):
+    page = opened(served)
+    until(page, "page.start.cards.size > 10")
+    if PICTURES:
+        page.wait_for_timeout(8000)
+    picture(page, "start")
+    press(page, "An empty model")
+    drawn(page)
+    give(page, "measured_point 1", x="35", y="18")
+    give(page, "region 1", outline="0, 0, 90, 0, 60, 30, 30, 30")
+    give(page, "measured_point 1", x="40", y="30")
+    add(page, "joint")
+    give(page, "joint 2", friction_angle="38")
+    for number, (angle, spacing) in enumerate([("20", "5"), ("105", "7")], 1):
+        add(page, "joint_set")
+        give(page, f"joint_set {number}", angle=angle, spacing=spacing)
+    add(page, "motion")
+    page.get_by_label("shipped record").select_option(index=1)
+    drawn(page)
+    field(page, "boundary 1", "motion_x").select_option("shaking")
+    drawn(page)
+    give(page, "control 1", duration="8" if PICTURES else "0.5", time_step="1e-3")
+    give(page, "motion 1", scale="2")
+    blocks = page.evaluate("page.view.model.n")
+    assert blocks > 40
+    picture(page, "model")
+
+    press(page, "Rest")
+    until(page, "page.run?.status === 'paused'")
+    assert page.evaluate("page.run.time") == 0
+    press(page, "Run")
+    until(page, "page.view.model.frames > 3")
+    page.locator(".bar .field", has_text="contacts").locator("select").select_option("force")
+    picture(page, "run")
+    until(page, OVER)
+    assert page.evaluate("page.run.status") == "done"
+    until(page, "page.view.plots.length >= 2")
+    assert "what happened" in page.locator("#verdict table").inner_text()
+    page.evaluate("page.view.pick(3)")
+    picture(page, "done")
+
+    page.get_by_role("tab", name="Save").click()
+    for what in ("namelist", "script", "report", "output", "movie"):
+        press(page, f"save the {what}")
+        until(page, f"page.saves.fields.{what}.words.textContent.startsWith('saved')")
+    picture(page, "save")
+    saved = {file.suffix: file for file in served.folder.iterdir() if "input" not in file.name}
+    assert saved.keys() >= {".nml", ".py", ".html", ".mp4", ".nc"}
+    assert page.complaints == []
+    again = sitedda.run(saved[".nml"]).history
+    with sitedda.open_output(saved[".nc"]) as found:
+        assert found.sizes["block"] == blocks and str(found.attrs["stages"]).startswith("rest")
+        for name in COMPARED:
+            assert np.array_equal(found[name].values, again[name].values), name
+
+
+def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, opened):
+    page = opened(served)
+    press(page, "An empty model")
+    drawn(page)
+    before = page.evaluate("page.view.model.n")
+    for text, words in (("95", "0 and 89"), ("steep", "steep")):
+        one = field(page, "joint 1", "friction_angle")
+        one.fill(text)
+        one.press("Enter")
+        told = "document.querySelector('.row:has([aria-invalid=true]) .wrong')?.textContent"
+        until(page, f"({told} || '').includes('{words}')")
+    assert page.evaluate("page.view.model.n") == before
+    one.fill("33")
+    one.press("Enter")
+    drawn(page)
+    assert page.evaluate("document.querySelector('[aria-invalid=true]') === null")
+    press(page, "Undo")
+    press(page, "Undo")
+    drawn(page)
+    page.get_by_role("tab", name="Text").click()
+    assert "friction_angle = 35" in page.locator("#text").input_value()
+
+
+def test_a_slider_cuts_again_while_it_moves_and_text_is_the_same_model(served, opened):
+    page = opened(served)
+    press(page, "An empty model")
+    drawn(page)
+    page.get_by_role("tab", name="Text").click()
+    page.locator("#text").press("Control+End")
+    page.locator("#text").type("! mine\n&joint_set joint = 'joint', angle = 20, spacing = 4 /\n")
+    until(page, "page.groups.some((g) => g.name === 'joint_set')")
+    drawn(page)
+    few = page.evaluate("page.view.model.n")
+    page.get_by_role("tab", name="Form").click()
+    field(page, "joint_set 1", "spacing")
+    slider = page.locator('[data-group="joint_set 1"] [aria-label="spacing, slider"]')
+    slider.focus()
+    for _ in range(40):
+        slider.press("ArrowLeft")
+    drawn(page)
+    assert page.evaluate("page.view.model.n") > few
+    text = page.evaluate("page.model.text")
+    assert "! mine" in text and "spacing = 4 " not in text
+
+
+def test_the_page_is_read_by_axe_without_a_finding_on_phones_and_in_the_dark(served, opened):
+    axe = pytest.importorskip("axe_playwright_python.base")
+    script = Path(axe.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
+    (served.folder / "pile.nml").write_text(PILE)
+    for options in (
+        {},
+        {"color_scheme": "dark"},
+        {"viewport": {"width": 400, "height": 800}},
+    ):
+        page = opened(served, **options)
+
+        def look(where: str, page=page, options=options) -> None:
+            page.evaluate(script)
+            found = page.evaluate("axe.run().then((r) => r.violations.map((v) => "
+                                  "[v.id, v.nodes.map((n) => n.html.slice(0, 90))]))")  # fmt: skip
+            assert found == [], (where, options)
+            wide = "document.scrollingElement.scrollWidth <= innerWidth"
+            assert page.evaluate(wide), (where, options)
+
+        look("start")
+        press(page, "pile.nml")
+        drawn(page)
+        page.locator("details").evaluate_all("all => all.forEach((one) => { one.open = true; })")
+        look("forms")
+        press(page, "Check")
+        until(page, "page.check?.state === 'done'")
+        assert page.locator("#verdict table").is_visible(), page.locator("#verdict").inner_text()
+        look("check")
+        page.get_by_role("tab", name="Text").click()
+        look("text")
+        press(page, "Run")
+        until(page, OVER)
+        look("run")
+        page.get_by_role("tab", name="Save").click()
+        look("save")
+        press(page, "Start page")
+        until(page, "!document.getElementById('start').hidden")
+        assert page.complaints == []
+
+
+def test_all_is_done_by_keys(served, opened):
+    (served.folder / "pile.nml").write_text(PILE)
+    page = opened(served)
+
+    def go_to(name: str) -> None:
+        for _ in range(200):
+            page.keyboard.press("Tab")
+            if page.evaluate("document.activeElement.textContent") == name:
+                return
+        raise AssertionError(f"Tab does not come to {name}")
+
+    go_to("pile.nml")
+    page.keyboard.press("Enter")
+    drawn(page)
+    go_to("Form")
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("document.activeElement.textContent") == "Text"
+    go_to("Run")
+    page.keyboard.press("Enter")
+    until(page, OVER)
+    page.evaluate("page.view.canvas.focus()")
+    page.keyboard.press("]")
+    assert page.evaluate("page.view.state.picked") == "table"
+    scale = page.evaluate("page.view.camera.scale")
+    page.keyboard.press("+")
+    assert page.evaluate("page.view.camera.scale") > scale
+
+
+def test_a_page_that_is_reloaded_or_opened_again_has_model_and_run(served, opened):
+    (served.folder / "pile.nml").write_text(PILE.replace("duration = 0.6", "duration = 6000"))
+    page = opened(served)
+    press(page, "pile.nml")
+    drawn(page)
+    press(page, "Run")
+    until(page, "page.run?.status === 'running' && page.view.model.frames > 3")
+    page.reload()
+    until(page, "window.page?.run?.status === 'running' && page.view.model?.frames > 3")
+    page.close()
+    page = opened(served)
+    until(page, "page.run?.status === 'running' && page.view.model.frames > 3")
+    press(page, "Pause")
+    until(page, "page.run.status === 'paused'")
+    press(page, "Edit the model")
+    until(page, "page.run === null")
+    drawn(page)
