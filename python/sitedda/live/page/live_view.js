@@ -168,6 +168,7 @@ export class LiveView extends View {
       return;
     }
     this.model.add(head, streams);
+    this.legendKey = "";  // the limits of the colours may be wider
     this.root.classList.remove("still");
     this.slider.max = this.model.frames - 1;
     for (const option of this.contactSelect.options) {
