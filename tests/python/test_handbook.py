@@ -16,7 +16,7 @@ from sitedda.schema import GROUPS
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 TUTORIALS = ("site", "soil", "slope", "arch", "beam", "colonnade", "study", "back_analysis",
-             "profile", "wall")  # fmt: skip
+             "profile", "wall", "tunnel")  # fmt: skip
 
 
 def run_block(kind: str, text: str, names: dict) -> str:

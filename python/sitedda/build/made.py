@@ -658,6 +658,89 @@ class ProfileValues(Values):
 
 
 @dataclass(kw_only=True)
+class GroundValues(Values):
+    """&ground: meshed ground beside and below jointed rock, with its boundaries.
+
+    Attributes
+    ----------
+    name : str
+        the body is name, or name_1 and name_2 on both sides of a core that reaches the bottom;
+        at most 50 bytes ('ground').
+    left : float, m
+        x of its left side (required).
+    right : float, m
+        x of its right side (required).
+    bottom : float, m
+        y of its lower side (required).
+    surface : Points, m
+        x, y, x, y … with growing x: its upper side, level beyond the ends (the core's upper
+        side).
+    core : Points, m
+        x, y, x, y … of the corners of a region that it surrounds: what joint sets cut, tied to
+        the ground for ever (none).
+    core_name : str
+        name of that &region; at most 56 bytes ('core').
+    core_material : str
+        of the core; the name of a &material (material).
+    material : str
+        of the ground; the name of a &material (the first).
+    size : float, m
+        side of a square as large as a cell; above 0 (this or frequency).
+    frequency : float, Hz
+        highest frequency that matters: cells of a twelfth of the length of S waves; above 0
+        (this or size).
+    fine_size : float, m
+        of the cells beside the core; it grows by a quarter of the distance; above 0 (size).
+    base : {'compliant', 'fixed', 'roller', 'none'}
+        what is below: a half-space of the same ground; a rigid base ('compliant').
+    sides : {'free_field', 'tied', 'viscous', 'roller', 'none'}
+        what is beside: level ground; itself again; dashpots; rollers along y ('free_field').
+    motion_x : str
+        motion of the base along x; the name of a &motion (none).
+    motion_y : str
+        motion of the base along y; the name of a &motion (none).
+    """
+
+    group: ClassVar[str] = "ground"
+    from_file: ClassVar[str] = ""
+    variables: ClassVar[tuple[tuple[str, str, int, bool, str], ...]] = (
+        ("name", "name", 0, False, "at most 50 bytes"),
+        ("left", "real", 0, True, "any"),
+        ("right", "real", 0, True, "any"),
+        ("bottom", "real", 0, True, "any"),
+        ("surface", "points", 256, False, "any"),
+        ("core", "points", 256, False, "any"),
+        ("core_name", "name", 0, False, "at most 56 bytes"),
+        ("core_material", "name", 0, False, "the name of a &material"),
+        ("material", "name", 0, False, "the name of a &material"),
+        ("size", "real", 0, False, "above 0"),
+        ("frequency", "real", 0, False, "above 0"),
+        ("fine_size", "real", 0, False, "above 0"),
+        ("base", "word", 0, False, "'compliant', 'fixed', 'roller', 'none'"),
+        ("sides", "word", 0, False, "'free_field', 'tied', 'viscous', 'roller', 'none'"),
+        ("motion_x", "name", 0, False, "the name of a &motion"),
+        ("motion_y", "name", 0, False, "the name of a &motion"),
+    )
+
+    name: str | None = "ground"
+    left: float | None = None
+    right: float | None = None
+    bottom: float | None = None
+    surface: Points | None = None
+    core: Points | None = None
+    core_name: str | None = "core"
+    core_material: str | None = ""
+    material: str | None = ""
+    size: float | None = None
+    frequency: float | None = None
+    fine_size: float | None = None
+    base: str | None = "compliant"
+    sides: str | None = "free_field"
+    motion_x: str | None = ""
+    motion_y: str | None = ""
+
+
+@dataclass(kw_only=True)
 class ArchValues(Values):
     """&arch: an arch of voussoirs, cut at right angles to its centre line.
 

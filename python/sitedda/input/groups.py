@@ -25,6 +25,7 @@ COMPOSED = {
     "masonry_wall": ("build.wall", "MasonryWall"),
     "opening": ("build.wall", "Opening"),
     "profile": ("build.layered", "LayeredGround"),
+    "ground": ("build.ground", "Ground"),
 }
 
 

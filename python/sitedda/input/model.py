@@ -423,8 +423,10 @@ class Model(Groups):
         """A message about the text, which nobody has seen, with the call or the line of a file."""
         groups = [one for one in self._once.values() if one._values] + self.groups
 
-        def place(_: str, line: int) -> str:
-            group = groups[line - 1]  # each on a line of its own
+        def place(kind: str, line: int) -> str:
+            if line > len(groups):  # each stands on a line of its own, what is made of them below
+                return f"a &{kind} that another group stands for"
+            group = groups[line - 1]
             same = [one for one in groups if one._name == group._name]
             number = next(i for i, one in enumerate(same, 1) if one is group)
             name = repr(group.name) if group._values.get("name") else f"number {number}"

@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ground beside and below jointed rock, its boundaries, and the joint that ties them."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from shapely.ops import split
+
+from ..base.errors import InputError
+from . import made
+from .meshing.settings import Mesh
+
+# Stiffness of ties over that of a cell: softer ones add their compliance to the ground, and stiffer
+# ones keep faces that do not match straight. Both errors are .2 % of an S wave of 40 cells here.
+_STIFF = 30.0
+_STRENGTH = 1e12  # Pa, of ties
+_ANGLE = 45.0  # degrees
+_LARGEST_RATIO = 0.49  # of Poisson: ties of stiffer ground are as stiff as those of this one
+
+
+class Ground(made.GroundValues):
+    """A body of cells around a core, in one piece below it or one on each side."""
+
+    def _check(self) -> None:
+        if (self.size is None) == (self.frequency is None):
+            raise InputError("give either size or frequency")
+        if not self.left < self.right:
+            raise InputError(f"right = {self.right:g} must be above left = {self.left:g}")
+        self.outline = self._core_outline()
+        if self.outline is None and not len(self.surface):
+            raise InputError("give core, or the surface of ground without one")
+        if len(self.surface) and (np.diff(self.surface[:, 0]) <= 0).any():
+            raise InputError("surface: x must grow from point to point")
+        if (self.motion_x or self.motion_y) and self.base == "none":
+            raise InputError("base = 'none' has no motion: leave out motion_x and motion_y")
+
+    def _core_outline(self) -> shapely.Polygon | None:
+        """Outline of the core, counter-clockwise, which has ground at both sides."""
+        if not len(self.core):
+            return None
+        outline = shapely.Polygon(self.core) if len(self.core) > 2 else shapely.Polygon()
+        if outline.is_empty or not outline.is_valid:
+            raise InputError("core: its points are no simple polygon")
+        low, bottom, high, _ = outline.bounds
+        if not (self.left < low and high < self.right and bottom >= self.bottom):
+            raise InputError(
+                f"core: it must lie between left = {self.left:g} and right = {self.right:g}, with "
+                f"ground on both sides, and above bottom = {self.bottom:g}"
+            )
+        return shapely.orient_polygons(outline)
+
+    def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
+        """What it stands for: blocks, bodies, the core's region, joints, boundaries.
+
+        Parameters
+        ----------
+        folder : path
+            Of the input.
+        others : sequence of (str, dict)
+            All groups of the input.
+        """
+        joints = [("joint", dict(friction_angle=_ANGLE, cohesion=_STRENGTH, name=name,
+                                 tensile_strength=_STRENGTH, **more))
+                  for name, more in self._ties(others).items()]  # fmt: skip
+        found = joints + self._bodies() + self._boundaries()
+        if self.outline is not None:
+            values = {"name": self.core_name, "outline": self.core, "joint": f"{self.name}_tie"}
+            material = self.core_material or self.material
+            found.append(("region", values | ({"material": material} if material else {})))
+        return found, []
+
+    def _ties(self, others) -> dict[str, dict]:
+        """The joint of the sides, which may be tied, and that of the core with its stiffness."""
+        ties: dict[str, dict] = {f"{self.name}_side": {}}
+        if self.outline is None:
+            return ties
+        if any("restitution" in one for kind, one in others if kind == "joint"):
+            return ties | {f"{self.name}_tie": {}}  # no stiffness per area goes with it: &contact's
+        materials = {one.get("name", ""): one for kind, one in others if kind == "material"}
+        stiffness = 0.0
+        for name in (self.material, self.core_material or self.material):
+            name = name or next(iter(materials), "")
+            material = materials.get(name, {})
+            size = Mesh(blocks="*", size=self.size, frequency=self.frequency).size_of(
+                name, material
+            )
+            stiffness = max(stiffness, _modulus(name, material) / size)
+        return ties | {f"{self.name}_tie": {"normal_stiffness_per_area": _STIFF * stiffness}}
+
+    def _bodies(self) -> list[tuple[str, dict]]:
+        """Blocks and the meshes that make them bodies."""
+        found: list[tuple[str, dict]] = []
+        bodies = shapely.get_parts(self._polygon()).tolist()
+        for i, body in enumerate(bodies, 1):
+            name = self.name if len(bodies) == 1 else f"{self.name}_{i}"
+            pieces = _without_holes(body)
+            names = [f"{name}_{k}" for k in range(1, len(pieces) + 1)]
+            for piece, one in zip(pieces, names, strict=True):
+                found.append(("block", self._block(one, piece)))
+            fine: dict = {}
+            if self.fine_size is not None and self.outline is not None:
+                fine = {"fine_size": self.fine_size,
+                        "fine_along": shapely.get_coordinates(self.outline.exterior)}  # fmt: skip
+            found.append(("mesh", dict(blocks=", ".join(names), body=name, size=self.size,
+                                       frequency=self.frequency, **fine)))  # fmt: skip
+        return [(kind, {k: v for k, v in one.items() if v is not None}) for kind, one in found]
+
+    def _polygon(self):
+        """The ground: below the surface, without the core."""
+        ends = {"left": self.left, "right": self.right}
+        if len(self.surface):
+            x, y = self.surface.T
+            inner = (x > self.left) & (x < self.right)
+            upper = [(at, np.interp(at, x, y)) for at in ends.values()]
+            upper[1:1] = list(self.surface[inner])
+        else:
+            chain = _upper_chain(self.outline)
+            upper = [(self.left, chain[0, 1]), *chain, (self.right, chain[-1, 1])]
+        if min(y for _, y in upper) <= self.bottom:
+            raise InputError(f"bottom = {self.bottom:g} must lie below the surface")
+        ground = shapely.Polygon(
+            [(self.left, self.bottom), (self.right, self.bottom), *upper[::-1]]
+        )
+        if not ground.is_valid:
+            raise InputError("core: its upper side and the surface beside it cross; give surface")
+        return ground if self.outline is None else shapely.difference(ground, self.outline)
+
+    def _block(self, name: str, polygon) -> dict:
+        """A piece of the ground; edges at the core have the joint that ties."""
+        corners = shapely.get_coordinates(shapely.orient_polygons(polygon).exterior)[:-1]
+        side, tie = f"{self.name}_side", f"{self.name}_tie"
+        values = {"vertices": corners, "name": name, "joint": side}
+        if self.material:
+            values["material"] = self.material
+        if self.outline is not None:
+            middle = shapely.points(0.5 * (corners + np.roll(corners, -1, axis=0)))
+            near = 1e-9 * shapely.length(self.outline.exterior)
+            at_core = shapely.dwithin(middle, self.outline, near).tolist()
+            values["edge_joints"] = tuple(tie if one else side for one in at_core)
+        return values
+
+    def _boundaries(self) -> list[tuple[str, dict]]:
+        moved = {"motion_x": self.motion_x, "motion_y": self.motion_y}
+        found: list[tuple[str, dict]] = []
+        if self.base != "none":
+            base = {"name": f"{self.name}_base", "kind": self.base, "side": "bottom"}
+            found.append(("boundary", base | {name: one for name, one in moved.items() if one}))
+        if self.sides == "tied":
+            found.append(("boundary", {"kind": "tied"}))
+        elif self.sides != "none":
+            more = {"direction": "y"} if self.sides == "roller" else {}
+            found += [("boundary", {"kind": self.sides, "side": side, **more})
+                      for side in ("left", "right")]  # fmt: skip
+        return found
+
+
+def _modulus(name: str, material: dict) -> float:
+    """ρ V_p² of a material whose variables are given, Pa."""
+    try:
+        if "pressure_velocity" in material:
+            return material["density"] * material["pressure_velocity"] ** 2
+        nu = min(material["poisson_ratio"], _LARGEST_RATIO)
+        return material["young_modulus"] * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
+    except KeyError:
+        raise InputError(f"material {name!r} lacks what gives its stiffness") from None
+
+
+def _upper_chain(outline) -> np.ndarray:
+    """The upper side of an outline: from the top of its left end to that of its right end, m."""
+    corners = shapely.get_coordinates(outline.exterior)[:-1]
+    x, y = corners.T
+    size = float(np.ptp(corners, axis=0).max())
+    left, right = (
+        int(np.flatnonzero(abs(x - end) <= 1e-9 * size)[np.argmax(y[abs(x - end) <= 1e-9 * size])])
+        for end in (x.min(), x.max())
+    )
+    return np.roll(corners, -right, axis=0)[: (left - right) % len(corners) + 1][::-1]
+
+
+def _without_holes(polygon) -> list:
+    """A polygon, or the halves on both sides of an upright line through its hole."""
+    if not len(polygon.interiors):
+        return [polygon]
+    x = polygon.interiors[0].centroid.x
+    _, low, _, high = polygon.bounds
+    return list(split(polygon, shapely.LineString([(x, low - 1.0), (x, high + 1.0)])).geoms)
