@@ -5,12 +5,22 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Callable
 from functools import cache
+from types import SimpleNamespace
 
 # Threads that wait for each other must not hold a core that another process wants.
 os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 
-from .._core import api  # noqa: E402
+from .._core import (  # noqa: E402
+    api_host,
+    api_inputs,
+    api_modes,
+    api_motions,
+    api_runs,
+    api_schemes,
+    api_soils,
+)  # fmt: skip
 from .errors import SiteddaError  # noqa: E402
 
 __all__ = [
@@ -23,35 +33,39 @@ __all__ = [
     "version",
 ]
 
+api = SimpleNamespace()  # the routines of `api/`, of all topics
+for _topic in (api_host, api_inputs, api_modes, api_motions, api_runs, api_schemes, api_soils):
+    vars(api).update((name, getattr(_topic, name)) for name in dir(_topic) if name[0] != "_")
+
 api.hear_python()  # Ctrl-C ends long calls with KeyboardInterrupt
 
 FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
 
 
-def checked(*result):
-    """The values of a call of the engine, without the status and message that end them.
+def checked(routine: Callable, *arguments):
+    """What a routine of the engine gives.
 
     Raises
     ------
     SiteddaError
-        Of the kind that the status names, if it is not 0.
+        Of the kind that its status names, if it is not 0.
     """
-    *values, status, message = result
+    api.forget_error()
+    result = routine(*arguments)
+    status, message = api.take_error()
     if status:
         raise SiteddaError.of(int(status), message.decode("utf-8", "replace").strip())
-    if not values:
-        return None
-    return values[0] if len(values) == 1 else tuple(values)
+    return result
 
 
 def version() -> str:
     """Version of the engine, which is that of the package."""
-    return api.engine_version().decode().strip()
+    return api.engine_version()[0].decode().strip()
 
 
 def commit() -> str:
     """The commit that the engine was built from; blank if the build could not know."""
-    return api.engine_commit().decode().strip()
+    return api.engine_version()[1].decode().strip()
 
 
 @cache
@@ -79,5 +93,5 @@ def reduced_joint(text: str, factor: float) -> dict[str, float]:
     factor : float
         Above 0.
     """
-    names, values = checked(*api.reduced_joint(text.encode(), factor))
+    names, values = checked(api.reduced_joint, text.encode(), factor)
     return dict(zip(names.decode().split(), map(float, values), strict=False))

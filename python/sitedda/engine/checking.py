@@ -309,7 +309,9 @@ def penalty_for_frequency(
 ) -> Penalty:
     """The normal stiffness that gives the first mode a measured frequency (Hz)."""
     with _opened(model, changes, more) as simulation:
-        return Penalty(*map(float, simulation._ask("first_mode_penalty", contacts, frequency)))
+        return Penalty(
+            *map(float, simulation._ask("penalty_for", contacts, "frequency", frequency))
+        )
 
 
 def penalty_for_shift(
@@ -317,4 +319,4 @@ def penalty_for_shift(
 ) -> Penalty:
     """The normal stiffness that keeps the first frequency within so many % of the limit."""
     with _opened(model, changes, more) as simulation:
-        return Penalty(*map(float, simulation._ask("shift_penalty", contacts, percent)))
+        return Penalty(*map(float, simulation._ask("penalty_for", contacts, "shift", percent)))

@@ -132,7 +132,7 @@ class ConstantRatio(MaterialDamping):
 
 @lru_cache
 def _body(ratio: float, reference: float, band: tuple, mechanisms: int, limit: float) -> Body:
-    count, omega, weight, numbers = checked(*api.body_of(ratio, reference, band, mechanisms, limit))
+    count, omega, weight, numbers = checked(api.body_of, ratio, reference, band, mechanisms, limit)
     return Body(
         omega[:count].copy(),
         weight[:count].copy(),

@@ -74,8 +74,8 @@ def read_record(
         np.array([time_step, drift_order, taper, scale], dtype=float),
         channel,
     )
-    samples, *_ = checked(*api.read_ground_motion(*request, 0))
-    _, step, motion, about = checked(*api.read_ground_motion(*request, samples))
+    samples, *_ = checked(api.read_ground_motion, *request, 0)
+    _, step, motion, about = checked(api.read_ground_motion, *request, samples)
     words = about.decode("utf-8", "replace").rstrip().split("\n")
     return _dataset(motion, step, file, words)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import first_of, not_negative, positive
-from ..base.core import api
+from ..base.core import api, checked
 
 __all__ = [
     "Scheme",
@@ -119,10 +119,7 @@ class Scheme:
             return integration
         if not 0.5 <= float(theta) <= 1.0:
             raise ValueError(f"theta must be in 0.5 ... 1, got {theta:g}")
-        *numbers, status, message = api.scheme_numbers(integration, float(theta))
-        if status:
-            raise ValueError(message.decode("utf-8", "replace").strip())
-        return cls(*map(float, numbers[0]))
+        return cls(*map(float, checked(api.scheme_numbers, integration, float(theta))))
 
     def vibration(self, frequency: ArrayLike, time_step: float) -> Vibration:
         """Free vibration of oscillators.

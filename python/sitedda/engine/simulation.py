@@ -95,14 +95,9 @@ class Simulation:
             text, self.built = built_text(text, file)
             writes = self._writes + bool(resume)
             with FILES:
-                opened = api.open_run(
-                    os.fsencode(file),
-                    text.encode("utf-8", "surrogateescape"),
-                    target,
-                    writes,
-                    bool(drawn),
-                )
-            self._handle = checked(*opened)
+                data = text.encode("utf-8", "surrogateescape")
+                request = (os.fsencode(file), data, target, writes, bool(drawn))
+                self._handle = checked(api.open_run, *request)
         self._free = weakref.finalize(self, api.close_run, self._handle)
         self.file = file
         self.input_text = text
@@ -291,7 +286,7 @@ class Simulation:
     def _ask(self, routine: str, *arguments):
         """What a routine of the engine says of this simulation; threads wait for each other."""
         with self._one:
-            return checked(*getattr(api, routine)(self._handle, *arguments))
+            return checked(getattr(api, routine), self._handle, *arguments)
 
     def _table(self, what: str) -> np.ndarray:
         """A table of the engine, see `take_state` and `take_course` there."""

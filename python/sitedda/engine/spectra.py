@@ -66,7 +66,7 @@ def fourier_spectrum(series, time_step: float, padding: int = 1, taper: float = 
     """
     series = _series("series", series)
     bins = int(padding) * series.size // 2 + 1
-    return checked(*api.spectrum_of(series, time_step, padding, taper, bins))
+    return checked(api.spectrum_of, series, [], time_step, padding, taper, bins)
 
 
 def amplification(surface, base, time_step: float, padding: int = 8, taper: float = 0.0):
@@ -93,7 +93,7 @@ def amplification(surface, base, time_step: float, padding: int = 8, taper: floa
     if surface.shape != base.shape:
         raise ValueError(f"surface and base differ in length: {surface.size} and {base.size}")
     bins = int(padding) * surface.size // 2 + 1
-    return checked(*api.amplification_of(surface, base, time_step, padding, taper, bins))
+    return checked(api.spectrum_of, surface, base, time_step, padding, taper, bins)
 
 
 def find_peak(frequency, amplitude, lowest: float, highest: float) -> Peak:
@@ -104,9 +104,6 @@ def find_peak(frequency, amplitude, lowest: float, highest: float) -> Peak:
     ValueError
         If no bin lies in the band.
     """
-    found = checked(
-        *api.peak_of(
-            _series("frequency", frequency), _series("amplitude", amplitude), lowest, highest
-        )
-    )
+    bins = _series("frequency", frequency), _series("amplitude", amplitude)
+    found = checked(api.peak_of, *bins, lowest, highest)
     return Peak(float(found[0]), float(found[1]), float(found[2]), bool(found[3]))

@@ -73,7 +73,7 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
     """
     data = _bytes(text)
     with _ONE:
-        sizes = checked(*api.parse_input(_bytes(file), data or b" ", " ".join(skipped)))
+        sizes = checked(api.parse_input, _bytes(file), data or b" ", " ".join(skipped))
         groups, values, numbers, letters = api.parsed_input(*np.maximum(sizes, 1))
     found, values = [], _values(values.T[: sizes[1]].tolist(), numbers, bytes(letters.astype("u1")))
     places = _characters(data, groups[1:3, : sizes[0]])
@@ -118,9 +118,9 @@ def with_changes(
     joined = b"".join(one for change in words for one in change if one)
     with _ONE:
         variables, size = checked(
-            *api.make_changes(_bytes(file), _bytes(text) or b" ", joined, np.transpose(lengths))
+            api.make_changes, _bytes(file), _bytes(text) or b" ", joined, np.transpose(lengths)
         )
-        letters = api.read_text(0, size)
+        letters = api.changed_text(size)
     new = letters.astype("u1").tobytes().decode("utf-8", "surrogateescape")
     return new, [_VARIABLES[position - 1] for position in variables]
 

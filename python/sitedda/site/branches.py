@@ -83,15 +83,14 @@ class Branches:
             least_damping = float(curves.damping[0]) if damping_curve == "target" else 0.0
         ratio = float(not_negative("least_damping", least_damping))
         fitted, numbers = checked(
-            *api.soil_branches(
-                curves.strain,
-                curves.reduction,
-                curves.damping,
-                damping_curve == "masing",
-                ratio,
-                float(positive("reference_frequency", reference_frequency)),
-                int(branches),
-            )
+            api.soil_branches,
+            curves.strain,
+            curves.reduction,
+            curves.damping,
+            damping_curve == "masing",
+            ratio,
+            float(positive("reference_frequency", reference_frequency)),
+            int(branches),
         )
         strain, modulus_of, slipping = fitted.T
         body_strain, body_cap, modulus, damping = map(float, numbers)

@@ -375,18 +375,17 @@ class _Run:
             np.arange((ground.size - 1) * every + 1) / every, np.arange(ground.size), ground
         )
         *kept, largest, energy, iterations = checked(
-            *api.shake_soil(
-                np.array(layers).T,
-                np.repeat(np.arange(1, len(cells) + 1), cells),
-                self._branches(),
-                *self._bodies(),
-                self.reference,
-                self._dashpot(),
-                self.motion.time_step / every,
-                base,
-                every,
-                ground.size,
-            )
+            api.shake_soil,
+            np.array(layers).T,
+            np.repeat(np.arange(1, len(cells) + 1), cells),
+            self._branches(),
+            *self._bodies(),
+            self.reference,
+            self._dashpot(),
+            self.motion.time_step / every,
+            base,
+            every,
+            ground.size,
         )
         acceleration, displacement, strain, stress = kept
         names = ("work", "kinetic", "stored", "slipped", "damped")
