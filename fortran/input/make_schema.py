@@ -465,7 +465,8 @@ def row(variable: Variable) -> str:
 def value(variable: Variable) -> str:
     """The default in Python."""
     if variable.base in ("name", "word", "text"):
-        return quoted(preset(variable).strip("'"))
+        blank = "None" if variable.base == "word" else '""'
+        return quoted(preset(variable).strip("'")) if preset(variable) else blank
     if variable.base == "logical":
         return variable.default.strip(".").capitalize()
     number = preset(variable).replace("_wp", "")

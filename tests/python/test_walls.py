@@ -117,7 +117,7 @@ def test_ties_and_both_programs(tmp_path, native, same_bits):
     ("openings", "values", "words"),
     [
         ([DOOR | {"wall": "fence"}], {}, "'fence' is not the name of a &masonry_wall"),
-        ([DOOR | {"left": 4.5}], {}, "'door', with its head from x = 4.2 to 5.8 m"),
+        ([DOOR | {"left": 4.5}], {}, "'door': with its head from x = 4.2 to 5.8 m"),
         ([DOOR | {"height": 3.0}], {}, "is not within the wall"),
         ([DOOR, DOOR | {"name": "gate", "left": 1.2}], {}, "'door' and 'gate'"),
         ([DOOR | {"head": "arch", "rise": 0.6}], {}, "above half of the width"),
@@ -127,7 +127,7 @@ def test_ties_and_both_programs(tmp_path, native, same_bits):
         ((), {"courses": 10**6}, "courses"),
         ((), {"ties": [1.0]}, "ties need tie_stiffness"),
         ((), {"ties": [9.0], "tie_stiffness": 1e7}, "9 m is not within a course"),
-        ([{"left": 1.0}], {}, "width = 0 must be positive"),
+        ([{"left": 1.0}], {}, "opening 'opening': width is missing"),
     ],
 )
 def test_walls_that_cannot_be(openings, values, words):

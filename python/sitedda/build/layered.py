@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ..base.errors import InputError
+from . import made
 from .profile import Ground, SoilProfile, read_soil_profile
 
 _CELLS = 12  # in the length of S waves of the highest frequency
@@ -19,45 +19,8 @@ _STRENGTH = 1e12  # Pa, of welds
 _ANGLE = 45.0  # degrees
 
 
-@dataclass(kw_only=True)
-class LayeredGround:
-    """Level ground from a file of velocities over depth.
-
-    Attributes
-    ----------
-    file : str
-        See `read_soil_profile`; relative to the folder of the input.
-    name : str
-        Blocks are name_1, name_2 … from below, on name_base; materials name_1 … from the surface.
-    left, top : float
-        x of the left side and y of the surface, m.
-    width : float, optional
-        m (the thickness of the thickest block).
-    columns : int
-        Of blocks, across the width.
-    highest_frequency : float
-        Hz; a block is at most a twelfth of the length of its S waves thick.
-    base : {'compliant', 'fixed', 'none'}, optional
-        'compliant' where the file has a half-space, else 'fixed'.
-    sides : {'tied', 'free_field', 'roller', 'none'}
-    motion_x, motion_y : str
-        Names of motions of the base.
-    points : bool
-        Measured points: surface, base, and depth_D at each boundary of layers.
-    """
-
-    file: str = ""
-    name: str = "soil"
-    left: float = 0.0
-    top: float = 0.0
-    width: float | None = None
-    columns: int = 1
-    highest_frequency: float = 15.0
-    base: str | None = None
-    sides: str = "tied"
-    motion_x: str = ""
-    motion_y: str = ""
-    points: bool = True
+class LayeredGround(made.ProfileValues):
+    """Level ground from a file of velocities over depth."""
 
     def groups(self, folder: Path, others) -> tuple[list[tuple[str, dict]], list[str]]:
         """What it stands for: names and variables of groups; and what is to be said of them.
@@ -69,10 +32,8 @@ class LayeredGround:
         others : sequence of (str, dict)
             All groups of the input; none of them counts.
         """
-        if not self.file:
-            raise InputError("file is missing")
         profile = read_soil_profile(Path(folder) / self.file)
-        self._check(profile)
+        self._fit(profile)
         cells = [self._cells(layer) for layer in profile.layers]
         if sum(cells) * self.columns > _MOST:
             raise InputError(f"{sum(cells) * self.columns} blocks are more than {_MOST}; lower "
@@ -85,11 +46,8 @@ class LayeredGround:
                      f"site {self.file} counts them"]  # fmt: skip
         return found + (self._measured(profile) if self.points else []), notes
 
-    def _check(self, profile: SoilProfile) -> None:
-        for name, low in (("columns", 1), ("highest_frequency", 1e-9)):
-            if not low <= getattr(self, name) <= 1e9:
-                raise InputError(f"{name} = {getattr(self, name):g} must be at least {low:g}")
-        if self.base is None:
+    def _fit(self, profile: SoilProfile) -> None:
+        if not self.base:
             self.base = "fixed" if profile.half_space is None else "compliant"
         if self.base == "compliant" and profile.half_space is None:
             raise InputError(f"base = 'compliant' needs a half-space, and {self.file} ends with a "
@@ -142,8 +100,6 @@ class LayeredGround:
         thick = [layer.thickness / count for layer, count in zip(profile.layers, cells,
                                                                  strict=True)]  # fmt: skip
         self.width = self.width or max(thick) * self.columns
-        if not 0 < self.width <= 1e9:
-            raise InputError(f"width = {self.width:g} must be a positive number")
         sides = np.linspace(self.left, self.left + self.width, self.columns + 1)
         floor, found = self.top - profile.depth, []
         if self.base != "none":
@@ -174,44 +130,21 @@ class LayeredGround:
             raise InputError("base = 'none' has no motion: leave out motion_x and motion_y")
         found: list[tuple[str, dict]] = []
         below = self._below(profile)
+        base: dict = {"name": f"{self.name}_base", "kind": self.base, "side": "bottom"}
         if self.base == "compliant":
-            found.append(
-                (
-                    "boundary",
-                    {
-                        "name": f"{self.name}_base",
-                        "kind": "compliant",
-                        "side": "bottom",
-                        "density": below.density,
-                        "shear_velocity": below.shear_velocity,
-                        "pressure_velocity": below.pressure_velocity,
-                        **moved,
-                    },
-                )
-            )
+            base |= {"density": below.density, "shear_velocity": below.shear_velocity,
+                     "pressure_velocity": below.pressure_velocity}  # fmt: skip
         elif self.base == "fixed":
-            found.append(
-                (
-                    "boundary",
-                    {
-                        "name": f"{self.name}_base",
-                        "kind": "fixed",
-                        "blocks": f"{self.name}_base",
-                        "side": "bottom",
-                        **moved,
-                    },
-                )
-            )
+            base["blocks"] = f"{self.name}_base"
+        if self.base != "none":
+            found.append(("boundary", base | moved))
         if self.sides == "tied":
             found.append(("boundary", {"kind": "tied"}))
-        elif self.sides == "free_field":
-            found += [("boundary", {"kind": "free_field", "side": s}) for s in ("left", "right")]
-        elif self.sides == "roller":
-            found += [
-                ("boundary", {"kind": "roller", "side": side, "direction": "y"})
-                for side in ("left", "right")
-            ]
-        return found  # fmt: skip
+        elif self.sides != "none":
+            along = {"direction": "y"} if self.sides == "roller" else {}
+            found += [("boundary", {"kind": self.sides, "side": side} | along)
+                      for side in ("left", "right")]  # fmt: skip
+        return found
 
     def _measured(self, profile: SoilProfile) -> list[tuple[str, dict]]:
         """Points in the middle of the first column of blocks."""

@@ -650,7 +650,7 @@ class ProfileValues(Values):
     width: float | None = None
     columns: int | None = 1
     highest_frequency: float | None = 15.0
-    base: str | None = ""
+    base: str | None = None
     sides: str | None = "tied"
     motion_x: str | None = ""
     motion_y: str | None = ""

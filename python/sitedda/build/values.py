@@ -61,9 +61,11 @@ class Values:
                 raise InputError(f"{name} is missing")
             if kind == "points":
                 setattr(self, name, points_of(name, () if value is None else value, 0))
-            elif size and value is not None:
+            elif size == 2 and value is not None:
                 setattr(self, name, points_of(name, value, 1)[0])
-            elif kind == "word":
+            elif size and value is not None:
+                setattr(self, name, np.atleast_1d(np.asarray(value, dtype=float)))
+            elif kind == "word" and value is not None:
                 _check_word(name, value, limits)
             elif kind == "name" and limits.startswith("at most"):
                 _check_stem(name, value, int(re.findall(r"\d+", limits)[0]))
@@ -81,14 +83,18 @@ def _check_number(name: str, value: float, limits: str) -> None:
     if limits == "above 0":
         low, failure = np.nextafter(0, 1), "must be a positive number"
     elif limits.startswith("at least"):
-        low = int(limits.split()[-1])
+        low = _limit(limits.split()[-1])
         failure = f"must be at least {low}" if low else "must not be negative"
     elif " to " in limits:
-        low, high = map(int, limits.split(" to "))
+        low, high = map(_limit, limits.split(" to "))
         failure = f"must lie between {low} and {high}"
     if not low <= value <= high:
         number = value if isinstance(value, int) else f"{value:g}"
         raise InputError(f"{name} = {number} {failure}")
+
+
+def _limit(text: str) -> float:
+    return int(text) if text.lstrip("-").isdigit() else float(text)
 
 
 def _check_word(name: str, value: str, words: str) -> None:

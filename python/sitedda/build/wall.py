@@ -5,65 +5,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 
 from ..base.errors import InputError
+from . import made
 from .cutting.distributions import uniform
 from .masonry import MOST_BLOCKS
 
 _BONDS = {"running": (1.0, 0.5), "header": (0.5, 0.25), "rubble": (1.0, 0.5)}
-_HEADS = ("none", "lintel", "arch")
 _LEAST = 0.3  # of a stone, of the pieces at ends and jambs
 _OVERLAP = 0.2  # of a stone, between upright joints of rubble above each other
 _SAME = 1e-9  # of the wall, of levels that are one
 _HEIGHT, _LENGTH = 1, 2  # streams of random numbers
 
 
-@dataclass(kw_only=True)
-class Opening:
-    """A door, a window or a niche in a wall.
-
-    Attributes
-    ----------
-    name : str
-        Its lintel is name_lintel, its voussoirs name_1, name_2 ….
-    wall : str
-        Name of the wall.
-    left, bottom : float
-        Its lower left corner, m.
-    width, height : float
-        m; up to the crown of an arch.
-    head : {'lintel', 'arch', 'none'}
-        What is over it.
-    depth : float, optional
-        Height of the lintel, or thickness of the arch at the crown, m (a course of the wall).
-    bearing : float, optional
-        Length of the lintel on each side that rests on the wall, or of the arch beside its
-        springing, m (half a stone).
-    rise : float, optional
-        Of the arch, m: at most half of the width (a quarter of it).
-    voussoirs : int
-        Of the arch.
-    material, joint : str
-        Of lintel and voussoirs; blank: of the wall.
-    """
-
-    name: str = "opening"
-    wall: str = "wall"
-    left: float = 0.0
-    bottom: float = 0.0
-    width: float = 0.0
-    height: float = 0.0
-    head: str = "lintel"
-    depth: float | None = None
-    bearing: float | None = None
-    rise: float | None = None
-    voussoirs: int = 9
-    material: str = ""
-    joint: str = ""
+class Opening(made.OpeningValues):
+    """A door, a window or a niche in a wall."""
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
         """Nothing of its own: it is part of its wall, which must be there.
@@ -95,24 +54,16 @@ class Opening:
 
     def check(self, wall: MasonryWall) -> None:
         """Refuse what is outside of the wall, or has no size."""
-        what = f"opening {self.name!r}"
-        for name in ("width", "height", "depth", "bearing", "rise"):
-            if not 0 < getattr(self, name) <= 1e9:
-                raise InputError(f"{what}: {name} = {getattr(self, name):g} must be positive")
-        if self.head not in _HEADS:
-            raise InputError(f"{what}: head = {self.head!r}: use {', '.join(_HEADS)}")
         if self.head == "arch" and self.rise > 0.5 * self.width * (1 + 1e-12):
-            raise InputError(f"{what}: rise = {self.rise:g} is above half of the width")
+            raise InputError(f"rise = {self.rise:g} is above half of the width")
         if self.head == "arch" and self.rise >= self.height:
-            raise InputError(f"{what}: rise = {self.rise:g} must be below its height")
-        if not 2 <= self.voussoirs <= 1000:
-            raise InputError(f"{what}: voussoirs = {self.voussoirs} must lie between 2 and 1000")
+            raise InputError(f"rise = {self.rise:g} must be below its height")
         left, bottom, right, top = self.box
         slack = _SAME * (wall.width + wall.height)
         inside = left >= wall.left - slack and right <= wall.left + wall.width + slack
         if not (inside and bottom >= wall.bottom - slack
                 and top <= wall.bottom + wall.height + slack):  # fmt: skip
-            raise InputError(f"{what}, with its head from x = {left:g} to {right:g} m, y = "
+            raise InputError(f"with its head from x = {left:g} to {right:g} m, y = "
                              f"{bottom:g} to {top:g} m, is not within the wall")  # fmt: skip
 
     @property
@@ -167,68 +118,15 @@ class Opening:
         return found
 
 
-@dataclass(kw_only=True)
-class MasonryWall:
-    """A wall of courses, seen from the front.
+class MasonryWall(made.MasonryWallValues):
+    """A wall of courses, seen from the front."""
 
-    Attributes
-    ----------
-    name : str
-        Stones are name_1, name_2 … course by course from below.
-    left, bottom : float
-        Its lower left corner, m.
-    width, height : float
-        m
-    courses : int
-        About so many: courses are fitted to sills and heads of openings.
-    stone : float
-        Length of a stone, m.
-    bond : {'running', 'header', 'rubble'}
-        Running: stones shifted by half of their length; header: half stones, shifted by a quarter
-        of one; rubble: random heights and lengths.
-    variation : float
-        Of rubble: largest change of heights and lengths, over the mean.
-    seed : int
-        Of rubble.
-    ties : ndarray
-        Levels of tie rods from end to end, m.
-    tie_stiffness, tie_yield : float, optional
-        Force over elongation, N/m per metre of thickness, and force at which they yield, N/m.
-    material, joint : str
-        Blank: the first of the model.
-    """
-
-    name: str = "wall"
-    left: float = 0.0
-    bottom: float = 0.0
-    width: float = 0.0
-    height: float = 0.0
-    courses: int = 1
-    stone: float = 0.0
-    bond: str = "running"
-    variation: float = 0.3
-    seed: int = 0
-    ties: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    tie_stiffness: float | None = None
-    tie_yield: float | None = None
-    material: str = ""
-    joint: str = ""
-
-    def __post_init__(self):
-        for name in ("width", "height", "stone"):
-            if not 0 < getattr(self, name) <= 1e9:
-                raise InputError(f"{name} = {getattr(self, name):g} must be a positive number")
-        if not 1 <= self.courses <= MOST_BLOCKS:
-            raise InputError(f"courses = {self.courses} must lie between 1 and {MOST_BLOCKS}")
-        if self.bond not in _BONDS:
-            raise InputError(f"bond = {self.bond!r}: use {', '.join(_BONDS)}")
-        if not 0 <= self.variation <= 0.5:
-            raise InputError(f"variation = {self.variation:g} must lie between 0 and 0.5")
-        if len(self.ties) and self.tie_stiffness is None:
+    def _check(self) -> None:
+        if self.ties is not None and self.tie_stiffness is None:
             raise InputError("ties need tie_stiffness")
         length = self.stone * _BONDS[self.bond][0]
         if self.courses * (self.width / length + 1) > MOST_BLOCKS:
-            raise InputError(f"the wall would have more than {MOST_BLOCKS} blocks")
+            raise InputError(f"courses = {self.courses}: more than {MOST_BLOCKS} blocks")
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
         """Its blocks and tie rods: names and variables of groups; no notes.
@@ -239,18 +137,22 @@ class MasonryWall:
         others : sequence of (str, dict)
             All groups of the input, its openings among them.
         """
-        openings = [
-            Opening(**values).fitted(self)
-            for kind, values in others
-            if kind == "opening" and values.get("wall", Opening.wall) == self.name
-        ]
-        _require_apart(openings)  # fmt: skip
+        own = [values for kind, values in others
+               if kind == "opening" and values.get("wall", Opening.wall) == self.name]  # fmt: skip
+        openings = [self._opening(values) for values in own]
+        _require_apart(openings)
         stones = [(f"{self.name}_{i}", corners, self.material, self.joint)
                   for i, corners in enumerate(self._stones(openings), 1)]  # fmt: skip
         for one in openings:
             stones += [(name, corners, one.material, one.joint) for name, corners in one.blocks()]
         found = [("block", _block(*stone)) for stone in stones]
         return found + self._rods(stones), []
+
+    def _opening(self, values: dict) -> Opening:
+        try:
+            return Opening(**values).fitted(self)
+        except InputError as error:
+            raise InputError(f"opening {values.get('name', Opening.name)!r}: {error}") from None
 
     def _levels(self, openings: list[Opening]) -> np.ndarray:
         """Levels between courses, m."""
@@ -317,7 +219,7 @@ class MasonryWall:
     def _rods(self, stones: list[tuple]) -> list[tuple[str, dict]]:
         """Tie rods between the outermost stones at their levels."""
         found = []
-        for number, level in enumerate(np.atleast_1d(self.ties), 1):
+        for number, level in enumerate(() if self.ties is None else self.ties, 1):
             across = [(corners, name) for name, corners, *_ in stones
                       if corners[:, 1].min() < level < corners[:, 1].max()]  # fmt: skip
             if not across:
