@@ -8,11 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 
 import sitedda
+from sitedda.meshing.body import mesh_body
 
 sys.path.append(str(Path(__file__).parents[1] / "python"))
 from test_bodies import cells_of  # noqa: E402
+from test_meshing import part  # noqa: E402
 
 SUPPORT = 5e9  # N/m, of the pins: their stretch tells the force
 
@@ -64,3 +67,52 @@ def test_a_beam_in_three_point_bending(ratio, strength, tmp_path):
     assert 6 * moment / depth**2 / tension == pytest.approx(strength, rel=0.02)
     turnover = float(history.energy_fracture[-1])
     assert abs(history.energy_balance.values).max() < 1e-6 * turnover
+
+
+def test_a_crack_in_a_plate_under_tension(tmp_path):
+    """Griffith: σ = √(E G/π a), of a half-length a = 1 m in a plate of 20 m, l = E G/T² = .03 a.
+
+    A quarter of the plate on a floor that does not give: its joint spends half of G over half of
+    the opening.  The crack runs when its tip has opened by 2 G/T.
+    """
+    young, tension, half, width, fine = 20e9, 2e6, 1.0, 10.0, 0.5 / 64
+    energy = 0.03 * half * tension**2 / young
+    finite = np.sqrt(1 / np.cos(np.pi * half / (2 * width)))
+    strength = np.sqrt(young * energy / (np.pi * half)) / finite
+    near = [shapely.LineString([(half - 2 * fine, 0), (1.25 * half, 0)])]
+    plate = part([0, 0, half, 0, width, 0, width, width, 0, width], 0.5)
+    cells = mesh_body([plate], "quadrilateral", near, fine).polygons
+    model = sitedda.Model()
+    model.control(time_step=1e-3, steps=500, gravity=[0.0, 0.0], settle=True,
+                  analysis="plane_stress", integration="theta")  # fmt: skip
+    model.contact(normal_stiffness=1e12)
+    model.material("stone", density=2400.0, young_modulus=young, poisson_ratio=0.2,
+                   rayleigh_alpha=100.0)  # fmt: skip
+    model.material("rigid", density=2400.0, young_modulus=1e7 * young,
+                   poisson_ratio=0.0)  # fmt: skip
+    model.joint("free", friction_angle=0.0)
+    model.joint(
+        "crack", friction_angle=0.0, law="cohesive", tensile_strength=tension, cohesion=tension,
+        fracture_energy=energy / 2, shear_fracture_energy=1e10, shear_stiffness_per_area=1e7,
+        normal_stiffness_per_area=400 * tension**2 / energy,
+    )  # fmt: skip
+    floor = [-0.5, -1, width + 0.5, -1, width + 0.5, 0, -0.5, 0]
+    model.block(vertices=floor, name="floor", material="rigid", joint="crack")
+    for number, cell in enumerate(cells, 2):
+        sides = zip(cell, np.roll(cell, -1, axis=0), strict=True)
+        on_crack = [max(a[1], b[1]) < 1e-9 and min(a[0], b[0]) > half - 1e-9 for a, b in sides]
+        model.block(vertices=np.ravel(cell).tolist(), body="plate", material="stone",
+                    edge_joints=["crack" if on else "free" for on in on_crack])  # fmt: skip
+        for x, y in cell[cell[:, 0] < 1e-9].tolist():
+            model.fixed_point(x=x, y=y, block=str(number), direction="x")
+    for x in (-0.5, width + 0.5):
+        model.fixed_point(x=x, y=-1.0, block="floor")
+    shares = [0.6, 0.95, 1.05]
+    model.traction(side="top", time=[0.0, 0.15, 0.5],
+                   normal=[-share * strength for share in shares])  # fmt: skip
+    model.measured_point("tip", half, 0.0, "plate")
+    model.output(block_interval=500)
+    history = model.run(output=tmp_path / "out.nc").history
+    opening = history.displacement[:, 0, 1].values
+    runs = float(history.time[np.argmax(opening > energy / tension)])
+    assert np.interp(runs, [0.15, 0.5], shares[1:]) == pytest.approx(1.0, abs=0.03)
