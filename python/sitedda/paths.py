@@ -10,7 +10,7 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 
 PACKAGES = {
-    "base": "arguments errors files reading stop",
+    "base": "arguments errors files numbers reading stop",
     "build": "cutting importing masonry meshing",
     "commands": "command",
     "drawing": "boundary_marks movie pictures view",
@@ -18,6 +18,7 @@ PACKAGES = {
     "facade": "model plot",
     "input": "block_file building changes examples groups input_text schema",
     "output": "response scene verdict vtk",
+    "report": "style",
     "site": "column",
     "study": "error_bars",
 }

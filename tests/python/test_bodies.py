@@ -463,7 +463,7 @@ def test_crosses_show_the_principal_stresses_of_cells(tmp_path):
     model.stage(name="rest", kind="static")
     scene = Scene.of(model.run(output=tmp_path / "out.nc"))
     assert largest_stress(scene, [scene.frames - 1]) == pytest.approx(1e5, rel=1e-4)
-    axes = sitedda.draw(scene, color="stress")
+    axes = sitedda.draw(scene, color="compression")
     arms = draw_crosses(axes, scene, scene.frames - 1, 1.0, 1e5)[0]
     ways = np.array([line[1] - line[0] for line in arms.get_segments()])
     np.testing.assert_allclose(abs(ways), np.tile([0.425, 0.0], (16, 1)), atol=1e-4)

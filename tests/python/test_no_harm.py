@@ -21,7 +21,8 @@ from test_command import NEVER_ENDING
 
 import sitedda
 from sitedda.errors import InputError, OutputError
-from sitedda.files import check_target, save_picture, write, written
+from sitedda.files import check_target, write, written
+from sitedda.report.style import Figure, save_picture
 from sitedda.study import collect
 from sitedda.study.plan import make_plan
 from sitedda.study.settings import read_settings
@@ -253,7 +254,7 @@ def test_a_full_disk_leaves_nothing_under_the_name(main, here, finished, command
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
 def test_a_signal_leaves_nothing_under_the_name(here, number):
-    class Figure:
+    class Slow(Figure):
         def savefig(self, file, **_):
             Path(file).write_bytes(b"half")
             os.kill(os.getpid(), number)
@@ -263,7 +264,7 @@ def test_a_signal_leaves_nothing_under_the_name(here, number):
     interrupts = signal.signal(signal.SIGINT, signal.default_int_handler)
     hangups = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup ignores it
     with pytest.raises((sitedda.errors.InterruptedRun, KeyboardInterrupt)):
-        save_picture(Figure(), here / "x.png")
+        save_picture(Slow(), here / "x.png")
     assert (here / "x.png").read_bytes() == b""
     assert sorted(os.listdir(here)) == ["m.nml", "x.png"]
     signal.signal(signal.SIGINT, interrupts)

@@ -74,7 +74,10 @@ def test_drawing_leaves_the_backend_of_matplotlib_alone(module):
 def test_every_library_that_is_imported_is_declared():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     needs = [*project["dependencies"], *sum(project["optional-dependencies"].values(), [])]
-    declared = {need.split(">")[0].lower() for need in needs} | {"pil"}  # which is pillow
+    declared = {need.split(">")[0].lower() for need in needs} | {
+        "pil",
+        "mpl_toolkits",
+    }  # pillow, matplotlib
     assert "pillow" in declared
     for file in _modules(ROOT / "python" / "sitedda"):
         for node in ast.walk(ast.parse(file.read_text())):

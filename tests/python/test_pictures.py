@@ -17,13 +17,15 @@ from test_view import EVIL, TITLE, sliding_blocks
 
 import sitedda
 from sitedda.movie import ffmpeg, write_movie
-from sitedda.pictures import BOLT, draw, force_lines, in_unit
+from sitedda.numbers import in_unit
+from sitedda.pictures import draw, force_lines
 from sitedda.plot import run_picture
 from sitedda.report import Page, Paragraph, Table, to_html
 from sitedda.report.html import json_for_script
 from sitedda.response import amplifications
 from sitedda.scene import Scene
 from sitedda.signals import GRAVITY, arias_intensity
+from sitedda.style import BOLT
 from sitedda.verdict import PERIODS, acceleration_spectrum, damping_words
 from sitedda.vtk import write_vtk
 
@@ -122,8 +124,8 @@ def test_slivers_are_found(write_input):
     "look",
     [
         {"color": "material", "contacts": "slip"},
-        {"color": "stress", "contacts": "force"},
-        {"color": "rotation", "contacts": "open", "deformation": 5.0},
+        {"color": "compression", "contacts": "force"},
+        {"color": "rotation", "contacts": "opening", "deformation": 5.0},
         {"color": "velocity", "time": 0.1},
     ],
 )
@@ -165,10 +167,10 @@ def test_a_site_picture_says_which_damping_is_in_the_model(write_input):
     figure = run_picture(history, amplifications(history))
     texts = [text.get_text() for text in figure.texts]
     assert any("damping of the scheme" in t and "of the material: none" in t for t in texts)
-    legend = next(filter(None, (axes.get_legend() for axes in figure.axes)))
     figure.canvas.draw()
-    box, axes = legend.get_window_extent(), legend.axes.get_window_extent()
-    assert box.y0 >= axes.y1 - 1
+    for legend in filter(None, (axes.get_legend() for axes in figure.axes)):
+        box, axes = legend.get_window_extent(), legend.axes.get_window_extent()
+        assert box.y0 >= axes.y1 - 1 or box.y1 <= axes.y0 + 1
 
 
 # --- Movies ---------------------------------------------------------------------------------------

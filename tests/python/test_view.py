@@ -140,7 +140,7 @@ def test_a_report_shows_names_as_they_are_and_runs_none_of_them(pages, opened):
     assert "&<'\"m" in text and "<b>j</b>" in text and "top<&" in text
     page.evaluate("blockViews[0].pick(1)")
     page.wait_for_timeout(200)
-    assert page.inner_text(".info h4") == EVIL
+    assert page.inner_text(".info h3") == EVIL
     assert page.complaints == []
 
 
@@ -170,7 +170,7 @@ def test_the_view_plays_and_a_block_is_picked_by_a_click(pages, opened, run):
     page.mouse.click(x, y)
     page.wait_for_timeout(300)
     assert page.evaluate("blockViews[0].state.picked") == "right"
-    assert page.inner_text(".info h4") == "right"
+    assert page.inner_text(".info h3") == "right"
     assert page.locator(".block-chart canvas").bounding_box()["width"] > 200
     scene = Scene.of(run)
     assert page.evaluate("blockViews[0].state.area") == pytest.approx(

@@ -164,25 +164,6 @@ def _holds(file: Path, data: bytes) -> bool:
         return False
 
 
-def save_picture(figure, file, reads: Iterable = (), **options) -> Path:
-    """Save a figure of matplotlib, in the format of the ending (PNG if there is none); the file.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    file : path
-    reads : iterable of path
-        What the same command reads.
-    **options
-        Of ``savefig``.
-    """
-    file = Path(file)
-    file = file if file.suffix else file.with_name(f"{file.name}.png")
-    with written(file, "a picture", reads) as beside:
-        figure.savefig(beside, **options)
-    return file
-
-
 def make_folder(folder) -> Path:
     """A folder with those above it."""
     folder = Path(folder)

@@ -9,6 +9,31 @@ import math
 SHOWN = {"m": 1.0, "mm": 1e3, "µm": 1e6, "nm": 1e9, "°": 180.0 / math.pi, "%": 100.0,
          "kN/m": 1e-3, "MN/m": 1e-6, "m/s": 1.0, "m/s²": 1.0, "": 1.0}  # fmt: skip
 
+# Sizes and names of the units that values of an SI unit are shown in, as `words.js` of the view.
+UNITS = {
+    "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
+    "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "µm/s"), (1e-9, "nm/s")),
+    "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
+    "N/m": ((1e9, "GN/m"), (1e6, "MN/m"), (1e3, "kN/m"), (1.0, "N/m")),
+    "J/m": ((1e9, "GJ/m"), (1e6, "MJ/m"), (1e3, "kJ/m"), (1.0, "J/m")),
+    "°": ((0.01, "°"), (180e-6 / math.pi, "µrad")),
+}
+
+
+def in_unit(largest: float, unit: str) -> tuple[float, str]:
+    """The size and name of the unit in which a value reads well: mm for 0.004 m.
+
+    Parameters
+    ----------
+    largest : float
+        In an SI unit, or °.
+    unit : str
+    """
+    for size, name in UNITS.get(unit, ()):
+        if abs(largest) >= size:
+            return (1.0, unit) if name == unit else (size, name)
+    return (1.0, unit) if largest == 0 or unit not in UNITS else UNITS[unit][-1]
+
 
 def number(value: float, digits: int = 4) -> str:
     """A number in so many significant digits: 0.1235, 12.5, 1.235e-7.

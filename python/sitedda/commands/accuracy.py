@@ -8,7 +8,6 @@ import json
 from pathlib import Path
 
 from ..base.arguments import COUNT, WORKERS, picture_name
-from ..base.files import save_picture
 from .parser import add_changes
 
 
@@ -34,6 +33,7 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
 
 
 def _tell(options: argparse.Namespace) -> int:
+    from ..report.style import save_picture
     from ..study.error_bars import accuracy
 
     found = accuracy(

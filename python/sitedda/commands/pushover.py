@@ -7,7 +7,7 @@ import argparse
 from pathlib import Path
 
 from ..base.arguments import COUNT, POSITIVE, picture_name
-from ..base.files import OWN_TABLE, check_target, save_picture, write
+from ..base.files import OWN_TABLE, check_target, write
 from .parser import add_changes
 
 
@@ -29,6 +29,7 @@ def add_pushover(parser: argparse.ArgumentParser) -> None:
 
 
 def _push(options: argparse.Namespace) -> int:
+    from ..report.style import save_picture
     from ..stability import limit_analysis, pushover
 
     picture = options.output or options.file.with_name(f"{options.file.stem}_pushover.png")

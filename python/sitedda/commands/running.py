@@ -11,7 +11,6 @@ from pathlib import Path
 
 from ..base.arguments import file_name
 from ..base.errors import SiteddaError
-from ..base.files import save_picture
 from ..engine.checking import transfer
 from ..engine.simulation import Simulation
 from ..facade.run import Run, _run
@@ -128,6 +127,7 @@ def _discrete_transfer(source: Path, changes: dict, found):
 def _draw(result: Run, source: Path, changes: dict) -> Path:
     """Draw beside the output what its input asks for."""
     from ..facade.plot import run_picture
+    from ..report.style import save_picture
 
     found = amplifications(result.history)
     discrete = _discrete_transfer(source, changes, found[0]) if found else None

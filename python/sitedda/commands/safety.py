@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 
 from ..base.arguments import POSITIVE, TOLERANCE, picture_name
-from ..base.files import check_target, save_picture
+from ..base.files import check_target
 from .parser import add_changes
 
 
@@ -28,6 +28,7 @@ def add_safety(parser: argparse.ArgumentParser) -> None:
 
 
 def _safety(options: argparse.Namespace) -> int:
+    from ..report.style import save_picture
     from ..stability import mechanism, safety
 
     changes, share = dict(options.set), options.displacement

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from ..base.arguments import DAMPING_RATIO, NOT_NEGATIVE, POSITIVE, picture_name
 from ..base.errors import InputError
-from ..base.files import save_picture
 
 
 def add_site(parser: argparse.ArgumentParser) -> None:
@@ -65,6 +64,8 @@ def _surface(options: argparse.Namespace) -> int:
 
 
 def _save(found, picture: Path, source: Path) -> None:
+    from ..report.style import save_picture
+
     print(f"picture: {save_picture(found.plot(), picture, [source], dpi=130)}")
 
 

@@ -14,16 +14,16 @@ from ..base.arguments import (
     file_name,
     picture_name,
 )
-from ..base.files import check_target, save_picture
-
-COLORINGS = ("material", "displacement", "velocity", "rotation", "stress")
+from ..base.files import check_target
 
 
 def add_draw(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda draw`."""
     _add(parser, _draw, "PICTURE", picture_name)
-    parser.add_argument("-t", "--time", type=ANY, metavar="S", help="of the frame (the last)")
-    parser.add_argument("--stage", metavar="NAME", help="that the frame is one of")
+    parser.add_argument(
+        "-t", "--time", type=ANY, metavar="S", help="time of the frame, s (the last)"
+    )
+    parser.add_argument("--stage", metavar="NAME", help="the frame is the last of this stage")
     parser.add_argument("--dpi", type=DOTS_PER_INCH, default=150.0, help="dots per inch (150)")
     _add_look(parser)
 
@@ -31,6 +31,8 @@ def add_draw(parser: argparse.ArgumentParser) -> None:
 def add_view(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda view`."""
     _add(parser, _view, "PAGE")
+    from ..drawing.quantities import COLORINGS
+
     parser.add_argument("--color", choices=COLORINGS, help="what blocks are coloured by at first")
     parser.add_argument("--no-open", action="store_true", help="do not open a browser")
 
@@ -66,29 +68,37 @@ def _add(parser: argparse.ArgumentParser, act, target: str, kind=file_name) -> N
 
 
 def _add_look(parser: argparse.ArgumentParser) -> None:
-    """What blocks and contacts are coloured by; the words are those of `pictures.draw`."""
-    parser.add_argument(
-        "--color",
-        choices=COLORINGS,
-        help="what blocks are coloured by (a model: material; an output: displacement)",
-    )
-    parser.add_argument(
-        "--contacts", choices=("force", "slip", "open"), help="draw forces, slip or opening"
-    )
-    parser.add_argument(
-        "--deformation", type=ANY, default=1.0, metavar="FACTOR", help="on displacements (1)"
-    )
+    """What blocks, contacts and arrows show; the words are those of `pictures.draw`."""
+    from ..drawing.quantities import ARROWS, COLORINGS, CONTACTS
+
+    parser.add_argument("--color", choices=COLORINGS,
+        help="what colours blocks (a model: material; an output: displacement)")  # fmt: skip
+    parser.add_argument("--contacts", choices=CONTACTS,
+        help="contact forces as arrows or chains, or slip or opening of joints")  # fmt: skip
+    parser.add_argument("--arrows", choices=ARROWS, help="draw arrows at the centroids of blocks")
+    parser.add_argument("--deformation", type=ANY, default=1.0, metavar="FACTOR",
+        help="that displacements are multiplied by in the picture (1: as they are)")  # fmt: skip
+    parser.add_argument("--since", metavar="STAGE",
+        help="displacements and rotations are those since the end of this stage")  # fmt: skip
+    parser.add_argument("--scheme", choices=("light", "dark", "print"), default="light",
+        help="colours of paper, lines and texts (light)")  # fmt: skip
+
+
+def _look(options: argparse.Namespace) -> dict:
+    """The arguments of `pictures.draw` that `_add_look` has."""
+    names = ("color", "contacts", "arrows", "deformation", "since")
+    return {name: getattr(options, name) for name in names}
 
 
 def _draw(options: argparse.Namespace) -> int:
     from ..drawing.pictures import draw
+    from ..report.style import save_picture
 
-    look = (options.color, options.contacts, options.deformation)
     target = check_target(
         options.output or options.file.with_suffix(".blocks.png"), "a picture", [options.file]
     )
-    axes = draw(options.file, options.time, *look, stage=options.stage)
-    target = save_picture(axes.figure, target, [options.file], dpi=options.dpi)
+    axes = draw(options.file, options.time, stage=options.stage, **_look(options))
+    target = save_picture(axes.figure, target, [options.file], options.scheme, dpi=options.dpi)
     print(f"picture: {target}")
     return 0
 
@@ -131,10 +141,9 @@ def _movie(options: argparse.Namespace) -> int:
         target,
         fps=options.fps,
         seconds=options.seconds,
-        color=options.color,
-        contacts=options.contacts,
-        deformation=options.deformation,
+        scheme=options.scheme,
         progress=not options.quiet,
+        **_look(options),
     )
     print(f"movie: {target}")
     return 0

@@ -11,8 +11,9 @@ from matplotlib.path import Path
 
 from ..base.errors import InputError
 from ..output.scene import Scene
+from ..report.style import BLUE, GOLD, GREEN, INK
 
-HELD, MOVED, ABSORBS, GOES_ON = "#22262b", "#0072b2", "#00796b", "#8e5a00"
+HELD, MOVED, ABSORBS, GOES_ON = INK, BLUE, GREEN, GOLD
 _SPACING, _DEPTH = 0.03, 0.018  # of the size of the model: of signs along an edge, and outwards
 _TURN = np.linspace(0.0, 2.0 * np.pi, 13)
 # By kind: words, colour, and the lines of a sign: places along the edge and outwards, in depths.

@@ -21,6 +21,7 @@ from ..base.arguments import ANY, PICTURES_A_SECOND, SECONDS
 from ..base.errors import InputError, MissingLibrary
 from ..base.files import check_target, written
 from ..output.scene import Scene
+from ..report.style import dress
 from .pictures import BlockPicture
 
 _WIDTH = 1280  # pixels, about
@@ -32,10 +33,9 @@ def write_movie(
     file,
     fps: float = 25.0,
     seconds: float = 10.0,
-    color: str | None = None,
-    contacts: str | None = None,
-    deformation: float = 1.0,
     progress: bool = False,
+    scheme: str = "light",
+    **look,
 ) -> Path:
     """Write the frames of an output as a movie.
 
@@ -50,10 +50,11 @@ def write_movie(
         Pictures a second.
     seconds : float
         That it lasts; the frames nearest to evenly spread times are shown.
-    color, contacts, deformation
-        See `pictures.draw`.
     progress : bool
         Show a progress bar.
+    scheme : {'light', 'dark', 'print'}
+    **look
+        color, contacts, arrows, deformation, since, see `pictures.draw`.
 
     Raises
     ------
@@ -65,7 +66,7 @@ def write_movie(
         If there is no ffmpeg, or it fails.
     """
     fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
-    ANY.check("deformation", deformation)
+    ANY.check("deformation", look.get("deformation", 1.0))
     scene = source if isinstance(source, Scene) else Scene.of(source)
     file = Path(file)
     if scene.frames < 2:
@@ -78,7 +79,7 @@ def write_movie(
     program = ffmpeg() if kind == ".mp4" else ""
     frames = chosen_frames(scene, round(fps * seconds))
     pictures = tqdm(
-        _pictures(scene, frames, color, contacts, deformation),
+        _pictures(scene, frames, scheme, look),
         total=len(frames),
         disable=not progress,
         unit="picture",
@@ -98,9 +99,10 @@ def chosen_frames(scene: Scene, most: int) -> list[int]:
     return np.searchsorted(middle, times).tolist()
 
 
-def _pictures(scene: Scene, frames, color, contacts, deformation) -> Iterator[np.ndarray]:
+def _pictures(scene: Scene, frames, scheme: str, look: dict) -> Iterator[np.ndarray]:
     """Pictures, shape (height, width, 3), 8 bits; equal frames are drawn once."""
-    shown = BlockPicture(scene, color or "displacement", contacts, deformation, frames=frames)
+    look = look | {"color": look.get("color") or "displacement", "frames": frames}
+    shown = BlockPicture(scene, **look)
     figure = shown.axes.figure
     canvas = FigureCanvasAgg(figure)
     width, height = figure.get_size_inches()
@@ -112,6 +114,7 @@ def _pictures(scene: Scene, frames, color, contacts, deformation) -> Iterator[np
     for frame in frames:
         if frame != last:
             shown.show(frame)
+            dress(figure, scheme)
             canvas.draw()
             figure.set_layout_engine("none")  # the first layout stays
             picture, last = np.array(canvas.buffer_rgba())[..., :3].copy(), frame
@@ -195,7 +198,7 @@ def animate(source, fps: float = 25.0, seconds: float = 10.0, **look):
     fps, seconds : float
         See `write_movie`.
     **look
-        color, contacts, deformation, see `pictures.draw`.
+        color, contacts, arrows, deformation, since, see `pictures.draw`.
     """
     fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
     scene = source if isinstance(source, Scene) else Scene.of(source)

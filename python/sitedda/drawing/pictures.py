@@ -10,65 +10,70 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Normalize, TwoSlopeNorm
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from ..base.arguments import ANY
-from ..output.scene import Scene, principal_stresses
+from ..base.numbers import in_unit, number
+from ..output.scene import Scene
+from ..report.style import (
+    BLUE,
+    BOLT,
+    FAINT,
+    FORCE,
+    INK,
+    JOINT_MAP,
+    JOINTS,
+    MAGNITUDE,
+    PAPER,
+    POINT,
+    RESTING,
+    RULE,
+    SIGNED,
+    STONES,
+    WATER,
+    dress,
+    empty_figure,
+)
 from .boundary_marks import draw_boundaries
+from .forces import (
+    arrow_length,
+    chain_key,
+    draw_chains,
+    draw_forces,
+    draw_movement,
+    force_lines,
+    force_scale,
+    movement_scale,
+    scale_arrow,
+)
+from .joint_map import draw_movements, joint_lines
+from .quantities import (
+    ARROWS,
+    COLORINGS,
+    CONTACTS,
+    MOVEMENTS,
+    QUANTITIES,
+    Limits,
+    limits_of,
+    movement_limits,
+    quantity,
+    rounding,
+    some_of,
+)
 from .stress_crosses import draw_crosses, key_of_crosses, largest_stress
 
-COLORINGS = ("material", "displacement", "velocity", "rotation", "stress")
-CONTACTS = ("force", "slip", "open")
-INK, FAINT = "#22262b", "#8a9099"
-STONES = ("#dccfb4", "#b4c4d4", "#d3b09a", "#bccbaa", "#c9bad6", "#e6d88f", "#a9adb3", "#9fcac2")
-JOINTS = ("#4a4f57", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900")
-SUPPORT, MOVED, LOAD, POINT = "#22262b", "#0072b2", "#c0392b", "#d81b60"
-MAGNITUDE, SIGNED, JOINT_MAP, FORCE = "viridis", "PuOr", "inferno_r", "#c22316"
-_LABELS = {
-    "displacement": "displacement\nof the centroid",
-    "velocity": "velocity\nof the centroid",
-    "rotation": "rotation",
-    "stress": "largest compression",
-}
-_UNITS = {
-    "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
-    "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "µm/s")),
-    "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
-    "N/m": ((1e9, "GN/m"), (1e6, "MN/m"), (1e3, "kN/m"), (1.0, "N/m")),
-    "°": ((1.0, "°"),),
-}
-BOLT, BROKEN = "#7a1fa2", 4
+__all__ = ["BlockPicture", "deformed", "draw", "force_lines", "head", "plain", "view_box"]
+
+BROKEN = 4  # state of a bolt
 _MOST_DRAWN_OUTLINES = 30000
 _MOST_LABELS = 24  # of measured points
-_LEAST_MOVEMENT = 0.01  # of the largest: below, a slip or opening is not drawn
-_LEAST_FORCE = 0.005  # of the largest: below, a force is not drawn
-
-
-def in_unit(largest: float, unit: str) -> tuple[float, str]:
-    """The size and name of the unit in which a value reads well: mm for 0.004 m."""
-    for size, name in _UNITS[unit]:
-        if abs(largest) >= size:
-            return size, name
-    return (1.0, unit) if largest == 0 else _UNITS[unit][-1]
-
-
-def quantity(scene: Scene, color: str, frame: int) -> tuple[np.ndarray, str]:
-    """A quantity of the blocks, shape (blocks,), and its unit."""
-    if color == "displacement":
-        return np.linalg.norm(scene.displacement(frame), axis=1), "m"
-    if color == "velocity":
-        return np.linalg.norm(scene.rates(frame)[:, :2], axis=1), "m/s"
-    if color == "rotation":
-        turn = scene.coordinates(frame)[:, 2] - scene.coordinates(0)[:, 2]
-        return np.degrees(turn), "°"
-    if color == "stress":
-        return -principal_stresses(scene.stress(frame))[1], "Pa"
-    raise ValueError(f"color is one of {', '.join(COLORINGS)}, not {color!r}")
+_MOST_NAMED = 3  # blocks beyond the ends of a scale
+_TICK = 0.32  # inches of a colour bar for each tick
 
 
 def draw(
@@ -80,6 +85,8 @@ def draw(
     axes: Axes | None = None,
     legend: bool = True,
     stage: str | None = None,
+    arrows: str | None = None,
+    since: str | None = None,
 ) -> Axes:
     """Draw the blocks of a model or an output to scale.
 
@@ -89,11 +96,14 @@ def draw(
         A namelist input, an output, or what stands for one.
     time : float, optional
         s; the nearest frame is drawn.  Default: the last one.
-    color : {'material', 'displacement', 'velocity', 'rotation', 'stress'}, optional
-        What the blocks are coloured by; by 'stress' cells of bodies have crosses of their principal
-        stresses.  Default: material for a model, displacement for an output.
-    contacts : {'force', 'slip', 'open'}, optional
-        Resultant contact forces of neighbours, or slip or opening of the joints since the start.
+    color : str, optional
+        What the blocks are coloured by: 'material', 'displacement', 'displacement_x',
+        'displacement_y', 'velocity', 'rotation', 'compression' or 'tension'; by the last two cells
+        of bodies have crosses of their principal stresses.  Default: material for a model,
+        displacement for an output.
+    contacts : {'force', 'chain', 'slip', 'opening'}, optional
+        Resultant contact forces of neighbours, as arrows that meet where they touch or as chains
+        from centroid to centroid, or slip or opening of the joints since the start.
     deformation : float
         Factor on the displacements of the picture.
     axes : matplotlib.axes.Axes, optional
@@ -102,6 +112,10 @@ def draw(
         With what the colours and signs mean, outside the axes.
     stage : str, optional
         The frame is one of this stage: of several static ones all are at one time.
+    arrows : {'displacement', 'velocity'}, optional
+        Of the centroids.
+    since : str, optional
+        Displacements and rotations are those since the end of this stage.
 
     Returns
     -------
@@ -111,12 +125,12 @@ def draw(
     Raises
     ------
     ValueError
-        If `color` or `contacts` is not one of the above, or `deformation` no number.
+        If `color`, `contacts` or `arrows` is not one of the above, or `deformation` no number.
     InputError
         If there is no such stage.
     """
     scene = source if isinstance(source, Scene) else Scene.of(source)
-    picture = BlockPicture(scene, color, contacts, deformation, axes, legend)
+    picture = BlockPicture(scene, color, contacts, deformation, axes, legend, (), arrows, since)
     picture.show(scene.frame_at(time, stage))
     if axes is None:  # labels of ticks, which the layout needs, are known after a first pass
         picture.axes.figure.draw_without_rendering()
@@ -129,27 +143,36 @@ class BlockPicture:
     Parameters
     ----------
     scene : Scene
-    color, contacts, deformation, axes, legend
+    color, contacts, deformation, axes, legend, arrows, since
         See `draw`.
     frames : sequence of int, optional
         Frames that will be shown: colours and view are those of all of them.
     """
 
     def __init__(
-        self, scene, color=None, contacts=None, deformation=1.0, axes=None, legend=True, frames=()
-    ):
+        self, scene, color=None, contacts=None, deformation=1.0, axes=None, legend=True, frames=(),
+        arrows=None, since=None,
+    ):  # fmt: skip
         self.scene, self.legend = scene, legend
         self.deformation = ANY.check("deformation", deformation)
         self.color = color or ("material" if scene.before else "displacement")
-        self.contacts = contacts
-        if self.color not in COLORINGS:
-            raise ValueError(f"color is one of {', '.join(COLORINGS)}, not {color!r}")
-        if contacts not in (None, *CONTACTS):
-            raise ValueError(f"contacts is one of {', '.join(CONTACTS)}, not {contacts!r}")
+        self.contacts, self.arrows = contacts, arrows
+        for name, value, known in (("color", self.color, COLORINGS),
+                                   ("contacts", contacts, (None, *CONTACTS)),
+                                   ("arrows", arrows, (None, *ARROWS))):  # fmt: skip
+            if value not in known:
+                words = ", ".join(filter(None, known))
+                raise ValueError(f"{name} is one of {words}, not {value!r}")
+        self.since = scene.frame_at(None, since) if since else 0
+        self.rounding = rounding(scene)
         self.alone = axes is None
         self.axes = _figure(scene).subplots() if self.alone else axes
         self.frames = list(frames)
         self.blocks = self.note = None
+        self.limits = self.movement = Limits(0.0, 0.0)
+        self.rests: list[str] = []  # what is no more than rounding, and so not drawn
+        self.force = self.arrow = 0.0  # N/m; m or m/s
+        self.bars: list[tuple] = []
         self.lines: list = []
         self.stress = 0.0  # the largest of the cells of bodies, Pa, where crosses are drawn
 
@@ -161,91 +184,149 @@ class BlockPicture:
             self._begin(frame, vertices)
         else:
             self.blocks.set_verts(_standing(scene, frame, vertices))
-            if self.color != "material":
-                self.blocks.set_array(quantity(scene, self.color, frame)[0] / self.size)
+            if self.blocks.get_array() is not None:
+                values = quantity(scene, self.color, frame, self.since)
+                self.blocks.set_array(values / self.size)
             for line in self.lines:
                 line.remove()
         self.lines = _body_outlines(self.axes, scene, frame, vertices)
-        self.lines += self._contacts(frame, vertices) + _bolts(self.axes, scene, frame)
+        self.lines += self._marks(frame, vertices) + _bolts(self.axes, scene, frame)
         if self.stress > 0:
             self.lines += draw_crosses(self.axes, scene, frame, self.deformation, self.stress)
-        self.note.set_text(plain(_words(scene, frame, self.deformation)))
+        self.note.set_text(plain("\n".join(self._words(frame))))
 
     def _begin(self, frame: int, vertices) -> None:
         scene, axes = self.scene, self.axes
+        frames = some_of(self.frames) or [frame]
         if scene.frames > 1 and (frame > 0 or self.frames):
             _outlines(axes, scene)
-        self.blocks, self.size, handles = _blocks(
-            axes, scene, frame, vertices, self.frames or [frame], self.color
-        )
+        handles = self._begin_blocks(frame, vertices, frames)
         if self.color == "material" and not self.contacts:
             handles += _joints(axes, scene, frame, self.deformation)
-        if self.color == "stress" and (scene.body > 0).any():
-            self.stress = largest_stress(scene, _some_of(self.frames) or [frame])
+        if self.color in ("compression", "tension") and (scene.body > 0).any():
+            self.stress = largest_stress(scene, frames)
             size, unit = in_unit(self.stress, "Pa")
             handles += key_of_crosses(f"{self.stress / size:.3g} {unit}")
-        if self.contacts:
-            self.scale = self._contact_scale(frame)
-            handles += self._contact_key()
+        handles += self._begin_marks(frames)
         if scene.before or self.color == "material":
             handles += draw_boundaries(axes, scene, frame) + _boundary(axes, scene)
-        handles += _bolt_key(scene, frame)
-        shown = [deformed(scene, f, self.deformation) for f in _some_of(self.frames)]
+        handles += _bolt_key(scene, frame) + _water(axes, scene)
+        shown = [deformed(scene, f, self.deformation) for f in some_of(self.frames)]
         if scene.before or self.color == "material":
             shown += [tail for tail, _, _ in load_arrows(scene)]
         _view(axes, scene, np.vstack([vertices, *shown]))
-        self.note = head(axes, plain(scene.title or "Untitled"), "")
+        self.note = head(axes, plain(scene.title or "Untitled"), lines=len(self._words(frame)))
+        beside = bool(handles) and self.legend and not self.alone
+        if self.bars:
+            color_bars(axes, self.bars, 0.6 if beside else 1.0)
         if handles and self.legend:
             _legend(axes, handles, self.alone)
+        dress(axes.figure)
 
-    def _contact_scale(self, frame: int) -> float:
-        """The largest force, slip or opening of the frames that are shown."""
-        scene, most = self.scene, 0.0
-        for f in _some_of(self.frames) or [frame]:
-            if self.contacts == "force":
-                force = force_lines(scene, f, scene.vertices(f))[1]
-                values = np.linalg.norm(force, axis=1)
+    def _begin_blocks(self, frame: int, vertices, frames: list[int]) -> list:
+        """Blocks in their colours, and handles for the legend."""
+        scene, edge = self.scene, _line_width(self.scene)
+        look = {"edgecolors": INK, "linewidths": edge}
+        if scene.welded.any():  # the outlines of bodies are drawn above, faces within them faint
+            look = {"edgecolors": FAINT, "linewidths": 0.4 * edge}
+        shown = _standing(scene, frame, vertices)
+        drawn = self.blocks = PolyCollection(shown, joinstyle="round", zorder=2, **look)
+        self.axes.add_collection(drawn, autolim=False)
+        if self.color == "material":
+            drawn.set_facecolor([STONES[m % len(STONES)] for m in scene.material])
+            return [
+                Patch(fc=STONES[m % len(STONES)], ec=INK, lw=0.7,
+                      label=plain(scene.material_names[m]))
+                for m in np.unique(scene.material)
+            ]  # fmt: skip
+        kind = QUANTITIES[self.color]
+        self.limits = found = limits_of(scene, self.color, frames, self.since)
+        if found.most <= self.rounding[kind.unit]:
+            self.rests.append(_at_rest(kind, self.rounding))
+            self.limits = Limits(0.0, 0.0)
+            drawn.set_facecolor(RESTING)
+            return []
+        self.size, unit = in_unit(found.most, kind.unit)
+        drawn.set_array(quantity(scene, self.color, frame, self.since) / self.size)
+        drawn.set_cmap(SIGNED if kind.signed else MAGNITUDE)
+        drawn.set_norm(Normalize(found.low / self.size, found.high / self.size))
+        self.bars.append((drawn, kind.label, unit, found.extend))
+        return []
+
+    def _begin_marks(self, frames: list[int]) -> list:
+        """Scales of contacts and arrows over frames, their keys, handles for the legend."""
+        scene, axes, kind = self.scene, self.axes, self.contacts
+        handles = []
+        if kind in ("force", "chain"):
+            self.force = force_scale(scene, frames)
+            if self.force <= self.rounding["N/m"]:
+                self.force = 0.0
+                self.rests.append("no contact forces")
+            elif kind == "chain":
+                handles = chain_key(self.force)
             else:
-                values = scene.joint_movement(f)[CONTACTS.index(self.contacts) - 1]
-            most = max(most, float(values.max(initial=0.0)))
-        return most
+                scale_arrow(axes, arrow_length(scene), self.force, "N/m", "contact force")
+        elif kind:
+            self._begin_movements(frames)
+        if self.arrows:
+            unit = QUANTITIES[self.arrows].unit
+            self.arrow = movement_scale(scene, self.arrows, frames, self.since)
+            if self.arrow <= self.rounding[unit]:
+                self.arrow = 0.0
+            else:
+                scale_arrow(axes, 0.09 * scene.size, self.arrow, unit, self.arrows)
+        return handles
 
-    def _contact_key(self) -> list:
+    def _begin_movements(self, frames: list[int]) -> None:
+        """The scale of slip or opening and its bar, where any is more than rounding."""
+        kind = MOVEMENTS[self.contacts]
+        self.movement = movement_limits(self.scene, self.contacts, frames)
+        if self.movement.most <= self.rounding["m"]:
+            self.movement = Limits(0.0, 0.0)
+            self.rests.append(f"no {self.contacts} of joints")
+            return
+        size, unit = in_unit(self.movement.high, "m")
+        mapped = ScalarMappable(Normalize(0.0, self.movement.high / size), JOINT_MAP)
+        self.bars.append((mapped, kind.label, unit, self.movement.extend))
+
+    def _marks(self, frame: int, vertices) -> list:
+        """Forces, joints and arrows of a frame."""
+        axes, scene, found = self.axes, self.scene, []
         if self.contacts == "force":
-            scale, unit = in_unit(self.scale, "N/m")
-            label = f"contact force,\nlargest {self.scale / scale:.3g} {unit}"
-            return [Line2D([], [], color=FORCE, lw=4, solid_capstyle="round", label=label)]
-        size, unit = in_unit(self.scale, "m")
-        mapped = ScalarMappable(Normalize(0.0, self.scale / size or 1.0), JOINT_MAP)
-        name = "slip of the joints" if self.contacts == "slip" else "opening of the joints"
-        color_bar(self.axes, mapped, f"{name} ({unit})")
-        return []
+            found = draw_forces(axes, scene, frame, vertices, self.force)
+        elif self.contacts == "chain":
+            found = draw_chains(axes, scene, frame, self.deformation, vertices, self.force)
+        elif self.contacts:
+            found = draw_movements(axes, scene, self.contacts, frame, self.deformation,
+                                   self.movement.high)  # fmt: skip
+        if self.arrows:
+            found += draw_movement(axes, scene, self.arrows, frame, self.since, self.deformation,
+                                   self.arrow)  # fmt: skip
+        return found
 
-    def _contacts(self, frame: int, vertices) -> list:
-        if self.contacts == "force":
-            return _forces(self.axes, self.scene, frame, vertices, self.scale)
-        if self.contacts:
-            movement = self.scene.joint_movement(frame)[CONTACTS.index(self.contacts) - 1]
-            seen = movement > _LEAST_MOVEMENT * self.scale
-            lines = LineCollection(
-                _carried_lines(self.scene, frame, self.deformation)[seen],
-                linewidths=2.6,
-                capstyle="round",
-                zorder=3,
-                cmap=JOINT_MAP,
-                norm=Normalize(0.0, self.scale or 1.0),
-                array=movement[seen],
-            )
-            return [self.axes.add_collection(lines)]
-        return []
+    def _words(self, frame: int) -> list[str]:
+        """What is seen, and below it what is beyond the ends of the scale."""
+        lines = [_words(self.scene, frame, self.deformation), *self.rests]
+        if not (self.limits.below or self.limits.above):
+            return lines
+        kind, scene = QUANTITIES[self.color], self.scene
+        values = np.nan_to_num(quantity(scene, self.color, frame, self.since))
+        beyond = np.flatnonzero(((values < self.limits.low) | (values > self.limits.high))
+                                & ~scene.removed(frame))  # fmt: skip
+        beyond = beyond[np.argsort(-abs(values[beyond]))]
+        if len(beyond) == 0:
+            return [*lines, " "]
+        size, unit = in_unit(abs(values[beyond[0]]), kind.unit)
+        area = scene.areas()
+        named = [f"{scene.names[b]} ({number(area[b], 3)} m²) {values[b] / size:.3g} {unit}"
+                 for b in beyond]  # fmt: skip
+        return [*lines, f"beyond the scale: {_some(named, _MOST_NAMED)}"]
 
 
-def _some_of(frames: list[int], most: int = 40) -> list[int]:
-    """Frames that stand for many, the first and the last among them."""
-    frames = sorted(set(frames))
-    if len(frames) <= most:
-        return frames
-    return [frames[i] for i in np.linspace(0, len(frames) - 1, most).round().astype(int)]
+def _at_rest(kind, floors: dict[str, float]) -> str:
+    """That a quantity is no more than rounding, as words of a picture."""
+    size, unit = in_unit(floors[kind.unit], kind.unit)
+    return f"at rest: {kind.label.partition(',')[0]} below {floors[kind.unit] / size:.2g} {unit}"
 
 
 def _legend(axes: Axes, handles: list, alone: bool) -> None:
@@ -277,36 +358,7 @@ def _figure(scene: Scene) -> Figure:
     width, height = np.maximum(high - low, 0.05 * scene.size)
     scale = min(7.0 / width, 5.6 / height)
     size = (max(4.2, width * scale) + 2.2, max(2.4, height * scale) + 1.1)
-    return Figure(figsize=size, layout="constrained")
-
-
-def _blocks(axes: Axes, scene: Scene, frame: int, vertices, frames: list[int], color: str):
-    """Blocks in their colours, the size of the unit of the colour, and handles for the legend."""
-    edge = _line_width(scene)
-    shown = _standing(scene, frame, vertices)
-    look = {"edgecolors": INK, "linewidths": edge}
-    if scene.welded.any():  # the outlines of bodies are drawn above, faces within them faint
-        look = {"edgecolors": FAINT, "linewidths": 0.4 * edge}
-    drawn = PolyCollection(shown, joinstyle="round", zorder=2, **look)
-    axes.add_collection(drawn, autolim=False)
-    if color == "material":
-        drawn.set_facecolor([STONES[m % len(STONES)] for m in scene.material])
-        handles = [
-            Patch(fc=STONES[m % len(STONES)], ec=INK, lw=0.7, label=plain(scene.material_names[m]))
-            for m in np.unique(scene.material)
-        ]
-        return drawn, 1.0, handles
-    values, unit = quantity(scene, color, frames[0])
-    low, high = float(values.min()), float(values.max())
-    for frame in _some_of(frames):
-        others, _ = quantity(scene, color, frame)
-        low, high = min(low, float(others.min())), max(high, float(others.max()))
-    size, unit = in_unit(max(abs(low), abs(high)), unit)
-    drawn.set_array(values / size)
-    drawn.set_cmap(SIGNED if color == "rotation" else MAGNITUDE)
-    drawn.set_norm(_norm(color, low / size, high / size))
-    color_bar(axes, drawn, f"{_LABELS[color]} ({unit})")
-    return drawn, size, []
+    return empty_figure(size)
 
 
 def _line_width(scene: Scene) -> float:
@@ -332,27 +384,36 @@ def _standing(scene: Scene, frame: int, vertices) -> list[np.ndarray]:
     return scene.split(np.where(gone[:, None], np.nan, vertices) if gone.any() else vertices)
 
 
-def _norm(color: str, low: float, high: float):
-    if color == "rotation":
-        most = max(abs(low), abs(high)) or 1.0
-        return TwoSlopeNorm(0.0, -most, most)
-    low = 0.0 if color != "stress" else min(low, 0.0)
-    return Normalize(low, high if high > low else low + 1.0)
+def color_bars(axes: Axes, bars: list, top: float) -> None:
+    """Colour bars above each other beside the picture, arrows where values are beyond an end.
 
-
-def color_bar(axes: Axes, drawn, label: str) -> None:
-    """A slim colour bar beside the picture."""
-    bar = axes.figure.colorbar(drawn, ax=axes, shrink=0.75, aspect=26, pad=0.02)
-    bar.set_label(label, color=INK, labelpad=6)
-    bar.outline.set_visible(False)
-    bar.ax.tick_params(length=2.5, color=FAINT)
-    bar.ax.yaxis.set_major_locator(MaxNLocator(6))
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        With its limits set.
+    bars : list of (mappable, label, unit, extend)
+    top : float
+        Where they end, of the height of the axes.
+    """
+    wide, tall = np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())
+    unit = max(wide, tall) / wide  # so that bars are alike beside tall and wide models
+    inches = axes.get_window_extent().height / axes.figure.dpi * min(1.0, tall / wide)
+    share = top / len(bars)
+    for k, (drawn, label, name, extend) in enumerate(bars):
+        place = (1.0 + 0.03 * unit, k * share + 0.04, 0.028 * unit, 0.66 * share)
+        bar = axes.figure.colorbar(drawn, cax=axes.inset_axes(place), extend=extend)
+        bar.outline.set_visible(False)
+        bar.ax.set_title(f"{label} ({name})".replace(", ", ",\n"), loc="left", fontsize=8.5, pad=7)
+        bar.ax.tick_params(length=2.5, color=FAINT, labelcolor=INK, labelsize=8.5)
+        ticks = int(np.clip(0.66 * share * inches / _TICK, 3, 6))
+        bar.ax.yaxis.set_major_locator(MaxNLocator(ticks, min_n_ticks=3))
+        bar.ax.yaxis.set_major_formatter(ScalarFormatter(useOffset=False))
 
 
 def _outlines(axes: Axes, scene: Scene) -> None:
     """The first frame, behind, as a fine line."""
     if scene.blocks <= _MOST_DRAWN_OUTLINES:
-        look = {"facecolors": "none", "edgecolors": "#b9bec5", "linewidths": 0.5, "zorder": 1}
+        look = {"facecolors": "none", "edgecolors": RULE, "linewidths": 0.5, "zorder": 1}
         axes.add_collection(PolyCollection(scene.polygons(0), **look))
 
 
@@ -363,59 +424,13 @@ def _joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
         return []
     stays = ~(scene.removed(frame)[faces.first] | scene.removed(frame)[faces.second])
     kinds = scene.interface_joints[stays]
-    lines = _carried_lines(scene, frame, factor)[stays]
+    lines = joint_lines(scene, frame, factor)[stays]
     colors = [JOINTS[k % len(JOINTS)] for k in kinds]
     axes.add_collection(LineCollection(lines, colors=colors, linewidths=1.7, zorder=3))
     return [
         Line2D([], [], color=JOINTS[k % len(JOINTS)], lw=2, label=plain(scene.joint_names[k]))
         for k in np.unique(kinds)
     ]
-
-
-def _carried_lines(scene: Scene, frame: int, factor: float) -> np.ndarray:
-    """Interfaces where they are now, shape (k, 2, 2): they stay with their first blocks."""
-    faces, ends = scene.interfaces, []
-    for places in (faces.start, faces.end):
-        now = scene.carried(faces.first, places, frame)
-        ends.append(places + factor * (now - places))
-    return np.stack(ends, axis=1)
-
-
-def force_lines(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, np.ndarray]:
-    """Resultants between neighbours: their places and vectors, (k, 2) each, m and N/m."""
-    contacts = scene.contacts(frame)
-    places, normal = scene.contact_points(frame, contacts)
-    push, along = contacts["normal_force"], np.column_stack([-normal[:, 1], normal[:, 0]])
-    force = push[:, None] * normal - contacts["shear_force"][:, None] * along
-    a, b = scene.owner[contacts["vertex"]], scene.owner[contacts["edge"]]
-    sign = np.where(a < b, 1.0, -1.0)
-    pair = np.minimum(a, b) * scene.blocks + np.maximum(a, b)
-    _, pair = np.unique(pair, return_inverse=True)
-    k = pair.max(initial=-1) + 1
-    weight = np.bincount(pair, push, k)
-    total = np.column_stack([np.bincount(pair, sign * f, k) for f in force.T])
-    where = scene.touching(vertices, contacts) if len(push) else np.zeros((0, 2))
-    centre = np.column_stack([np.bincount(pair, push * x, k) for x in where.T])
-    good = weight > 0
-    return centre[good] / weight[good, None], total[good]
-
-
-def _forces(axes: Axes, scene: Scene, frame: int, vertices, most: float) -> list:
-    """Resultants as lines, longer and thicker with their size; the collections."""
-    places, force = force_lines(scene, frame, vertices)
-    if len(force) == 0 or most == 0:
-        return []
-    seen = np.linalg.norm(force, axis=1) > _LEAST_FORCE * most
-    places, force = places[seen], force[seen]
-    size = np.linalg.norm(force, axis=1) / most
-    half = 0.5 * _force_length(scene) * force / most
-    lines = np.stack([places - half, places + half], axis=1)
-    width = np.clip(5.0 * size, 0.5, None)
-    drawn = []
-    for color, more in (("white", 1.35), (FORCE, 1.0)):
-        look = {"colors": color, "linewidths": width * more, "capstyle": "round", "zorder": 4}
-        drawn.append(axes.add_collection(LineCollection(lines, **look)))
-    return drawn
 
 
 def _bolts(axes: Axes, scene: Scene, frame: int) -> list:
@@ -426,7 +441,7 @@ def _bolts(axes: Axes, scene: Scene, frame: int) -> list:
     for one in bolts:
         share = abs(one["force"]) / most if most and np.isfinite(one["force"]) else 0.4
         style = ":" if one["state"] == BROKEN else "-"
-        for color, more, dash in (("white", 1.6, "-"), (BOLT, 0.0, style)):
+        for color, more, dash in ((PAPER, 1.6, "-"), (BOLT, 0.0, style)):
             look = {"color": color, "lw": 0.9 + 2.6 * share + more, "ls": dash, "zorder": 6}
             look |= {"solid_capstyle": "round", "solid_joinstyle": "round"}
             drawn += axes.plot(*one["places"].T, marker="o", ms=3.0, **look)
@@ -446,19 +461,14 @@ def _bolt_key(scene: Scene, frame: int) -> list:
     return [Line2D([], [], color=BOLT, lw=2.2, marker="o", ms=3.0, label=label)]
 
 
-def _force_length(scene: Scene) -> float:
-    """Length of the largest force in the picture, m: about a block."""
-    return 1.1 * float(np.sqrt(np.median(scene.areas())))
-
-
 def _boundary(axes: Axes, scene: Scene) -> list:
     """Supports, loads, measured points and slivers, with handles for the legend."""
     handles = []
-    for moved, color, label in ((False, SUPPORT, "fixed point"), (True, MOVED, "moved point")):
+    for moved, color, label in ((False, INK, "fixed point"), (True, BLUE, "moved point")):
         places = [(s["x"], s["y"]) for s in scene.supports() if s["moved"] == moved]
         if places:
             (line,) = axes.plot(
-                *zip(*places, strict=True), "^", color=color, mec="white", mew=0.8, ms=8.5, zorder=6
+                *zip(*places, strict=True), "^", color=color, mec=PAPER, mew=0.8, ms=8.5, zorder=6
             )
             line.set_label(label)
             handles.append(line)
@@ -466,7 +476,7 @@ def _boundary(axes: Axes, scene: Scene) -> list:
     points = scene.points()
     if points:
         x, y = [p["x"] for p in points], [p["y"] for p in points]
-        (line,) = axes.plot(x, y, "o", color=POINT, mec="white", mew=0.9, ms=7, zorder=7)
+        (line,) = axes.plot(x, y, "o", color=POINT, mec=PAPER, mew=0.9, ms=7, zorder=7)
         line.set_label("measured point")
         handles.append(line)
         for point in points[:_MOST_LABELS]:
@@ -478,9 +488,22 @@ def _boundary(axes: Axes, scene: Scene) -> list:
                 fontsize=8.5,
                 color=POINT,
                 zorder=8,
-                path_effects=[withStroke(linewidth=2.5, foreground="white")],
+                path_effects=[withStroke(linewidth=2.5, foreground=PAPER)],
             )
     return handles + _slivers(axes, scene)
+
+
+def _water(axes: Axes, scene: Scene) -> list:
+    """Water tables, and lines along which water presses, with their handles."""
+    handles = {}
+    for group in scene.groups.get("water", []):
+        for name, style, label in (("surface", "--", "water table"), ("along", "-", "water")):
+            line = np.reshape(group.get(name, ()), (-1, 2))
+            if len(line):
+                axes.plot(*line.T, color=PAPER, lw=4.2, zorder=5.4)
+                (handles[label],) = axes.plot(*line.T, style, color=WATER, lw=2.4, zorder=5.5,
+                                              label=label)  # fmt: skip
+    return list(handles.values())
 
 
 def load_arrows(scene: Scene) -> list[tuple]:
@@ -497,13 +520,13 @@ def _loads(axes: Axes, scene: Scene) -> list:
     arrows = load_arrows(scene)
     if not arrows:
         return []
-    look = {"arrowstyle": "-|>", "color": LOAD, "lw": 1.8, "mutation_scale": 13}
+    look = {"arrowstyle": "-|>", "color": FORCE, "lw": 1.8, "mutation_scale": 13}
     for tail, tip, _ in arrows:
         axes.annotate("", tip, tail, arrowprops=look, zorder=7)
     size = max(size for _, _, size in arrows)
     scale, unit = in_unit(size, "N/m")
     label = f"load, largest {size / scale:.3g} {unit}"
-    return [Line2D([], [], color=LOAD, lw=1.8, marker=">", label=label)]
+    return [Line2D([], [], color=FORCE, lw=1.8, marker=">", label=label)]
 
 
 def _slivers(axes: Axes, scene: Scene) -> list:
@@ -512,7 +535,7 @@ def _slivers(axes: Axes, scene: Scene) -> list:
         return []
     x, y = scene.coordinates(0)[thin, :2].T
     label = "sliver: " + plain(_some([scene.names[b] for b in thin], 3))
-    return axes.plot(x, y, "o", mfc="none", mec="#e6007e", mew=1.6, ms=13, zorder=8, label=label)
+    return axes.plot(x, y, "o", mfc="none", mec=POINT, mew=1.6, ms=13, zorder=8, label=label)
 
 
 def view_box(scene: Scene, vertices=None) -> tuple[np.ndarray, np.ndarray]:
@@ -533,8 +556,6 @@ def _view(axes: Axes, scene: Scene, vertices) -> None:
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     axes.set_xlabel("x (m)", color=INK)
     axes.set_ylabel("y (m)", color=INK)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(FAINT)
     axes.tick_params(color=FAINT, labelcolor=INK)
 
 
@@ -556,9 +577,11 @@ def _words(scene: Scene, frame: int, deformation: float) -> str:
     return ", ".join(parts)
 
 
-def head(axes: Axes, title: str, words: str):
-    """A title with a fainter line under it, flush with the left side of the axes; that line."""
-    axes.set_title(title, loc="left", fontsize=12, color=INK, fontweight="bold", pad=24)
+def head(axes: Axes, title: str, words: str = "", lines: int = 1):
+    """A title with fainter lines under it, flush with the left side of the axes; those lines."""
+    axes.set_title(
+        title, loc="left", fontsize=12, color=INK, fontweight="bold", pad=11 + 13 * lines
+    )
     return axes.annotate(
         words,
         (0, 1),
@@ -566,7 +589,7 @@ def head(axes: Axes, title: str, words: str):
         xycoords="axes fraction",
         textcoords="offset points",
         fontsize=9.5,
-        color="#5b6169",
+        color=FAINT,
     )
 
 

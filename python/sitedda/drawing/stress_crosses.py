@@ -9,8 +9,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
 from ..output.scene import Scene, principal_stresses
+from ..report.style import COMPRESSION, TENSION
 
-COMPRESSION, TENSION = "#111111", "#ff2d2d"  # seen on all colours of blocks
 _REACH = 0.85  # of the root of a cell's area: the largest stress of the picture
 _LEAST = 0.02  # of the largest: shorter arms are points
 

@@ -32,7 +32,7 @@ except ImportError as trouble:
 from ..base.errors import InputError, OutputError, SiteddaError
 from ..input.changes import BETWEEN_STEPS
 from ..input.schema import GROUPS
-from ..report.html import VIEW_MODULES
+from ..report.html import VIEW_MODULES, page_style
 from .guard import LOOPBACK, SECONDS_TO_ENTER, Guard
 from .journal import Journal
 from .protocol import MOST, read_message
@@ -45,7 +45,6 @@ _PAGE_FILES = ("main", "socket", "start", "forms", "text", "live_view", "run", "
 _SOURCES = {
     "/": (("live", "page", "index.html"), "text/html"),
     "/live.css": (("live", "page", "live.css"), "text/css"),
-    "/page.css": (("report", "page.css"), "text/css"),
     "/view.css": (("drawing", "view", "view.css"), "text/css"),
 } | {
     f"/live/{name}.js": (("live", "page", f"{name}.js"), "text/javascript") for name in _PAGE_FILES
@@ -86,13 +85,19 @@ class _File(_Guarded, RequestHandler):
     """A file of the page: code that everybody may have, nothing of a model."""
 
     def get(self) -> None:
-        path, kind = _SOURCES.get(self.request.path, (None, ""))
+        path, kind = _SOURCES.get(self.request.path, (None, "text/css"))
+        if self.request.path == "/page.css":
+            self._give(page_style().encode(), kind)
+            return
         if path is None:
             self.set_status(404)
             self.finish("There is no such page.")
             return
+        self._give(files("sitedda").joinpath(*path).read_bytes(), kind)
+
+    def _give(self, data: bytes, kind: str) -> None:
         self.set_header("Content-Type", f"{kind}; charset=utf-8")
-        self.finish(files("sitedda").joinpath(*path).read_bytes())
+        self.finish(data)
 
 
 class _Socket(_Guarded, WebSocketHandler):

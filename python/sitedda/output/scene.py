@@ -326,7 +326,22 @@ class Scene:
 
         The larger of both ends; opening is positive, slip has no sign.
         """
-        faces, slip, gap = self.interfaces, [], []
+        along, across = self._apart(frame)
+        faces = self.interfaces
+        stays = ~(self.removed(frame)[faces.first] | self.removed(frame)[faces.second])
+        return abs(along).max(axis=0) * stays, across.max(axis=0) * stays
+
+    def joint_sense(self, frame: int) -> np.ndarray:
+        """Which way the second block of each of `interfaces` has slipped on the first, (k,).
+
+        1: from start to end of the piece that they share; -1: back; 0: it has not.
+        """
+        along, _ = self._apart(frame)
+        return np.sign(np.where(abs(along[0]) >= abs(along[1]), *along))
+
+    def _apart(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
+        """Way of the second block against the first along and across interfaces, (2, k) each, m."""
+        faces, along, across = self.interfaces, [], []
         turn = self.coordinates(frame)[faces.first, 2] - self.coordinates(0)[faces.first, 2]
         cos, sin = np.cos(turn), np.sin(turn)
         x, y = faces.normal.T
@@ -335,10 +350,9 @@ class Scene:
             apart = self.carried(faces.second, places, frame) - self.carried(
                 faces.first, places, frame
             )
-            gap.append(np.sum(apart * normal, axis=1))
-            slip.append(abs(normal[:, 0] * apart[:, 1] - normal[:, 1] * apart[:, 0]))
-        stays = ~(self.removed(frame)[faces.first] | self.removed(frame)[faces.second])
-        return np.maximum(*slip) * stays, np.maximum(*gap) * stays
+            across.append(np.sum(apart * normal, axis=1))
+            along.append(normal[:, 0] * apart[:, 1] - normal[:, 1] * apart[:, 0])
+        return np.array(along), np.array(across)
 
     @cached_property
     def _removal(self) -> np.ndarray:

@@ -11,12 +11,12 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ..base.errors import SiteddaError
-from ..drawing.style import BLUE, COLORS, FIELD, INK, RED, small_axes
 from ..engine.scheme import Scheme
 from ..engine.signals import dominant_frequency
 from ..engine.simulation import Simulation
 from ..facade.run import run
 from ..input.groups import group_text
+from ..report.style import BLUE, COLORS, FIELD, INK, RED, small_axes
 from .discrete import DiscreteModel
 from .rows import Picture, Requirement, Row, Study, Table, deviation, per_cent, show
 from .runs import Task, input_file

@@ -7,9 +7,9 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..drawing.style import BLUE, COLORS, GREY, RED, small_axes
 from ..engine.scheme import Scheme
 from ..facade.run import run
+from ..report.style import BLUE, COLORS, GREY, RED, small_axes
 from .discrete import DiscreteModel
 from .measure import first_mode_decay
 from .rows import Picture, Requirement, Row, Study, per_cent

@@ -7,8 +7,8 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..drawing.style import BLUE, COLORS, RED, small_axes
 from ..engine.scheme import Scheme, scheme_damping
+from ..report.style import BLUE, COLORS, RED, small_axes
 from .discrete import DiscreteModel
 from .rows import Picture, Requirement, Row, Study, Table, per_cent, show
 from .runs import Task, input_file

@@ -8,10 +8,10 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..drawing.style import BLUE, COLORS, INK, RED, small_axes
 from ..engine.scheme import scheme_damping
 from ..engine.spectra import amplification, find_peak
 from ..facade.run import run
+from ..report.style import BLUE, COLORS, INK, RED, small_axes
 from ..site.column import Column, damped_amplification, refined_peak
 from ..site.twin import layered_twin
 from .discrete import DiscreteModel

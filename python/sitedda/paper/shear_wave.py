@@ -8,8 +8,8 @@ from functools import cache, partial
 import numpy as np
 from scipy.signal import correlate
 
-from ..drawing.style import BLUE, COLORS, GREY, INK, RED, small_axes
 from ..facade.run import run
+from ..report.style import BLUE, COLORS, GREY, INK, RED, small_axes
 from .discrete import DiscreteModel
 from .measure import sub_sample_maximum
 from .rows import Picture, Requirement, Row, Study, Table, per_cent

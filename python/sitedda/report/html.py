@@ -19,10 +19,12 @@ from pathlib import Path
 
 from ..base.files import check_target, write
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
+from .style import css_variables
 
 _NUMBER = re.compile(r"[+−×<≤~-]?\s?\d[\d .,]*(·10\^?[+−-]?\d+|e[+-]?\d+)?\s?[^\s\d]{0,6}", re.I)
 # Modules of the view, each after those that it uses.
-VIEW_MODULES = ("words", "streams", "model", "painters", "chart", "view", "page")
+VIEW_MODULES = ("words", "streams", "model", "painters", "marks", "legend", "chart", "controls",
+                "view", "page")  # fmt: skip
 GOOD = ("ok", "reached")  # words of a column of verdicts that are coloured
 BAD = ("fail", "FAILS", "not reached")
 MIDDLE = ("warn",)
@@ -37,7 +39,7 @@ def to_html(page: Page) -> str:
     """A page as HTML."""
     body = _Body()
     sections = "\n".join(body.section(section) for section in page.sections)
-    style = _text("page.css") + (_text("view.css", "drawing/view") if body.views else "")
+    style = page_style() + (_text("view.css", "drawing/view") if body.views else "")
     script = _view_script() if body.views else ""
     return "\n".join(
         [
@@ -85,6 +87,11 @@ def _digest(text: str) -> str:
 
 def _text(name: str, folder: str = "report") -> str:
     return files("sitedda").joinpath(folder, name).read_text(encoding="utf-8")
+
+
+def page_style() -> str:
+    """The style sheet of pages: their colours, then their parts."""
+    return css_variables() + _text("page.css")
 
 
 def _view_script() -> str:

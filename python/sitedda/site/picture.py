@@ -9,13 +9,14 @@ from matplotlib.figure import Figure
 
 from ..drawing.pictures import BlockPicture, plain, view_box
 from ..engine.signals import spectral_acceleration
+from ..report.style import BLUE, FAINT, GREEN, ORANGE, empty_figure, headline
 
 PERIODS = np.logspace(-1.7, 0.7, 120)  # s
 _WIDTH = 7.4  # inches of the model below an amplification along the surface
 _LEVELS = 40  # of its colours
 _RATIOS = (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.4, 2, 3, 5, 10)
 _TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)  # Hz
-REFERENCE, COLUMN, BLOCKS = "#8a9099", "#d55e00", "#0072b2"
+REFERENCE, COLUMN, BLOCKS = FAINT, ORANGE, BLUE
 
 
 def response_figure(response) -> Figure:
@@ -29,7 +30,7 @@ def response_figure(response) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(11, 7.2), layout="constrained")
+    figure = empty_figure((11, 7.2))
     axes = figure.subplot_mosaic(
         [["motion", "motion", "motion"], ["spectra", "acceleration", "strain"]],
         height_ratios=[1, 1.7],
@@ -53,7 +54,11 @@ def response_figure(response) -> Figure:
     axes["strain"].set(xlabel="peak shear strain (%)", xlim=(0, None))
     for name in ("acceleration", "strain"):
         axes[name].set(ylabel="depth (m)", ylim=(response.column.depth, 0))
-    figure.suptitle("\n".join(filter(None, (response.words, response.convention))), fontsize=10)
+    headline(
+        figure,
+        "Column under a motion",
+        "; ".join(filter(None, (response.words, response.convention))),
+    )
     return figure
 
 
@@ -68,7 +73,7 @@ def profile_figure(profile) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(9, 5), layout="constrained")
+    figure = empty_figure((9, 5))
     left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=[2, 1, 1])
     ground = [*profile.layers, *filter(None, [profile.half_space])]
     bottom = 1.15 * profile.depth if profile.half_space else profile.depth
@@ -87,7 +92,7 @@ def profile_figure(profile) -> Figure:
     steps(right, [100 * one.damping for one in ground], BLOCKS)
     right.set(xlabel="damping ratio (%)", xlim=(0, None))
     mean = f"$V_{{s30}}$ = {profile.mean_velocity():.0f} m/s"
-    figure.suptitle(f"{profile.file.stem}: {mean}", fontsize=10)
+    headline(figure, f"{profile.file.stem}: {mean}")
     return figure
 
 
@@ -102,13 +107,13 @@ def nonlinear_figure(response) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(12.5, 7.2), layout="constrained")
+    figure = empty_figure((12.5, 7.2))
     axes = figure.subplot_mosaic(
         [["motion"] * 4, ["spectra", "acceleration", "strain", "loop"]], height_ratios=[1, 1.7]
     )
     _motion_panel(axes["motion"], response)
     _site_panels(axes, {"nonlinear": response})
-    figure.suptitle(response.words, fontsize=10)
+    headline(figure, "Nonlinear column", response.words)
     return figure
 
 
@@ -123,10 +128,10 @@ def analyses_figure(analyses) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(12.5, 4.8), layout="constrained")
+    figure = empty_figure((12.5, 4.8))
     axes = figure.subplot_mosaic([["spectra", "acceleration", "strain", "loop"]])
     _site_panels(axes, analyses.responses)
-    figure.suptitle(analyses.nonlinear.words, fontsize=10)
+    headline(figure, "Three analyses of a column", analyses.nonlinear.words)
     return figure
 
 
@@ -140,7 +145,7 @@ def _motion_panel(axes, response) -> None:
 
 
 _ANALYSES = {
-    "linear": ("#009e73", ":"),
+    "linear": (GREEN, ":"),
     "equivalent-linear": (BLOCKS, "--"),
     "nonlinear": (COLUMN, "-"),
 }
@@ -188,7 +193,7 @@ def beside_figure(beside) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = Figure(figsize=(11, 7.6), layout="constrained")
+    figure = empty_figure((11, 7.6))
     axes = figure.subplot_mosaic(
         [["motion", "motion", "motion"], ["ratio", "spectra", "profile"]], height_ratios=[1, 1.7]
     )
@@ -196,7 +201,7 @@ def beside_figure(beside) -> Figure:
     _ratio(axes["ratio"], beside)
     _spectra(axes["spectra"], beside)
     _profile(axes["profile"], beside)
-    figure.suptitle(plain(beside.title), fontsize=10)
+    headline(figure, plain(beside.title))
     return figure
 
 
@@ -254,7 +259,7 @@ def surface_figure(surface) -> Figure:
     """
     low, high = view_box(surface.scene)
     tall = _WIDTH * (high - low)[1] / (high - low)[0]
-    figure = Figure(figsize=(9.5, 5.6 + tall), layout="constrained")
+    figure = empty_figure((9.5, 5.6 + tall))
     map_, peaks, blocks = figure.subplots(3, 1, height_ratios=[3, 1.6, tall + 0.4])
     _map(map_, surface)
     for values, color, label in (
@@ -271,11 +276,10 @@ def surface_figure(surface) -> Figure:
     blocks.set_title("", loc="left")
     blocks.set_aspect("equal", adjustable="datalim")
     blocks.set_autoscale_on(True)  # its limits give way to the scale in a first drawing
-    figure.suptitle(plain(surface.scene.title), fontsize=12, fontweight="bold", x=0.01, ha="left")
+    headline(figure, plain(surface.scene.title))
     figure.draw_without_rendering()
     blocks.set_aspect("auto")
     for axes in (map_, peaks):
-        axes.spines[["top", "right"]].set_visible(False)
         axes.set_xlim(blocks.get_xlim())
     return figure
 

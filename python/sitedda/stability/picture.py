@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
-from ..drawing.style import BLUE, INK, RED, STONE, new_figure
+from ..report.style import BLUE, INK, RED, STONE, new_figure
 
 FILLS = {"stable": STONE, "slides": "#8fb8de", "topples": "#e59a86"}
 _LONGEST_ARROW = 0.12  # of the model's size
@@ -85,10 +85,7 @@ def pushover_figure(found, limits=None):
     -------
     matplotlib.figure.Figure
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 4.6), layout="constrained")
-    curve, blocks = figure.subplots(1, 2)
+    figure, (curve, blocks) = new_figure(1, 2, (11, 4.6))
     way = 1e3 * found.displacement
     curve.plot(way, found.factor, color=BLUE)
     curve.plot(1e3 * found.at_peak, found.peak, "o", color=BLUE)

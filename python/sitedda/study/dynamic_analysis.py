@@ -51,7 +51,7 @@ class Ida:
 
     def picture(self):
         """Intensity over response, as is the custom."""
-        from ..drawing.style import BLUE, GREY, RED, canvas
+        from ..report.style import BLUE, GREY, RED, canvas
 
         figure, (axes,) = canvas(1, size=(7.0, 5.0))
         for i, row in enumerate(self.response):

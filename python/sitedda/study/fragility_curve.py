@@ -64,7 +64,7 @@ class Fragility:
 
     def picture(self):
         """The curve with its confidence, and the shares that failed."""
-        from ..drawing.style import BLUE, INK, canvas
+        from ..report.style import BLUE, INK, canvas
 
         figure, (axes,) = canvas(1, size=(7.0, 4.6))
         x = np.linspace(0.0, 1.25 * self.intensity.max(), 300)[1:]

@@ -36,7 +36,7 @@ class Map:
 
     def picture(self):
         """Colours, contours, and crosses where there is no result."""
-        from ..drawing.style import INK, new_figure
+        from ..report.style import INK, new_figure
 
         figure, axes = new_figure(size=(7.0, 5.0))
         shown = np.ma.masked_invalid(self.values)
@@ -103,7 +103,7 @@ class Bands:
 
     def picture(self):
         """The samples, faint; median and fractiles."""
-        from ..drawing.style import BLUE, GREY, canvas
+        from ..report.style import BLUE, GREY, canvas
 
         figure, (axes,) = canvas(1, size=(7.5, 4.8))
         for row in self.samples[:200]:

@@ -41,7 +41,7 @@ class Tornado:
 
     def picture(self):
         """Bars about the base."""
-        from ..drawing.style import BLUE, INK, ORANGE, canvas
+        from ..report.style import BLUE, INK, ORANGE, canvas
 
         figure, (axes,) = canvas(1, size=(7.5, 1.2 + 0.5 * len(self.names)))
         y = np.arange(len(self.names))[::-1]
@@ -111,7 +111,7 @@ class SobolIndices:
 
     def picture(self):
         """Bars with their confidence."""
-        from ..drawing.style import BLUE, INK, ORANGE, canvas
+        from ..report.style import BLUE, INK, ORANGE, canvas
 
         figure, (axes,) = canvas(1, size=(7.0, 4.2))
         x = np.arange(len(self.names))

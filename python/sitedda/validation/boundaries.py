@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..drawing.style import BLUE, RED, canvas
 from ..engine.checking import transfer
 from ..facade.model import Model
+from ..report.style import BLUE, RED, canvas
 from .case import Outcome, at_most, case, relative
 from .model import GRAVITY
 

@@ -8,9 +8,9 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from ..drawing.style import BLUE, RED, canvas
 from ..engine.checking import modes
 from ..facade.model import Model
+from ..report.style import BLUE, RED, canvas
 from .case import Outcome, at_most, case, relative
 from .model import GRAVITY, residual
 

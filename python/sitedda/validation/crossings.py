@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..drawing.style import BLUE, ORANGE, canvas
 from ..engine.simulation import Simulation
 from ..facade.model import Model
 from ..input.examples import copy_example
+from ..report.style import BLUE, ORANGE, canvas
 from .case import Outcome, Table, at_most, case, relative
 from .model import GRAVITY
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..drawing.style import COLORS, canvas
 from ..engine.checking import transfer
 from ..engine.damping import ConstantRatio, Rayleigh
 from ..facade.run import run
 from ..output.response import amplifications
+from ..report.style import COLORS, canvas
 from ..site.column import Column, Layer
 from .case import Outcome, Row, absolute, at_most, case, relative
 from .integration import PENALTY, ROCK, WIDTH, column_text, recorded

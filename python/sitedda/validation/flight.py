@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from ..drawing.style import BLUE, COLORS, GROUND, INK, ORANGE, RED, STONE, bare, canvas, draw_blocks
+from ..report.style import BLUE, COLORS, GROUND, INK, ORANGE, RED, STONE, bare, canvas, draw_blocks
 from .case import Outcome, Table, at_most, case, observed_order, relative
 from .model import (
     GRAVITY,

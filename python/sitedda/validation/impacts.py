@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..drawing.style import BLUE, COLORS, INK, canvas
+from ..report.style import BLUE, COLORS, INK, canvas
 from .case import Outcome, Table, at_most, case, true
 from .model import (
     GRAVITY,

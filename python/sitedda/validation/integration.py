@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..drawing.style import BLUE, COLORS, INK, RED, canvas
 from ..engine.checking import transfer
 from ..engine.records import read_record
 from ..engine.spectra import amplification, find_peak
 from ..facade.run import run
+from ..report.style import BLUE, COLORS, INK, RED, canvas
 from .case import Outcome, Table, absolute, at_most, case, relative
 from .model import (
     STIFF,

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import erf
 
-from ..drawing.style import BLUE, COLORS, GREEN, ORANGE, canvas
+from ..report.style import BLUE, COLORS, GREEN, ORANGE, canvas
 from .case import Outcome, Table, absolute, at_most, case, observed_order, relative
 from .model import (
     GRAVITY,

@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from ..drawing.style import GROUND, STONE, bare, canvas, draw_blocks
 from ..facade.model import Model
+from ..report.style import GROUND, STONE, bare, canvas, draw_blocks
 from ..stability import bisect
 from .case import Outcome, at_most, case, true
 from .model import GRAVITY, rectangle

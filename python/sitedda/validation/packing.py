@@ -8,7 +8,7 @@ import hashlib
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
-from ..drawing.style import BLUE, GROUND, ORANGE, RED, bare, canvas, draw_blocks
+from ..report.style import BLUE, GROUND, ORANGE, RED, bare, canvas, draw_blocks
 from .case import Outcome, Table, at_most, case, true
 from .model import STIFF, block, contact, control, held, joint, material, rectangle, simulation
 from .stability import centre_and_area

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..drawing.style import BLUE, RED, canvas
 from ..engine.checking import modes
 from ..engine.simulation import Simulation
 from ..facade.model import Model
+from ..report.style import BLUE, RED, canvas
 from .case import Outcome, Table, absolute, at_most, case, observed_order, relative
 
 DENSITY, SPEED, POISSON = 2000.0, 200.0, 0.25  # kg/m³, m/s, -

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base.errors import ConvergenceError
-from ..drawing.style import BLUE, COLORS, GROUND, RED, STONE, bare, canvas, draw_blocks
+from ..report.style import BLUE, COLORS, GROUND, RED, STONE, bare, canvas, draw_blocks
 from .case import Outcome, Table, at_most, case
 from .model import (
     GRAVITY,

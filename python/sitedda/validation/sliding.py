@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError
-from ..drawing.style import (
+from ..report.style import (
     BLUE,
     COLORS,
     GROUND,

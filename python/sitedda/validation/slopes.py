@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base.errors import ConvergenceError, SolverError
-from ..drawing.style import BLUE, RED, STONE, canvas
 from ..engine.simulation import Simulation
 from ..facade.model import Model
+from ..report.style import BLUE, RED, STONE, canvas
 from ..stability import bisect, mechanism, safety
 from ..stability.picture import draw_mechanism
 from ..stability.strength import released

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linprog
 
-from ..drawing.style import BLUE, GROUND, RED, STONE, bare, canvas, draw_blocks
+from ..report.style import BLUE, GROUND, RED, STONE, bare, canvas, draw_blocks
 from .case import Outcome, Table, at_most, case, relative, true
 from .model import (
     GRAVITY,

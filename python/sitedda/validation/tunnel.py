@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..drawing.style import STONE, bare, canvas, draw_blocks
 from ..facade.model import Model
 from ..facade.run import run
 from ..output.scene import Scene
+from ..report.style import STONE, bare, canvas, draw_blocks
 from .case import Outcome, Row, at_most, case, true
 from .model import GRAVITY, residual
 from .sliding import record_file

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigh
 
-from ..drawing.style import BLUE, COLORS, GREEN, ORANGE, RED, STONE, canvas, draw_blocks
+from ..report.style import BLUE, COLORS, GREEN, ORANGE, RED, STONE, canvas, draw_blocks
 from .case import Outcome, Table, absolute, at_most, case, observed_order, relative
 from .model import (
     STIFF,

@@ -7,6 +7,7 @@ WebGL is refused.
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,10 @@ from matplotlib import colormaps
 
 from ...output.scene import Scene
 from ...report import Page, View, provenance, write_html
-from ..pictures import BOLT, BROKEN, MAGNITUDE, SIGNED, STONES
+from ...report.style import BOLT, JOINT_MAP, MAGNITUDE, RESTING, SIGNED, STONES
+from ..forces import force_scale
+from ..pictures import BROKEN
+from ..quantities import MOVEMENTS, QUANTITIES, limits_of, movement_limits, rounding, some_of
 from .encode import encode as encoded
 from .encode import encode_histories
 
@@ -31,8 +35,8 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
     source : path, Run, Simulation, xarray.Dataset or Scene
     budget : int
         Bytes that it may take: frames are thinned, and the page says so.
-    color : {'material', 'displacement', 'velocity', 'rotation', 'stress'}, optional
-        What it shows first.
+    color : str, optional
+        What it shows first, see `pictures.draw`.
     """
     scene = source if isinstance(source, Scene) else Scene.of(source)
     found = encoded(scene, budget - _REST)
@@ -40,20 +44,36 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
     meta = found.meta | {
         "color": color or ("material" if scene.frames < 2 else "displacement"),
         "stones": list(STONES),
+        "resting": RESTING,
         "bolt": {"color": BOLT, "broken": BROKEN},
         "maps": {
-            "magnitude": _stops(MAGNITUDE),
-            "signed": _stops(SIGNED),
-            "joint": _stops("inferno_r"),
+            "magnitude": _stops(colormaps[MAGNITUDE]),
+            "signed": _stops(colormaps[SIGNED]),
+            "joint": _stops(JOINT_MAP),
         },
     }
-    return View(meta, found.streams)
+    return View(meta | _scales(scene), found.streams)
 
 
-def _stops(name: str) -> list[list[int]]:
+def _scales(scene: Scene) -> dict:
+    """Quantities, their limits over all frames, and what is no more than rounding."""
+    frames = some_of(range(scene.frames)) if not scene.before else []
+    found = {}
+    if frames:
+        found = {name: asdict(limits_of(scene, name, frames)) for name in QUANTITIES}
+        found |= {name: asdict(movement_limits(scene, name, frames)) for name in MOVEMENTS}
+    return {
+        "quantities": [asdict(one) for one in QUANTITIES.values()],
+        "movements": [asdict(one) for one in MOVEMENTS.values()],
+        "ranges": found,
+        "floors": rounding(scene),
+        "force": force_scale(scene, frames) if frames else 0.0,
+    }
+
+
+def _stops(shades) -> list[list[int]]:
     """A colour map as steps of red, green, blue."""
-    colors = colormaps[name](np.linspace(0, 1, _STOPS))[:, :3]
-    return (255 * colors).round().astype(int).tolist()
+    return (255 * shades(np.linspace(0, 1, _STOPS))[:, :3]).round().astype(int).tolist()
 
 
 def write_view(source, file, budget: int = BUDGET, color: str | None = None) -> Path:

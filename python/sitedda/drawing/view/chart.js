@@ -1,17 +1,14 @@
 // Histories over time, with a cursor at the frame that is shown.
 
-import {DARK, element, inUnit, short, ticks, variable} from "./words.js";
+import {element, inUnit, lineColor, short, ticks, variable} from "./words.js";
 
-const ON_LIGHT = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900", "#7a58b0", "#4a90a4",
-  "#a05a2c"];
-const ON_DARK = ["#5ab4f0", "#ff9a4d", "#4fd1a5", "#f0a6cf", "#e6c34a", "#b79df0", "#7fd0e0",
-  "#d9a07a"];
-const lineColor = (i) => (DARK.matches ? ON_DARK : ON_LIGHT)[i % ON_LIGHT.length];
+const RIGHT = 8, FOOT = 18;  // pixels beside and below the field
 
 export class Chart {
   constructor(parent, title, unit, onTime) {
     const box = element("figure", parent, "", "chart");
     this.caption = element("figcaption", box);
+    this.words = title;
     this.title = element("span", this.caption, title, "chart-title");
     this.keys = element("span", this.caption, "", "chart-keys");
     const field = element("div", box, "", "chart-field");
@@ -20,16 +17,43 @@ export class Chart {
     this.unit = unit;
     this.lines = [];
     this.time = 0;
+    this.span = null;
     const scrub = (event) => {
       if (event.buttons & 1 || event.type === "pointerdown") onTime(this.timeAt(event));
     };
     this.canvas.addEventListener("pointerdown", scrub);
     this.canvas.addEventListener("pointermove", scrub);
+    this.canvas.addEventListener("wheel", (event) => {
+      if (!this.onZoom || !event.ctrlKey) return;
+      event.preventDefault();
+      this.onZoom(Math.exp(0.002 * event.deltaY), this.timeAt(event));
+    }, {passive: false});
+    this.canvas.addEventListener("dblclick", () => this.onZoom?.(Infinity, this.time));
     new ResizeObserver(() => this.draw()).observe(this.canvas);
   }
 
-  set(lines) {
+  setSpan(span) {
+    this.span = span;
+    this.draw();
+  }
+
+  get begin() {
+    return this.span ? this.span[0] : 0;
+  }
+
+  get finish() {
+    return this.span ? this.span[1] : this.end;
+  }
+
+  /** Lines over time; stacked: each above the sum of those before it. */
+  set(lines, stacked = false) {
     this.lines = lines;
+    this.stacked = stacked;
+    let below = null;
+    for (const line of lines) {
+      line.top = stacked ? line.y.map((v, i) => v + (below ? below[i] : 0)) : line.y;
+      if (stacked) below = line.top;
+    }
     this.keys.replaceChildren();
     for (const [i, line] of lines.entries()) {
       const key = element("span", this.keys, "", "key");
@@ -40,13 +64,14 @@ export class Chart {
     }
     let low = 0, high = 0, end = 0;
     for (const line of lines) {
-      for (const value of line.y) {
+      for (const value of line.top) {
         if (value < low) low = value;
         if (value > high) high = value;
       }
       end = Math.max(end, line.x[line.x.length - 1]);
     }
     [this.scale, this.name] = inUnit(Math.max(Math.abs(low), Math.abs(high)), this.unit);
+    this.title.textContent = `${this.words} (${this.name})`;
     this.low = low / this.scale;
     this.high = (high > low ? high : low + 1) / this.scale;
     this.end = end || 1;
@@ -55,8 +80,8 @@ export class Chart {
 
   timeAt(event) {
     const box = this.canvas.getBoundingClientRect();
-    const share = (event.clientX - box.left - this.left) / (box.width - this.left - 8);
-    return Math.min(Math.max(share, 0), 1) * this.end;
+    const share = (event.clientX - box.left - this.left) / (box.width - this.left - RIGHT);
+    return this.begin + Math.min(Math.max(share, 0), 1) * (this.finish - this.begin);
   }
 
   cursor(time) {
@@ -91,7 +116,9 @@ export class Chart {
   }
 
   point() {
-    const x = this.left + (this.canvas.clientWidth - this.left - 8) * this.time / this.end;
+    const share = (this.time - this.begin) / (this.finish - this.begin);
+    const x = this.left + (this.canvas.clientWidth - this.left - RIGHT) * share;
+    this.mark.hidden = share < 0 || share > 1;
     this.mark.style.transform = `translateX(${x}px)`;
   }
 
@@ -109,8 +136,9 @@ export class Chart {
     c.font = "11px system-ui, sans-serif";
     const marks = ticks(this.low, this.high, 4);
     this.left = 8 + Math.max(...marks.map((t) => c.measureText(short(t)).width));
-    const bottom = height - 18, pad = 0.06 * (this.high - this.low);
-    const X = (t) => this.left + (width - this.left - 8) * t / this.end;
+    const bottom = height - FOOT, pad = 0.06 * (this.high - this.low);
+    const wide = width - this.left - RIGHT, long = this.finish - this.begin;
+    const X = (t) => this.left + wide * (t - this.begin) / long;
     const Y = (v) => bottom - (bottom - 6) * (v - this.low + pad) / (this.high - this.low + 2 * pad);
     this.shadeStages(c, X, bottom);
     c.lineWidth = 1;
@@ -121,24 +149,43 @@ export class Chart {
     for (const t of marks) {
       c.beginPath();
       c.moveTo(this.left, Y(t));
-      c.lineTo(width - 8, Y(t));
+      c.lineTo(width - RIGHT, Y(t));
       c.stroke();
       c.fillText(short(t), this.left - 5, Y(t));
     }
     c.textAlign = "center";
     c.textBaseline = "top";
-    for (const t of ticks(0, this.end, Math.max(2, width / 90))) {
-      if (X(t) < width - 22) c.fillText(short(t), X(t), bottom + 4);
+    this.state = {ticks: marks.map((t) => short(t)), unit: this.name};
+    const times = ticks(this.begin, this.finish, Math.max(3, width / 90));
+    for (const [i, t] of times.entries()) {
+      const text = short(t) + (i === times.length - 1 ? " s" : "");
+      const half = c.measureText(text).width / 2;
+      c.fillText(text, Math.min(X(t), width - half), bottom + 4);
     }
-    c.textAlign = "right";
-    c.fillText("s", width - 4, bottom + 4);
-    for (const line of this.lines) {
-      c.strokeStyle = line.color;
-      c.lineWidth = 1.3;
-      c.beginPath();
-      for (let i = 0; i < line.x.length; i++) c.lineTo(X(line.x[i]), Y(line.y[i] / this.scale));
+    c.save();
+    c.beginPath();
+    c.rect(this.left, 0, wide, height);
+    c.clip();
+    for (const [i, line] of this.lines.entries()) this.drawLine(c, line, this.lines[i - 1], X, Y);
+    c.restore();
+    this.point();
+  }
+
+  /** A line, or in a stack the area between it and the one below. */
+  drawLine(c, line, below, X, Y) {
+    c.strokeStyle = c.fillStyle = line.color;
+    c.lineWidth = 1.3;
+    c.beginPath();
+    for (let i = 0; i < line.x.length; i++) c.lineTo(X(line.x[i]), Y(line.top[i] / this.scale));
+    if (this.stacked) {
+      for (let i = line.x.length - 1; i >= 0; i--) {
+        c.lineTo(X(line.x[i]), Y(below ? below.top[i] / this.scale : 0));
+      }
+      c.globalAlpha = 0.75;
+      c.fill();
+      c.globalAlpha = 1;
+    } else {
       c.stroke();
     }
-    this.point();
   }
 }

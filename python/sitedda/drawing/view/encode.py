@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...output.energies import budget
 from ...output.scene import Scene, principal_stresses
 
 POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5  # quanta, of the size of the model at a vertex
@@ -123,10 +124,21 @@ def encode(scene: Scene, budget: int) -> Encoded:
         "coarse": bool(lean),
         "removals": _removals(scene, frames),
         "stages": [[name, begin] for name, begin in scene.stage_starts()],
+        "stage_frames": _stage_frames(scene, frames),
     }
     _put_bolts(result, scene, frames)
     _put_contacts(result, scene, frames, budget - result.size)
     return result
+
+
+def _stage_frames(scene: Scene, frames: np.ndarray) -> list[list]:
+    """Names of the stages, and the last of the frames that each has."""
+    names = str(scene.data.attrs.get("stages", "")).split("\n")
+    if "frame_stage" not in scene.data or len(names) < 2:
+        return []
+    number = scene.data["frame_stage"].values[frames].astype(int)
+    last = {int(n): i for i, n in enumerate(number) if 0 < n <= len(names)}
+    return [[names[n - 1], i] for n, i in last.items()]
 
 
 def _removals(scene: Scene, frames: np.ndarray) -> list[list[int]]:
@@ -305,23 +317,23 @@ def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
                 if np.any(values) and len(lines) < 8:
                     lines[f"{point}, {'xy'[axis]}"] = values
         charts.append((f"{name} of the measured points", unit, lines))
-    energies = {
-        n: data[f"energy_{n}"].values
-        for n in ("kinetic", "strain", "contact", "input", "friction")
-        if f"energy_{n}" in data and np.any(data[f"energy_{n}"].values)
-    }
-    charts.append(("energies", "J/m", energies))
+    energies = budget(data)
+    parts = energies.parts if energies.given.any() else {}
+    charts.append(("energies, stacked", "J/m", parts))
+    if parts:
+        charts.append(("residual of the energy audit", "J/m", {"residual": energies.residual}))
     result.meta["charts"] = []
     for title, unit, lines in charts:
         if not lines:
             continue
-        described = []
+        described, stacked = [], title.endswith("stacked")
         for label, values in lines.items():
             stream = f"line{len(result.streams)}"
-            at = thinned(values, most)
+            at = thinned(np.sum(list(lines.values()), axis=0) if stacked else values, most)
             result.put_array(stream, np.concatenate([time[at], values[at]]), "<f4")
             described.append({"label": label, "stream": stream, "samples": len(at)})
-        result.meta["charts"].append({"title": title, "unit": unit, "lines": described})
+        chart = {"title": title, "unit": unit, "lines": described, "stacked": stacked}
+        result.meta["charts"].append(chart)
 
 
 def thinned(values: np.ndarray, most: int) -> np.ndarray:

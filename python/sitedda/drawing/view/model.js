@@ -1,9 +1,7 @@
 // The blocks of a view in any frame: where they are and what they carry.
 
-import {channel, floats, inflate, integers, quantile, value} from "./streams.js";
-
-export const SAMPLES = 200000;  // values that the limits of the colours are found from
-export const SHOWN = 0.99;      // share of them that the colours tell apart
+import {channel, floats, inflate, integers, value} from "./streams.js";
+import {limits} from "./words.js";
 
 export class Model {
   constructor(meta, streams) {
@@ -39,7 +37,6 @@ export class Model {
     const found = await read(this.meta.channels, this.n);
     this.channels = {};
     this.meta.channels.forEach((one, k) => { this.channels[one.name] = found[k]; });
-    this.decoded = true;
     this.faceBlocks = await integers(this.streams, "face_blocks");
     this.faceEnds = await floats(this.streams, "face_ends");
     if (this.meta.pairs) {
@@ -52,6 +49,7 @@ export class Model {
       [this.boltForce, this.boltState] = await read(this.meta.bolt_channels,
         this.meta.bolts.length);
     }
+    this.decoded = true;
   }
 
   /** Closed contacts of a frame: vertex, edge, hundredths of the vertex's edge, forces (N/m). */
@@ -151,37 +149,46 @@ export class Model {
     if (!this.decoded) return 0;
     switch (name) {
       case "displacement": return Math.hypot(this.at("u", frame, b), this.at("v", frame, b));
+      case "displacement_x": return this.at("u", frame, b);
+      case "displacement_y": return this.at("v", frame, b);
       case "velocity": return this.at("speed", frame, b);
       case "rotation": return this.at("turn", frame, b) * 180 / Math.PI;
-      case "stress": return -this.stresses(frame, b)[1];
+      case "compression": return -this.stresses(frame, b)[1];
+      case "tension": return this.stresses(frame, b)[0];
       default: return 0;
     }
   }
 
-  /** Limits of the colours of a quantity: of a frame, or of all but the rarest values of all. */
+  kind(name) {
+    return this.meta.quantities.find((one) => one.name === name);
+  }
+
+  /** Limits of the colours of a quantity: of a frame, or, for −1, of all. */
   range(name, frame) {
-    if (!this.decoded) return [0, 1];
-    this.ranges ||= {};
-    if (frame < 0 && this.ranges[name]) return this.ranges[name];
-    const found = [];
-    const step = frame < 0 ? Math.max(1, Math.floor(this.n * this.frames / SAMPLES)) : 1;
-    const first = frame < 0 ? 0 : frame * this.n;
-    const end = frame < 0 ? this.n * this.frames : first + this.n;
-    for (let i = first; i < end; i += step) {
-      found.push(this.quantity(name, Math.floor(i / this.n), i % this.n));
+    if (frame < 0) return this.meta.ranges[name] || {low: 0, high: 0};
+    const found = Float64Array.from({length: this.n}, (_, b) => this.quantity(name, frame, b));
+    for (const [b, gone] of this.meta.removals || []) if (frame >= gone) found[b] = NaN;
+    return limits(found, this.areas(), this.kind(name).signed);
+  }
+
+  /** Areas of the blocks at the start, m². */
+  areas() {
+    if (!this.weights) {
+      const now = this.places;
+      this.places = this.rest;
+      this.weights = Float64Array.from({length: this.n}, (_, b) => this.area(b));
+      this.places = now;
     }
-    const share = frame < 0 ? SHOWN : 1;
-    let low = Math.min(0, -quantile(found.map((v) => -v), share));
-    let high = Math.max(0, quantile(found, share));
-    if (name === "rotation") {
-      high = Math.max(-low, high) || 1;
-      low = -high;
-    } else if (name !== "stress") {
-      low = 0;
+    return this.weights;
+  }
+
+  /** The block of each vertex. */
+  owner() {
+    if (!this.owners) {
+      this.owners = new Int32Array(this.vertices);
+      for (let b = 0; b < this.n; b++) this.owners.fill(b, this.first[b], this.first[b + 1]);
     }
-    const limits = [low, high > low ? high : low + 1];
-    if (frame < 0) this.ranges[name] = limits;
-    return limits;
+    return this.owners;
   }
 
   area(b) {
@@ -238,23 +245,47 @@ export class Model {
     return list;
   }
 
-  /** Slip and opening of interface k since the start, and where its ends are: x, y, x, y. */
+  /** Slip and opening of interface k since the start, where its ends are (x, y, x, y), sense. */
   joint(k, frame, poses, out) {
     const a = this.faceBlocks[2 * k], b = this.faceBlocks[2 * k + 1], e = this.faceEnds;
     const turn = this.at("turn", frame, a), cos = Math.cos(turn), sin = Math.sin(turn);
     const nx = cos * e[6 * k + 4] - sin * e[6 * k + 5];
     const ny = sin * e[6 * k + 4] + cos * e[6 * k + 5];
-    out[0] = out[1] = 0;
+    out[0] = out[1] = out[6] = 0;
     for (let end = 0; end < 2; end++) {
       const x = e[6 * k + 2 * end], y = e[6 * k + 2 * end + 1];
       const [ax, ay] = this.carried(a, x, y, poses), [bx, by] = this.carried(b, x, y, poses);
-      const dx = bx - ax, dy = by - ay;
-      out[0] = Math.max(out[0], Math.abs(nx * dy - ny * dx));
+      const dx = bx - ax, dy = by - ay, along = nx * dy - ny * dx;
+      if (Math.abs(along) > out[0]) {
+        out[0] = Math.abs(along);
+        out[6] = Math.sign(along);
+      }
       out[1] = Math.max(out[1], nx * dx + ny * dy);
       out[2 + 2 * end] = ax;
       out[3 + 2 * end] = ay;
     }
+    if (this.isGone(a, frame) || this.isGone(b, frame)) out[0] = out[1] = 0;
     return out;
+  }
+
+  isGone(block, frame) {
+    return (this.meta.removals || []).some(([b, gone]) => b === block && frame >= gone);
+  }
+
+  /** Slip (0) or opening (1) of interface k in all frames, m. */
+  jointHistory(k, which) {
+    const poses = new Float64Array(6 * this.n), one = new Float64Array(6), out = new Float64Array(7);
+    return Float64Array.from({length: this.frames}, (_, f) => {
+      for (const b of this.faceBlocks.subarray(2 * k, 2 * k + 2)) poses.set(this.pose(f, b, one), 6 * b);
+      return this.joint(k, f, poses, out)[which];
+    });
+  }
+
+  /** Lengths of the interfaces at the start, m. */
+  faceLengths() {
+    const e = this.faceEnds;
+    return this.lengths ||= Float64Array.from({length: this.meta.faces}, (_, k) =>
+      Math.hypot(e[6 * k + 2] - e[6 * k], e[6 * k + 3] - e[6 * k + 1]));
   }
 
   /** Where a point of a block, given in the first frame, is now. */

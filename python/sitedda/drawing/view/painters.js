@@ -210,4 +210,13 @@ export class Lines {
     }
     this.count += 6;
   }
+
+  /** A triangle whose tip is at x, y, pointing along ux, uy. */
+  head(x, y, ux, uy, size, color) {
+    const bx = x - 1.7 * size * ux, by = y - 1.7 * size * uy;
+    this.places.set([x, y, bx - 0.8 * size * uy, by + 0.8 * size * ux, bx + 0.8 * size * uy,
+      by - 0.8 * size * ux], 2 * this.count);
+    for (let k = 0; k < 3; k++) this.tints.set([...color, 255], 4 * (this.count + k));
+    this.count += 3;
+  }
 }

@@ -64,9 +64,3 @@ export function value(channel, i) {
   const x = channel.values[i] * channel.quantum;
   return channel.root ? Math.sign(x) * x * x : x;
 }
-
-/** A value that only a small share of many are above. */
-export function quantile(values, share) {
-  const sorted = Float64Array.from(values).sort();
-  return sorted.length ? sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))] : 0;
-}

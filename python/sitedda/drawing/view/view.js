@@ -1,13 +1,13 @@
 // The interactive view of blocks: draws them and lets the user play, scrub, zoom, pan and pick.
 
 import {Chart} from "./chart.js";
-import {Model, SAMPLES, SHOWN} from "./model.js";
-import {FlatPainter, GlPainter, Lines} from "./painters.js";
-import {floats, quantile, value} from "./streams.js";
-import {DARK, element, inUnit, mapped, rgb, short, variable, withUnit} from "./words.js";
-
-const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20];
-const DASHES = 12;  // of each leg of a broken bolt
+import {buildBar, buildChoices, KEYS} from "./controls.js";
+import {Legend} from "./legend.js";
+import {Marks} from "./marks.js";
+import {Model} from "./model.js";
+import {FlatPainter, GlPainter} from "./painters.js";
+import {floats} from "./streams.js";
+import {DARK, element, limits, mapped, rgb, roundBelow, short, variable, withUnit} from "./words.js";
 
 export class View {
   constructor(root) {
@@ -18,7 +18,8 @@ export class View {
     this.factor = 1;
     this.contacts = "none";
     this.camera = {x: 0, y: 0, scale: 1, width: 1, height: 1};
-    this.lines = new Lines();
+    this.marks = new Marks(this);
+    this.span = null;
     this.state = {ready: false, decoded: false, frame: 0, picked: "", renderer: "", draws: 0,
       drawMs: 0, firstFrameMs: 0, decodedMs: 0, note: ""};
     this.build();
@@ -33,11 +34,13 @@ export class View {
     this.canvas = element("canvas", this.stage, "", "blocks");
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", "Blocks; arrow keys step, space plays, + and - zoom, [ and ] pick");
+    this.canvas.setAttribute("aria-label", `Blocks. Keys: ${KEYS}`);
     this.overlay = element("canvas", this.stage, "", "overlay");
+    this.legend = new Legend(this, element("div", root, "", "legend"));
+    this.bar = element("div", root, "", "bar");
+    buildBar(this, this.bar);
     this.aside = element("div", root, "", "side");
-    this.buildBar();
-    this.legend = element("div", this.aside, "", "legend");
+    buildChoices(this, element("div", this.aside, "", "choices"));
     this.info = element("div", this.aside, "", "info");
     this.note = element("p", this.aside, "", "note");
     this.charts = element("div", root, "", "charts");
@@ -49,80 +52,11 @@ export class View {
     this.canvas.addEventListener("keydown", (event) => this.key(event));
     new ResizeObserver(() => this.resize()).observe(this.stage);
     DARK.addEventListener("change", () => {
-      for (const plot of this.plots || []) plot.set(plot.lines);
+      for (const plot of this.plots || []) plot.set(plot.lines, plot.stacked);
       if (this.blockChart) this.blockChart.set(this.blockChart.lines);
-      this.legendKey = "";
+      this.legend.key = "";
       this.refresh();
     });
-  }
-
-  buildBar() {
-    const bar = element("div", this.root, "", "bar");
-    const button = (text, label, act) => {
-      const node = element("button", bar, text);
-      node.type = "button";
-      node.title = label;
-      node.setAttribute("aria-label", label);
-      node.addEventListener("click", act);
-      return node;
-    };
-    button("‹", "one frame back", () => this.show(this.frame - 1));
-    this.playButton = button("▶", "play", () => this.play(!this.playing));
-    this.playButton.classList.add("play");
-    button("›", "one frame on", () => this.show(this.frame + 1));
-    this.slider = element("input", bar, "", "time");
-    this.slider.type = "range";
-    this.slider.min = 0;
-    this.slider.setAttribute("aria-label", "frame");
-    this.slider.addEventListener("input", () => this.show(+this.slider.value));
-    this.clock = element("output", bar, "", "clock");
-    const select = (label, options, value, act) => {
-      const field = element("label", bar, "", "field");
-      element("span", field, label);
-      const node = element("select", field);
-      for (const [key, text] of options) {
-        const option = element("option", node, text);
-        option.value = key;
-      }
-      node.value = value;
-      node.addEventListener("change", () => act(node.value));
-      return node;
-    };
-    this.speedSelect = select("speed", SPEEDS.map((s) => [s, `× ${s}`]), 1,
-      (v) => { this.speed = +v; });
-    this.colorSelect = select("color", [["material", "material"],
-      ["displacement", "displacement"], ["velocity", "velocity"], ["rotation", "rotation"],
-      ["stress", "compression"]], "material", (v) => this.setColor(v));
-    this.contactSelect = select("contacts", [["none", "none"], ["force", "forces"],
-      ["slip", "slip"], ["open", "opening"]], "none", (v) => this.setContacts(v));
-    select("scale", [["all", "all frames"], ["own", "this frame"]], "all", (v) => {
-      this.ownScale = v === "own";
-      this.refresh();
-    });
-    const factors = [1, 2, 5, 10, 20, 50, 100, 1000];
-    select("deformation", factors.map((f) => [f, `× ${f}`]), 1, (v) => {
-      this.factor = +v;
-      this.refresh();
-    });
-    button("fit", "show the whole model", () => this.fit()).classList.add("fit");
-  }
-
-  /** Choices that depend on what is shown. */
-  offer() {
-    const {meta} = this, frames = this.model.frames;
-    this.slider.max = frames - 1;
-    this.slider.value = this.frame;
-    const last = meta.time[frames - 1] - meta.time[0];
-    this.speed = SPEEDS.reduce((a, b) => Math.abs(Math.log(last / b / 10))
-      < Math.abs(Math.log(last / a / 10)) ? b : a);
-    if (last > 4 && last < 40) this.speed = 1;
-    this.speedSelect.value = this.speed;
-    const there = {none: true, force: meta.pairs > 0, slip: meta.faces > 0, open: meta.faces > 0};
-    for (const option of this.contactSelect.options) {
-      option.hidden = option.disabled = !there[option.value];
-    }
-    this.colorSelect.value = this.color;
-    this.root.classList.toggle("still", frames === 1);
   }
 
   // Start
@@ -138,9 +72,10 @@ export class View {
     const model = this.modelOf(meta, streams);
     await model.readShapes();
     Object.assign(this, {meta, streams, model, color: this.color || meta.color});
-    this.legendKey = this.overlaid = "";
-    this.owner = this.most = this.commonForce = this.boltForce = undefined;
-    this.offer();
+    this.legend.key = this.overlaid = "";
+    this.most = this.commonForce = this.boltForce = undefined;
+    this.pickedJoint = -1;
+    this.choices.offer();
     this.prepare();
     this.state.ready = true;
     this.state.firstFrameMs = performance.now() - begun;
@@ -201,8 +136,8 @@ export class View {
         lines.push({label: line.label, x: values.subarray(0, line.samples), y: values.subarray(line.samples)});
       }
       const plot = new Chart(this.charts, chart.title, chart.unit, (t) => this.showTime(t));
-      plot.stages = this.meta.stages;
-      plot.set(lines);
+      this.link(plot);
+      plot.set(lines, chart.stacked);
       this.plots.push(plot);
     }
   }
@@ -265,10 +200,7 @@ export class View {
     if (event.type === "pointermove") {
       const [x0, y0] = this.world(before), [x1, y1] = this.world(event);
       if (this.pointers.size === 1) {
-        this.camera.x -= x1 - x0;
-        this.camera.y -= y1 - y0;
-        this.moved = true;
-        this.refresh();
+        this.pan(x0 - x1, y0 - y1);
       } else {
         this.pinch(event, before);
       }
@@ -278,7 +210,8 @@ export class View {
     this.pointers.delete(event.pointerId);
     const [x, y] = this.pressed;
     if (event.type === "pointerup" && Math.hypot(event.clientX - x, event.clientY - y) < 5) {
-      this.pick(this.model.blockAt(...this.world(event)));
+      const joint = this.jointAt(...this.world(event));
+      if (joint >= 0) this.pickJoint(joint); else this.pick(this.model.blockAt(...this.world(event)));
     }
   }
 
@@ -290,23 +223,59 @@ export class View {
   }
 
   key(event) {
+    const {camera} = this, step = 60 * (window.devicePixelRatio || 1) / camera.scale;
+    const move = (x, y) => this.pan(x * step, y * step);
     const acts = {" ": () => this.play(!this.playing), ArrowLeft: () => this.show(this.frame - 1),
       ArrowRight: () => this.show(this.frame + 1), Home: () => this.show(0),
-      End: () => this.show(this.model.frames - 1),
-      "+": () => this.zoom(1.25, this.camera.x, this.camera.y),
-      "-": () => this.zoom(0.8, this.camera.x, this.camera.y),
+      End: () => this.show(this.model.frames - 1), f: () => this.fit(),
+      "+": () => this.zoom(1.25, camera.x, camera.y),
+      "-": () => this.zoom(0.8, camera.x, camera.y),
+      c: () => this.choices.next("color", 1), C: () => this.choices.next("color", -1),
+      x: () => this.choices.next("contacts", 1), X: () => this.choices.next("contacts", -1),
+      ".": () => this.zoomTime(0.5), ",": () => this.zoomTime(2), Escape: () => this.pick(-1),
       "]": () => this.pick((this.picked + 1) % this.model.n),
       "[": () => this.pick((Math.max(this.picked, 0) + this.model.n - 1) % this.model.n)};
-    if (!acts[event.key]) return;
+    const pans = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]};
+    const act = event.shiftKey && pans[event.key] ? () => move(...pans[event.key]) : acts[event.key];
+    if (!act || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
-    acts[event.key]();
+    act();
+  }
+
+  pan(x, y) {
+    this.camera.x += x;
+    this.camera.y += y;
+    this.moved = true;
+    this.refresh();
   }
 
   // Time
 
   show(frame) {
     this.frame = Math.min(Math.max(frame, 0), this.model.frames - 1);
+    if (this.follower) this.follower(this.meta.time[this.frame]);
     this.refresh();
+  }
+
+  /** Charts show this part of the time (s, s); null: all of it. */
+  setSpan(span) {
+    this.span = span;
+    for (const plot of [...this.plots || [], this.blockChart]) plot?.setSpan(span);
+  }
+
+  /** A part of the time about the cursor, so many times as long. */
+  zoomTime(factor, at = this.meta.time[this.frame]) {
+    const t = this.meta.time, first = t[0], last = t[t.length - 1];
+    const [a, b] = this.span || [first, last];
+    const begin = Math.max(first, at - factor * (at - a)), end = Math.min(last, at + factor * (b - at));
+    this.setSpan(end - begin >= last - first || !(end > begin) ? null : [begin, end]);
+  }
+
+  /** A chart that goes with the others. */
+  link(plot) {
+    plot.stages = this.meta.stages;
+    plot.span = this.span;
+    plot.onZoom = (factor, at) => this.zoomTime(factor, at);
   }
 
   showTime(time) {
@@ -359,11 +328,10 @@ export class View {
     const begun = performance.now(), model = this.model;
     model.put(model.decoded ? this.frame : -1, this.factor);
     this.tint();
-    this.layContacts();
-    this.layBolts();
+    this.marks.lay();
     const pixels = this.side * this.camera.scale;
     const edges = pixels < 6 ? 0 : Math.min(0.85, (pixels - 4) / 12);
-    this.painter.paint(model, this.camera, this.tints, edges, this.lines);
+    this.painter.paint(model, this.camera, this.tints, edges, this.marks.lines);
     this.drawOverlay();
     this.words();
     Object.assign(this.state, {frame: this.frame, draws: this.state.draws + 1,
@@ -375,15 +343,44 @@ export class View {
     return this.ownScale ? this.frame : -1;
   }
 
+  /** The limits of the colours. */
+  range() {
+    if (this.difference) return this.differenceRange();
+    return this.model.range(this.color, this.scaleFrame());
+  }
+
+  /** Which colour map the quantity has. */
+  map() {
+    return this.difference || this.model.kind(this.color).signed ? "signed" : "magnitude";
+  }
+
+  value(b) {
+    const value = this.model.quantity(this.color, this.frame, b);
+    if (!this.difference) return value;
+    return value - this.other.model.quantity(this.color, this.other.frame, b);
+  }
+
+  differenceRange() {
+    const {n} = this.model, key = `${this.color} ${this.frame} ${this.other.frame}`;
+    if (this.differenceKey !== key) {
+      this.differenceKey = key;
+      this.differenceLimits = limits(Float64Array.from({length: n}, (_, b) => this.value(b)),
+        this.model.areas(), true);
+    }
+    return this.differenceLimits;
+  }
+
   tint() {
-    const {model, tints, color} = this, out = [0, 0, 0];
-    const stones = this.meta.stones.map(rgb);
+    const {model, tints, color, meta} = this, out = [0, 0, 0];
+    const stones = meta.stones.map(rgb);
     const plain = color === "material" || !model.decoded;
-    const [low, high] = plain ? [0, 1] : model.range(color, this.scaleFrame());
-    const stops = this.meta.maps[color === "rotation" ? "signed" : "magnitude"];
+    const {low, high} = plain ? {low: 0, high: 1} : this.range();
+    const kind = plain ? null : model.kind(color), resting = rgb(meta.resting);
+    const rests = kind && Math.max(Math.abs(low), Math.abs(high)) <= meta.floors[kind.unit];
+    const stops = plain ? null : meta.maps[this.map()];
     for (let b = 0; b < model.n; b++) {
-      const c = plain ? stones[model.material[b] % stones.length]
-        : mapped(stops, (model.quantity(color, this.frame, b) - low) / (high - low), out);
+      const c = plain ? stones[model.material[b] % stones.length] : rests ? resting
+        : mapped(stops, (this.value(b) - low) / (high - low), out);
       for (let v = model.first[b]; v < model.first[b + 1]; v++) {
         tints[4 * v] = c[0];
         tints[4 * v + 1] = c[1];
@@ -393,128 +390,32 @@ export class View {
     }
   }
 
-  layContacts() {
-    const kind = this.contacts;
-    this.lines.start(0);
-    if (kind === "none" || !this.model.decoded) return;
-    if (kind === "force") this.layForces(); else this.layMovement(kind === "slip" ? 0 : 1);
-  }
-
-  /** Resultants between neighbours, longer and thicker with their size. */
-  layForces() {
-    const {model, frame} = this, p = model.places, sums = new Map();
-    const owner = this.owner ||= this.ownerOf();
-    for (const [v, e, place, push, drag] of model.contactForces(frame)) {
-      const a = owner[v], b = owner[e];
-      const after = (i) => i + 1 < model.first[owner[i] + 1] ? i + 1 : model.first[owner[i]];
-      const w = after(e), u = after(v), share = place / 100;
-      const dx = p[2 * w] - p[2 * e], dy = p[2 * w + 1] - p[2 * e + 1];
-      const length = Math.hypot(dx, dy) || 1, tx = dx / length, ty = dy / length;
-      const sign = a < b ? 1 : -1;
-      const key = Math.min(a, b) * model.n + Math.max(a, b);
-      let sum = sums.get(key);
-      if (!sum) sums.set(key, sum = [0, 0, 0, 0, 0]);
-      sum[0] += push;
-      sum[1] += push * (p[2 * v] + share * (p[2 * u] - p[2 * v]));
-      sum[2] += push * (p[2 * v + 1] + share * (p[2 * u + 1] - p[2 * v + 1]));
-      sum[3] += sign * (push * ty - drag * tx);
-      sum[4] += sign * (-push * tx - drag * ty);
-    }
-    const color = rgb(variable("--force"));
-    const sizes = [...sums.values()].map((sum) => Math.hypot(sum[3], sum[4]));
-    const most = this.forceScale(Math.max(0, ...sizes));
-    this.lines.start(2 * sums.size);
-    const pixel = 1 / this.camera.scale;
-    for (const [push, x, y, fx, fy] of sums.values()) {
-      const size = Math.hypot(fx, fy), share = Math.min(size / most, 1.5);
-      if (share < 0.01) continue;
-      const cx = x / push, cy = y / push, half = 0.45 * this.side * share / size;
-      const width = Math.max(Math.min(0.1 * this.side, 7 * pixel) * share, 1.2 * pixel);
-      const ends = [cx - half * fx, cy - half * fy, cx + half * fx, cy + half * fy];
-      this.lines.add(...ends, width + 2 * pixel, [255, 255, 255]);
-      this.lines.add(...ends, width, color);
-    }
-  }
-
-  /** Bolts as lines, thicker with their force; broken ones in dashes. */
-  layBolts() {
-    const {model} = this, pixel = (window.devicePixelRatio || 1) / this.camera.scale;
-    if (!model.decoded || !this.meta.bolts.length) return;
-    const bolts = model.bolts(this.frame, this.factor), {broken} = this.meta.bolt;
-    const color = rgb(this.meta.bolt.color);
-    this.boltForce = Math.max(0, ...bolts.map((bolt) => bolt.force));
-    for (const {points, state, force} of bolts) {
-      const width = (1.5 + 3.5 * (this.boltForce ? force / this.boltForce : 0)) * pixel;
-      const dashes = state === broken ? DASHES : 1, part = dashes > 1 ? 0.5 : 1;
-      this.lines.room(2 * dashes * points.length);
-      for (const [more, ink] of [[2 * pixel, [255, 255, 255]], [0, color]]) {
-        for (let i = 1; i < points.length; i++) {
-          const [x, y] = points[i - 1], dx = points[i][0] - x, dy = points[i][1] - y;
-          for (let k = 0; k < dashes; k++) {
-            const from = k / dashes, to = (k + part) / dashes;
-            this.lines.add(x + from * dx, y + from * dy, x + to * dx, y + to * dy, width + more, ink);
-          }
-        }
-      }
-    }
-  }
-
-  /** The force of the longest line: of this frame, or of all but the rarest of all frames. */
+  /** The force of the longest arrow: of this frame, or of all but the rarest of all. */
   forceScale(largest) {
-    if (this.ownScale) return this.usualForce = largest || 1;
-    if (!this.commonForce) {
-      const {normal} = this.model.force, step = Math.ceil(normal.values.length / SAMPLES);
-      const found = [];
-      for (let i = 0; i < normal.values.length; i += step) {
-        if (normal.values[i] > 0) found.push(value(normal, i));
-      }
-      this.commonForce = 2 * quantile(found, SHOWN) || 1;  // two contacts make a joint
-    }
-    return this.usualForce = this.commonForce;
+    this.usualForce = (this.ownScale ? largest : this.meta.force) || 1;
+    return this.usualForce;
   }
 
-  ownerOf() {
-    const owner = new Int32Array(this.model.vertices);
-    for (let b = 0; b < this.model.n; b++) owner.fill(b, this.model.first[b], this.model.first[b + 1]);
-    return owner;
-  }
-
-  layMovement(which) {
-    const {model, frame} = this, n = this.meta.faces, out = new Float64Array(6);
-    const most = this.mostMovement(which), color = [0, 0, 0];
-    const poses = model.poses(frame), width = Math.max(0.07 * this.side, 2.5 / this.camera.scale);
-    this.lines.start(n);
-    for (let k = 0; k < n; k++) {
-      const e = model.faceEnds;
-      model.joint(k, frame, poses, out);
-      if (out[which] < 0.01 * most) continue;
-      const at = [2, 3, 4, 5].map((i) => e[6 * k + i - 2]
-        + this.factor * (out[i] - e[6 * k + i - 2]));
-      mapped(this.meta.maps.joint, out[which] / most, color);
-      this.lines.add(...at, width, color);
+  /** Limits of slip or opening: of this frame, or of all. */
+  movementRange(name) {
+    const {model, meta} = this;
+    if (!this.ownScale && meta.ranges[name]) return meta.ranges[name];
+    const key = `${name} ${this.frame}`;
+    if (this.most?.key !== key) {
+      const poses = model.poses(this.frame), out = new Float64Array(7), which = name === "slip" ? 0 : 1;
+      const found = Float64Array.from({length: meta.faces}, (_, k) =>
+        Math.max(0, model.joint(k, this.frame, poses, out)[which]));
+      this.most = {key, ...limits(found, model.faceLengths(), false)};
     }
-  }
-
-  /** The slip or opening of the darkest colour: of this frame, or of the last one. */
-  mostMovement(which) {
-    const frame = this.ownScale ? this.frame : this.model.frames - 1;
-    this.most ||= {};
-    const key = `${which} ${frame}`;
-    if (this.most[key] === undefined) {
-      const out = new Float64Array(6), poses = this.model.poses(frame), found = [];
-      for (let k = 0; k < this.meta.faces; k++) {
-        found.push(this.model.joint(k, frame, poses, out)[which]);
-      }
-      this.most[key] = quantile(found, this.ownScale ? 1 : SHOWN) || 1e-12;
-    }
-    return this.most[key];
+    return this.most;
   }
 
   /** The picked block and the scale bar, anew only when they change. */
   drawOverlay() {
+    const still = this.picked < 0 && this.pickedJoint < 0;
     const seen = [this.camera.x, this.camera.y, this.camera.scale, this.camera.width,
-      this.camera.height, DARK.matches, this.picked, this.picked < 0 ? 0 : this.frame,
-      this.factor].join();
+      this.camera.height, DARK.matches, this.picked, this.pickedJoint, still ? 0 : this.frame,
+      this.factor, this.contacts, this.usualForce].join();
     if (seen === this.overlaid) return;
     this.overlaid = seen;
     const c = this.overlay.getContext("2d"), cam = this.camera;
@@ -538,15 +439,28 @@ export class View {
       c.strokeStyle = variable("--pick");
       c.stroke();
     }
+    if (this.pickedJoint >= 0) this.drawJoint(c, X, Y, ratio);
     c.font = `${11 * ratio}px system-ui, sans-serif`;
-    const room = 0.28 * cam.width / cam.scale, power = 10 ** Math.floor(Math.log10(room));
-    const length = power * [5, 2, 1].find((m) => m * power <= room);
-    const x = 12 * ratio, y = cam.height - 12 * ratio, right = x + length * cam.scale;
+    const length = roundBelow(0.28 * cam.width / cam.scale);
+    this.drawRuler(c, length, withUnit(length, "m"), 12 * ratio, ink, ratio);
+    if (this.contacts === "force" && this.usualForce) {
+      const force = roundBelow(this.usualForce);
+      const long = this.marks.reach * force / this.usualForce;
+      this.drawRuler(c, long, `contact force: ${withUnit(force, "N/m")}`, 44 * ratio,
+        variable("--force"), ratio);
+    }
+    this.drawMarks(c, X, Y, ratio);
+  }
+
+  /** A length of the model, and what it stands for, so high above the lower edge. */
+  drawRuler(c, length, words, above, color, ratio) {
+    const x = 12 * ratio, y = this.camera.height - above, right = x + length * this.camera.scale;
+    const wide = Math.max(right - x, c.measureText(words).width + 6 * ratio);
     c.fillStyle = variable("--card");
     c.globalAlpha = 0.85;
-    c.fillRect(x - 6 * ratio, y - 20 * ratio, right - x + 12 * ratio, 26 * ratio);
+    c.fillRect(x - 6 * ratio, y - 20 * ratio, wide + 12 * ratio, 26 * ratio);
     c.globalAlpha = 1;
-    c.strokeStyle = ink;
+    c.strokeStyle = color;
     c.lineWidth = 1.5 * ratio;
     c.beginPath();
     c.moveTo(x, y - 4 * ratio);
@@ -554,10 +468,23 @@ export class View {
     c.lineTo(right, y);
     c.lineTo(right, y - 4 * ratio);
     c.stroke();
-    c.fillStyle = ink;
+    c.fillStyle = variable("--ink");
     c.textBaseline = "bottom";
-    c.fillText(withUnit(length, "m"), x + 5 * ratio, y - 3 * ratio);
-    this.drawMarks(c, X, Y, ratio);
+    c.textAlign = "left";
+    c.fillText(words, x + 5 * ratio, y - 3 * ratio);
+  }
+
+  drawJoint(c, X, Y, ratio) {
+    const {model, frame} = this, k = this.pickedJoint, e = model.faceEnds;
+    const out = model.joint(k, frame, model.poses(frame), new Float64Array(7));
+    const at = [2, 3, 4, 5].map((j) => e[6 * k + j - 2] + this.factor * (out[j] - e[6 * k + j - 2]));
+    c.strokeStyle = variable("--pick");
+    c.lineWidth = 2.5 * ratio;
+    c.beginPath();
+    c.ellipse(0.5 * (X(at[0]) + X(at[2])), 0.5 * (Y(at[1]) + Y(at[3])), 9 * ratio
+      + 0.5 * Math.hypot(X(at[2]) - X(at[0]), Y(at[3]) - Y(at[1])), 9 * ratio,
+      Math.atan2(Y(at[3]) - Y(at[1]), X(at[2]) - X(at[0])), 0, 2 * Math.PI);
+    c.stroke();
   }
 
   /** What else stands over the blocks. */
@@ -569,105 +496,83 @@ export class View {
     this.slider.value = this.frame;
     const time = this.meta.time[this.frame], last = this.meta.time[this.model.frames - 1];
     this.clock.textContent = `${time.toFixed(last < 10 ? 3 : 2)} s`;
-    this.drawLegend();
+    this.legend.draw();
     this.describe();
     for (const plot of this.plots || []) plot.cursor(time);
-    if (this.blockChart && this.picked >= 0) this.blockChart.cursor(time);
-  }
-
-  drawLegend() {
-    const decoded = this.model.decoded;
-    const key = `${this.color} ${this.contacts} ${decoded} ${this.scaleFrame()} ${this.boltForce}`;
-    if (this.legendKey === key) return;
-    this.legendKey = key;
-    this.legend.replaceChildren();
-    if (this.color === "material" || !decoded) {
-      for (const [i, name] of this.meta.materials.entries()) {
-        this.colorKey(this.meta.stones[i % this.meta.stones.length], name);
-      }
-    } else {
-      const units = {displacement: "m", velocity: "m/s", rotation: "°", stress: "Pa"};
-      const names = {displacement: "displacement", velocity: "velocity", rotation: "rotation",
-        stress: "largest compression"};
-      const map = this.color === "rotation" ? "signed" : "magnitude";
-      this.scaleBar(names[this.color], this.model.range(this.color, this.scaleFrame()),
-        units[this.color], map);
-    }
-    if (this.boltForce !== undefined) {
-      this.colorKey(this.meta.bolt.color, `bolt, largest force: ${withUnit(this.boltForce, "N/m")}`);
-    }
-    if (!decoded || this.contacts === "none") return;
-    if (this.contacts === "force") {
-      this.colorKey(variable("--force"),
-        `contact force, as long as a block: ${withUnit(this.usualForce, "N/m")}`);
-    } else {
-      const slip = this.contacts === "slip";
-      const most = this.mostMovement(slip ? 0 : 1);
-      this.scaleBar(slip ? "slip of joints" : "opening of joints", [0, most], "m", "joint");
-    }
-  }
-
-  colorKey(color, words) {
-    const row = element("div", this.legend, "", "key");
-    element("i", row).style.background = color;
-    element("span", row, words);
-  }
-
-  scaleBar(name, [low, high], unit, map) {
-    const [scale, short_name] = inUnit(Math.max(Math.abs(low), Math.abs(high)), unit);
-    const box = element("div", this.legend, "", "scale");
-    element("div", box, `${name} (${short_name})`, "scale-name");
-    const bar = element("canvas", box);
-    bar.width = 128;
-    bar.height = 1;
-    const c = bar.getContext("2d"), pixels = c.createImageData(128, 1), out = [0, 0, 0];
-    for (let i = 0; i < 128; i++) {
-      mapped(this.meta.maps[map], i / 127, out);
-      pixels.data.set([...out, 255], 4 * i);
-    }
-    c.putImageData(pixels, 0, 0);
-    const ends = element("div", box, "", "scale-ends");
-    for (const at of [low, 0.5 * (low + high), high]) {
-      const more = at === high && !this.ownScale ? "≥ " : "";  // rare values are beyond
-      element("span", ends, more + short(+(at / scale).toPrecision(3)));
-    }
+    if (this.blockChart) this.blockChart.cursor(time);
   }
 
   setColor(color) {
     this.color = color;
-    this.colorSelect.value = color;
+    this.choices.color.value = color;
     if (this.picked >= 0) this.plotBlock();
     this.refresh();
   }
 
   setContacts(kind) {
     this.contacts = kind;
-    this.contactSelect.value = kind;
+    this.choices.contacts.value = kind;
     this.refresh();
   }
 
   pick(block) {
     this.picked = block;
+    this.pickedJoint = -1;
     this.state.picked = block >= 0 ? this.model.names[block] : "";
     this.plotBlock();
     this.refresh();
   }
 
+  /** The joint within a few pixels of a place, where slip or opening is shown, or −1. */
+  jointAt(x, y) {
+    const {model} = this, near = 7 * this.marks.pixel;
+    if (!model.decoded || !["slip", "opening"].includes(this.contacts)) return -1;
+    const poses = model.poses(this.frame), out = new Float64Array(7);
+    let best = -1, least = near;
+    for (let k = 0; k < this.meta.faces; k++) {
+      model.joint(k, this.frame, poses, out);
+      const dx = out[4] - out[2], dy = out[5] - out[3];
+      const s = Math.min(Math.max(((x - out[2]) * dx + (y - out[3]) * dy) / (dx * dx + dy * dy), 0), 1);
+      const apart = Math.hypot(x - out[2] - s * dx, y - out[3] - s * dy);
+      if (apart < least) [best, least] = [k, apart];
+    }
+    return best;
+  }
+
+  pickJoint(joint) {
+    this.picked = -1;
+    this.pickedJoint = joint;
+    this.state.picked = this.jointName(joint);
+    this.plotBlock();
+    this.refresh();
+  }
+
+  jointName(k) {
+    const {faceBlocks, names} = this.model;
+    return `${names[faceBlocks[2 * k]]} – ${names[faceBlocks[2 * k + 1]]}`;
+  }
+
   describe() {
     const b = this.picked, {model, frame} = this;
-    if (b < 0 && this.info.querySelector(".hint")) return;
+    if (b < 0 && this.pickedJoint < 0 && this.info.querySelector(".hint")) return;
     this.info.replaceChildren();
-    if (b < 0) {
-      element("p", this.info, "Click a block to read its values.", "hint");
+    if (b < 0 && this.pickedJoint < 0) {
+      element("p", this.info, "Click a block, or a joint that is coloured, to read its values.", "hint");
       return;
     }
-    element("h4", this.info, model.names[b]);
+    element("h3", this.info, this.state.picked);
     const table = element("table", this.info);
     const row = (name, value) => {
       const line = element("tr", table);
       element("th", line, name);
       element("td", line, value);
     };
+    if (b < 0) {
+      const out = model.joint(this.pickedJoint, frame, model.poses(frame), new Float64Array(7));
+      row("slip", withUnit(out[0], "m"));
+      row("opening", withUnit(Math.max(out[1], 0), "m"));
+      return;
+    }
     row("material", this.meta.materials[model.material[b]] || "");
     const pose = model.pose(model.decoded ? frame : -1, b, new Float64Array(6));
     const [ox, oy] = this.meta.origin;
@@ -677,31 +582,39 @@ export class View {
     row("displacement", withUnit(model.quantity("displacement", frame, b), "m"));
     row("along x, y", `${withUnit(model.at("u", frame, b), "m")}, `
       + withUnit(model.at("v", frame, b), "m"));
-    row("rotation", `${short(model.quantity("rotation", frame, b))}°`);
+    row("rotation, anticlockwise +", withUnit(model.quantity("rotation", frame, b), "°"));
     row("velocity", withUnit(model.at("speed", frame, b), "m/s"));
     const [most, least] = model.stresses(frame, b);
-    row("compression", withUnit(-least, "Pa"));
-    if (isFinite(most)) row("tension", withUnit(most, "Pa"));
+    row("largest compression", withUnit(-least, "Pa"));
+    if (isFinite(most)) row("largest tension", withUnit(most, "Pa"));
     this.state.area = model.area(b);
   }
 
+  /** Histories of the picked block or joint. */
   plotBlock() {
-    const b = this.picked;
-    if (!this.model.decoded || b < 0) {
-      if (this.blockBox) this.blockBox.remove();
-      this.blockBox = this.blockChart = null;
-      return;
-    }
-    const color = this.color === "material" ? "displacement" : this.color;
-    const units = {displacement: "m", velocity: "m/s", rotation: "°", stress: "Pa"};
+    const b = this.picked, k = this.pickedJoint, {model} = this;
     if (this.blockBox) this.blockBox.remove();
+    this.blockBox = this.blockChart = null;
+    if (!model.decoded || (b < 0 && k < 0)) return;
+    const over = (y, label) => ({label, x: Float64Array.from(this.meta.time), y});
+    const of = (name) => Float64Array.from(this.meta.time, (_, f) => model.quantity(name, f, b));
+    let name = "slip and opening", unit = "m", lines;
+    if (b < 0) {
+      lines = ["slip", "opening"].map((one, which) => over(model.jointHistory(k, which), one));
+    } else {
+      const kind = model.kind(this.color === "material" ? "displacement" : this.color);
+      [name, unit] = [kind.label, kind.unit];
+      lines = kind.name.startsWith("displacement")
+        ? [["displacement", "size"], ["displacement_x", "along x"], ["displacement_y", "along y"]]
+          .map(([one, label]) => over(of(one), label))
+        : [over(of(kind.name), kind.label)];
+      if (kind.name.startsWith("displacement")) name = "displacement";
+    }
     this.blockBox = element("div", null, "", "block-chart");
     this.charts.prepend(this.blockBox);
-    const name = color === "stress" ? "largest compression" : color;
-    this.blockChart = new Chart(this.blockBox, `${name} of ${this.model.names[b]}`, units[color],
+    this.blockChart = new Chart(this.blockBox, `${name} of ${this.state.picked}`, unit,
       (t) => this.showTime(t));
-    const y = Float64Array.from(this.meta.time, (_, f) => this.model.quantity(color, f, b));
-    this.blockChart.stages = this.meta.stages;
-    this.blockChart.set([{label: this.model.names[b], x: Float64Array.from(this.meta.time), y}]);
+    this.link(this.blockChart);
+    this.blockChart.set(lines);
   }
 }

@@ -10,25 +10,34 @@ export function element(tag, parent, text = "", name = "") {
   return node;
 }
 
-const PREFIXES = {
-  m: [[1, "m"], [1e-3, "mm"], [1e-6, "µm"], [1e-9, "nm"]],
-  "m/s": [[1, "m/s"], [1e-3, "mm/s"], [1e-6, "µm/s"]],
-  Pa: [[1e9, "GPa"], [1e6, "MPa"], [1e3, "kPa"], [1, "Pa"]],
+// As `UNITS` of `base/numbers.py`.
+const UNITS = {
+  "m": [[1, "m"], [1e-3, "mm"], [1e-6, "µm"], [1e-9, "nm"]],
+  "m/s": [[1, "m/s"], [1e-3, "mm/s"], [1e-6, "µm/s"], [1e-9, "nm/s"]],
+  "Pa": [[1e9, "GPa"], [1e6, "MPa"], [1e3, "kPa"], [1, "Pa"]],
   "N/m": [[1e9, "GN/m"], [1e6, "MN/m"], [1e3, "kN/m"], [1, "N/m"]],
   "J/m": [[1e9, "GJ/m"], [1e6, "MJ/m"], [1e3, "kJ/m"], [1, "J/m"]],
+  "°": [[0.01, "°"], [180e-6 / Math.PI, "µrad"]],
 };
 
+/** Size and name of the unit in which a value reads well. */
 export function inUnit(largest, unit) {
-  const steps = PREFIXES[unit] || [[1, unit]];
-  for (const step of steps) if (Math.abs(largest) >= step[0]) return step;
-  return largest === 0 ? steps.find((step) => step[0] === 1) || steps[0] : steps[steps.length - 1];
+  const steps = UNITS[unit] || [];
+  for (const step of steps) {
+    if (Math.abs(largest) >= step[0]) return step[1] === unit ? [1, unit] : step;
+  }
+  return largest === 0 || !steps.length ? [1, unit] : steps[steps.length - 1];
 }
 
-export function short(value) {
+/** A number in so many digits, as `base/numbers.py` writes it, with a true minus. */
+export function short(value, digits = 4) {
   if (!isFinite(value)) return "–";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  return size >= 1e5 || size < 1e-4 ? value.toExponential(2) : String(+value.toPrecision(4));
+  const text = size >= 1e-3 && size < 1e6
+    ? String(+value.toFixed(Math.max(0, digits - 1 - Math.floor(Math.log10(size)))))
+    : value.toExponential(digits - 1).replace(/\.?0*e\+?/, "e");
+  return text.replaceAll("-", "−");
 }
 
 export function withUnit(value, unit) {
@@ -36,17 +45,23 @@ export function withUnit(value, unit) {
   return `${short(value / scale)} ${name}`;
 }
 
-/** Round numbers for about so many ticks. */
+/** Round numbers between two: about so many, and three at least. */
 export function ticks(low, high, count) {
   const raw = (high - low) / Math.max(1, count);
   if (!(raw > 0) || !isFinite(raw)) return [low];
   const power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw);
+  const between = (s) => Math.floor(high / s + 1e-9) - Math.ceil(low / s - 1e-9) + 1;
+  const step = [10, 5, 2, 1, 0.5, 0.2].map((m) => m * power)
+    .find((s) => between(s) >= Math.max(3, 0.6 * count)) || 0.1 * power;
   const found = [];
-  for (let t = Math.ceil(low / step - 1e-9) * step; t <= high + 1e-9 * step; t += step) {
-    found.push(Math.abs(t) < 1e-9 * step ? 0 : t);
-  }
+  for (let k = Math.ceil(low / step - 1e-9); k <= high / step + 1e-9; k++) found.push(k * step);
   return found;
+}
+
+/** The largest 1, 2 or 5 times a power of ten up to a value. */
+export function roundBelow(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return power * [5, 2, 1].find((m) => m * power <= value * (1 + 1e-9));
 }
 
 export function variable(name) {
@@ -63,4 +78,29 @@ export function mapped(stops, share, out) {
   const i = Math.min(Math.floor(at), stops.length - 2), t = at - i;
   for (let k = 0; k < 3; k++) out[k] = stops[i][k] + t * (stops[i + 1][k] - stops[i][k]);
   return out;
+}
+
+export function lineColor(i) {
+  return variable(`--line${1 + i % 8}`);
+}
+
+const SHARE = 0.01;  // of the area: what a scale may leave beyond its ends
+const FAR = 1.5;     // times the limit by area: nearer values are within the scale
+
+/** Limits of a scale of values with weights, as `limits` of `quantities.py`. */
+export function limits(values, weights, signed) {
+  const order = [...values.keys()].filter((i) => isFinite(values[i]));
+  if (!order.length) return {low: 0, high: 0, below: false, above: false};
+  order.sort((a, b) => values[b] - values[a]);
+  const all = order.reduce((sum, i) => sum + weights[i], 0);
+  const end = (sign) => {
+    let beyond = 0, k = 0;
+    const at = (i) => order[sign > 0 ? i : order.length - 1 - i];
+    while (k < order.length - 1 && (beyond += weights[at(k)]) <= SHARE * all) k++;
+    const usual = Math.max(sign * values[at(k)], 0), most = Math.max(sign * values[at(0)], 0);
+    return most > FAR * usual && usual > 0 ? usual : most;
+  };
+  let high = end(1), low = -end(-1);
+  if (signed) low = -(high = Math.max(high, -low));
+  return {low, high, below: values[order[order.length - 1]] < low, above: values[order[0]] > high};
 }

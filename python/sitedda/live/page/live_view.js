@@ -2,14 +2,12 @@
 
 import {Chart} from "/view/chart.js";
 import {Model} from "/view/model.js";
-import {quantile} from "/view/streams.js";
 import {View} from "/view/view.js";
-import {variable} from "/view/words.js";
+import {limits, variable} from "/view/words.js";
 
 const NAMES = ["u", "v", "turn", "ex", "ey", "gxy", "speed", "sx", "sy", "txy"];
 const BYTES = 400e6;     // of the frames that are kept
 const CHARTS = 250;      // ms between drawings of the histories
-const USUAL = 0.99;      // share of the blocks that the colours tell apart
 const DRAWN = {displacement: ["displacement of the measured points", "m"],
   energies: ["energies", "J/m"]};
 
@@ -96,24 +94,16 @@ class LiveModel extends Model {
 
   /** Limits of the colours so far. */
   widen(frame) {
-    for (const name of ["displacement", "velocity", "rotation", "stress"]) {
-      const found = Float64Array.from({length: this.n}, (_, b) => this.quantity(name, frame, b));
-      const [low, high] = this.live[name] || [0, 0];
-      this.live[name] = [Math.min(low, -quantile(found.map((v) => -v), USUAL)),
-        Math.max(high, quantile(found, USUAL))];
+    for (const {name} of this.meta.quantities) {
+      const now = super.range(name, frame), {low, high, below, above} = this.live[name] || now;
+      this.live[name] = {low: Math.min(low, now.low), high: Math.max(high, now.high),
+        below: below || now.below, above: above || now.above};
     }
   }
 
   range(name, frame) {
     if (frame >= 0 || !this.live?.[name]) return super.range(name, Math.max(frame, 0));
-    let [low, high] = this.live[name];
-    if (name === "rotation") {
-      high = Math.max(-low, high) || 1;
-      low = -high;
-    } else if (name !== "stress") {
-      low = 0;
-    }
-    return [low, high > low ? high : low + 1];
+    return this.live[name];
   }
 
   * contactForces(frame) {
@@ -144,6 +134,7 @@ export class LiveView extends View {
     if (this.blockBox) this.blockBox.remove();
     this.blockBox = this.blockChart = null;
     await this.begin({...head.meta, charts: []}, streams);
+    this.choices.speed.value = this.speed = 1;  // how long it will be is not known yet
     if (head.run && this.color === "material") this.setColor("displacement");
     this.live = {};
     this.forceMost = 0;
@@ -155,12 +146,6 @@ export class LiveView extends View {
     for (const [one, data] of this.waiting) this.add(one, data);
   }
 
-  offer() {
-    super.offer();
-    this.speed = 1;  // how long it will be is not known yet
-    this.speedSelect.value = 1;
-  }
-
   /** A frame of the run. */
   add(head, streams) {
     if (this.loading) {
@@ -168,11 +153,11 @@ export class LiveView extends View {
       return;
     }
     this.model.add(head, streams);
-    this.legendKey = "";  // the limits of the colours may be wider
+    this.legend.key = "";  // the limits of the colours may be wider
     this.root.classList.remove("still");
     this.slider.max = this.model.frames - 1;
-    for (const option of this.contactSelect.options) {
-      if (option.value === "force") option.hidden = option.disabled = false;
+    for (const option of this.choices.contacts.options) {
+      if (["force", "chain"].includes(option.value)) this.choices.allow(option, true);
     }
     this.record(head);
     this.state.frames = (this.state.frames || 0) + 1;
@@ -224,11 +209,6 @@ export class LiveView extends View {
     if (this.ownScale) return super.forceScale(largest);
     this.forceMost = Math.max(this.forceMost || 0, largest);
     return this.usualForce = this.forceMost || 1;
-  }
-
-  mostMovement(which) {
-    if (this.most) this.most = {};  // the last frame is another one
-    return super.mostMovement(which);
   }
 
   /** Supports, boundaries, loads, measured points, water and slivers, as drawn. */

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ...base.errors import InputError
 from ...base.numbers import number
-from ...drawing.style import BLUE, GREY, ORANGE, canvas
+from ...report.style import BLUE, GREY, ORANGE, canvas
 
 if TYPE_CHECKING:
     from .figures import Accuracy

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Slip and opening of joints by width and colour, with the sense of the largest shears."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+
+from ..output.scene import Scene
+from ..report.style import INK, JOINT_MAP, PAPER
+from .quantities import MOVEMENTS
+
+_LEAST = 0.03  # of the scale: below, a slip or opening is not drawn
+_THIN, _WIDE = 0.5, 4.6  # points of the least and the largest
+_HALO = 1.2  # points around the widest line
+_SENSES, _LEAST_SENSE = 24, 0.2  # most pairs of half-arrows, from this share of the scale on
+_LEAST_LENGTH = 0.02  # of the model's size, of a joint that has them
+
+
+def joint_lines(scene: Scene, frame: int, factor: float) -> np.ndarray:
+    """Interfaces where they are now, shape (k, 2, 2): they stay with their first blocks."""
+    faces, ends = scene.interfaces, []
+    for places in (faces.start, faces.end):
+        now = scene.carried(faces.first, places, frame)
+        ends.append(places + factor * (now - places))
+    return np.stack(ends, axis=1)
+
+
+def draw_movements(axes: Axes, scene: Scene, name: str, frame: int, factor: float,
+                   scale: float) -> list:  # fmt: skip
+    """Joints that have slipped or opened, the largest widest, darkest and above; the artists."""
+    movement = scene.joint_movement(frame)[list(MOVEMENTS).index(name)]
+    seen = np.flatnonzero(movement > _LEAST * scale)
+    if not scale > 0 or len(seen) == 0:
+        return []
+    seen = seen[np.argsort(movement[seen])]
+    lines = joint_lines(scene, frame, factor)[seen]
+    share = np.minimum(movement[seen] / scale, 1.0)
+    width = _THIN + (_WIDE - _THIN) * share
+    look = {"capstyle": "butt", "zorder": 3}
+    halo = LineCollection(lines, colors=PAPER, linewidths=width + _HALO * share, **look)
+    drawn = LineCollection(lines, linewidths=width, cmap=JOINT_MAP, norm=Normalize(0.0, scale),
+                           array=movement[seen], **look)  # fmt: skip
+    senses = _senses(axes, scene, frame, lines, seen, movement / scale) if name == "slip" else []
+    return [axes.add_collection(halo), axes.add_collection(drawn), *senses]
+
+
+def _senses(axes: Axes, scene: Scene, frame: int, lines, seen, share) -> list:
+    """Half-arrows on both sides of the joints that slip most, as their sides move."""
+    along = lines[:, 1] - lines[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    chosen = (share[seen] > _LEAST_SENSE) & (length > _LEAST_LENGTH * scene.size)
+    chosen = np.flatnonzero(chosen)[-_SENSES:]
+    if len(chosen) == 0:
+        return []
+    unit = along[chosen] / length[chosen, None]
+    across = np.column_stack([unit[:, 1], -unit[:, 0]])  # from the first block into the second
+    reach = np.minimum(0.3 * length[chosen], 0.03 * scene.size)[:, None]
+    # Of the second block against the first, along the start and end of the first's edge.
+    sense = scene.joint_sense(frame)[seen[chosen], None]
+    middle, barbs = lines[chosen].mean(axis=1), []
+    for side in (1.0, -1.0):
+        place = middle + side * 0.35 * reach * across
+        tip = place + side * sense * reach * unit
+        barb = tip - side * 0.4 * reach * (sense * unit - 0.6 * across)
+        barbs.append(np.stack([place - side * sense * reach * unit, tip, barb], axis=1))
+    barbs = np.concatenate(barbs)
+    look = {"capstyle": "round", "joinstyle": "round", "zorder": 5}
+    return [axes.add_collection(LineCollection(barbs, colors=c, linewidths=w, **look))
+            for c, w in ((PAPER, 2.6), (INK, 1.1))]  # fmt: skip

@@ -1,0 +1,76 @@
+// What the colours, widths and signs of a view mean.
+
+import {element, inUnit, mapped, short, variable, withUnit} from "./words.js";
+
+export class Legend {
+  constructor(view, root) {
+    this.view = view;
+    this.root = root;
+    this.key = "";
+  }
+
+  draw() {
+    const {view} = this, {meta, model, contacts} = view, {decoded} = model;
+    const key = [view.color, contacts, decoded, view.scaleFrame(), view.boltForce, view.usualForce,
+      view.other?.state.decoded].join();
+    if (this.key === key) return;
+    this.key = key;
+    this.root.replaceChildren();
+    if (view.color === "material" || !decoded) {
+      for (const [i, name] of meta.materials.entries()) {
+        this.color(meta.stones[i % meta.stones.length], name);
+      }
+    } else {
+      this.quantity(model.kind(view.color), view.range());
+    }
+    if (view.boltForce !== undefined) {
+      this.color(meta.bolt.color, `bolt, largest force: ${withUnit(view.boltForce, "N/m")}`);
+    }
+    if (!decoded || contacts === "none") return;
+    if (contacts === "chain") {
+      this.color(variable("--ink"), `chain of forces, the widest: ${withUnit(view.usualForce, "N/m")}`);
+    } else if (contacts !== "force") {
+      const kind = meta.movements.find((one) => one.name === contacts);
+      const range = view.movementRange(contacts);
+      if (range.high <= meta.floors.m) element("p", this.root, `no ${contacts} of joints`, "rests");
+      else this.bar(kind.label, range, kind.unit, "joint");
+    }
+  }
+
+  /** The scale of a quantity, or that it is no more than rounding. */
+  quantity(kind, range) {
+    const {meta} = this.view, floor = meta.floors[kind.unit];
+    const label = this.view.difference ? `difference of ${kind.label}` : kind.label;
+    if (Math.max(Math.abs(range.low), Math.abs(range.high)) <= floor) {
+      this.color(meta.resting, `at rest: ${kind.label.split(",")[0]} below ${withUnit(floor, kind.unit)}`);
+    } else {
+      this.bar(label, range, kind.unit, this.view.map());
+    }
+  }
+
+  color(color, words) {
+    const row = element("div", this.root, "", "key");
+    element("i", row).style.background = color;
+    element("span", row, words);
+  }
+
+  bar(name, {low, high, below, above}, unit, map) {
+    const [scale, unitName] = inUnit(Math.max(Math.abs(low), Math.abs(high)), unit);
+    const box = element("div", this.root, "", "scale");
+    element("div", box, `${name} (${unitName})`, "scale-name");
+    const bar = element("canvas", box);
+    bar.width = 128;
+    bar.height = 1;
+    const c = bar.getContext("2d"), pixels = c.createImageData(128, 1), out = [0, 0, 0];
+    for (let i = 0; i < 128; i++) {
+      mapped(this.view.meta.maps[map], i / 127, out);
+      pixels.data.set([...out, 255], 4 * i);
+    }
+    c.putImageData(pixels, 0, 0);
+    const ends = element("div", box, "", "scale-ends");
+    for (const at of [low, 0.5 * (low + high), high]) {
+      const beyond = at === low && below ? "≤ " : at === high && above ? "≥ " : "";
+      element("span", ends, beyond + short(at / scale, 3));
+    }
+  }
+}

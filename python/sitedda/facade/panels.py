@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panels of the picture of a run: histories, spectra, amplification, profile, energies."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from ..base.numbers import in_unit
+from ..drawing.pictures import plain
+from ..engine.scheme import scheme_damping
+from ..engine.signals import smooth_konno_ohmachi
+from ..output.energies import Budget
+from ..output.response import Amplification
+from ..output.scene import Scene
+from ..output.verdict import (
+    PERIODS,
+    SPECTRUM_DAMPING,
+    acceleration_spectrum,
+    main_axis,
+    run_scheme,
+)
+from ..report.style import BLUE, COLORS, FAINT, GREY, INK, ORANGE, legend_above
+from ..site.column import damped_amplification
+from ..site.twin import layered_twin
+
+_MOST_POINTS = 6
+_PERIOD_TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)  # s
+_SAME = 1e-3  # of a motion: two that differ less are drawn as one
+_RESIDUAL = 0.16  # of the height of a panel of energies, for what the audit leaves over
+_LETTER = 0.02  # of the width of a panel, that a letter of a stage's name takes
+_SAMPLES = 1500  # of energies over time
+
+
+def draw_spectra(axes: Axes, history, series: dict, looks=None) -> None:
+    """Response spectra of accelerations (m/s²) by name."""
+    looks = looks or [{"color": color} for color in (BLUE, GREY)]
+    for i, ((name, values), look) in enumerate(zip(series.items(), looks, strict=False)):
+        curve = acceleration_spectrum(values, mean_step(history))
+        axes.plot(PERIODS, curve, label=plain(name), **({"lw": 1.6, "zorder": 4 - i} | look))
+    spectrum_axes(axes)
+    legend_above(axes, 3)
+
+
+def spectrum_axes(axes: Axes) -> None:
+    """Periods from left to right, with ticks that can be read."""
+    axes.set_xscale("log")
+    axes.set(xlim=(PERIODS[0], PERIODS[-1]), ylim=(0, None), xlabel="period (s)")
+    axes.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping (m/s²)")
+    axes.set_xticks(_PERIOD_TICKS, labels=[f"{tick:g}" for tick in _PERIOD_TICKS])
+    axes.minorticks_off()
+
+
+def draw_displacements(axes: Axes, history, curves) -> None:
+    """Displacements over time, of `curves_of`."""
+    size, unit = in_unit(max(float(abs(moved).max()) for _, moved, _, _ in curves), "m")
+    for label, moved, _, look in curves:
+        axes.plot(history.time, moved / size, lw=1.1, label=plain(label), **look)
+    end = float(history.time[-1])
+    axes.set(xlabel="time (s)", ylabel=f"displacement ({unit})", xlim=(0, end or 1.0))
+    legend_above(axes, 3)
+
+
+def draw_profile(axes: Axes, found) -> None:
+    """Over depth: peak accelerations of the run and its column, and the velocity of shear waves.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    found : Beside
+    """
+    profile, column = found.response.profile(), found.response.column
+    depth, peak = found.points
+    axes.plot(profile.acceleration, profile.depth, color=ORANGE, ls="--", label="1-D column")
+    axes.plot(peak, depth, "o", color=BLUE, ms=5, clip_on=False, label="this run", zorder=4)
+    most = 1.1 * max(float(profile.acceleration.max()), float(peak.max()))
+    axes.set(xlabel="peak acceleration (m/s²)", ylabel="depth (m)", xlim=(0, most),
+             ylim=(column.depth, 0))  # fmt: skip
+    waves = axes.twiny()
+    ends = np.cumsum([0.0, *(layer.thickness for layer in column.layers)])
+    speeds = [layer.shear_velocity for layer in column.layers]
+    waves.stairs(speeds, ends, orientation="horizontal", baseline=None, color=GREY, lw=1.1)
+    waves.set_xlabel("$V_s$ (m/s), grey", color=GREY, fontsize=9)
+    waves.set_xlim(0, 1.25 * max(speeds))
+    waves.tick_params(labelcolor=GREY, labelsize=8)
+    axes.legend(frameon=False, fontsize=8.5, loc="upper left", bbox_to_anchor=(0.0, -0.2), ncols=2)
+
+
+def draw_budget(axes: Axes, found: Budget) -> None:
+    """Where the energy is and has gone as stacked areas; what the audit leaves over apart."""
+    at = np.unique(np.linspace(0, len(found.time) - 1, _SAMPLES).astype(int))
+    time = found.time[at]
+    size, unit = in_unit(float(found.given.max(initial=0.0)), "J/m")
+    parts = [values[at] / size for values in found.parts.values()]
+    axes.stackplot(time, parts, labels=list(found.parts), colors=COLORS, alpha=0.75, lw=0)
+    axes.plot(time, found.given[at] / size, color=INK, lw=1.0, label="given")
+    end = float(time[-1]) or 1.0
+    axes.set(ylabel=f"energy ({unit})", xlim=(0, end), ylim=(0, None))
+    axes.tick_params(labelbottom=False)
+    legend_above(axes, 3)
+    rest = axes.inset_axes((0.0, -_RESIDUAL - 0.06, 1.0, _RESIDUAL))
+    most = float(abs(found.residual).max(initial=0.0))
+    size, unit = in_unit(most, "J/m")
+    rest.plot(time, found.residual[at] / size, color=INK, lw=0.8)
+    bound = most / size or 1.0
+    rest.set(xlim=(0, end), xlabel="time (s)", ylim=(-1.1 * bound, 1.1 * bound))
+    values = (-bound, 0, bound)
+    labels = [f"{value:.2g}".replace("-", "−") for value in values]
+    rest.set_yticks(values, labels=labels, fontsize=7)
+    rest.annotate(f"residual of the audit ({unit})", (0.01, 1.0), xycoords="axes fraction",
+                  va="top", fontsize=7.5, color=FAINT)  # fmt: skip
+
+
+def mean_step(history) -> float:
+    """The usual time between two samples, s."""
+    return float(history.time[-1] - history.time[0]) / (history.sizes["time"] - 1)
+
+
+def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
+    """Amplification of the run with what theory says of it."""
+    axes.plot(result.frequency, result.ratio, color=BLUE, lw=1.5, label="this run")
+    _smoothed(axes, result)
+    if discrete is not None:
+        label = "exact discrete theory of the model"
+        axes.plot(result.frequency, abs(discrete), color=INK, lw=1.1, ls=":", label=label)
+    _theory(axes, history, result)
+    peak = result.peak
+    axes.plot(peak.frequency, peak.amplitude, "o", color=BLUE, ms=5)
+    right = peak.frequency > 0.6 * result.frequency[-1]
+    axes.annotate(
+        f"{peak.amplitude:.2f} at {peak.frequency:.2f} Hz",
+        (peak.frequency, peak.amplitude),
+        xytext=(-10 if right else 10, -2),
+        ha="right" if right else "left",
+        textcoords="offset points",
+        fontsize=9.5,
+        color=INK,
+    )
+    axes.set(
+        xlabel="frequency (Hz)",
+        ylabel=f"{plain(result.surface)} / {plain(result.base)}",
+        xlim=(result.frequency[0], result.frequency[-1]),
+        ylim=(0, None),
+    )
+    legend_above(axes, 2)
+
+
+def curves_of(history) -> list[tuple]:
+    """Label, displacement (m), acceleration (m/s²) and look of what histories show.
+
+    Measured points, and what comes in through boundaries: one curve of several that are the same.
+    """
+    found = []
+    for name, color in zip(_liveliest(history), COLORS, strict=False):
+        point = history.sel(point=name)
+        axis = main_axis(point.velocity)
+        pair = (point[n].values[:, axis] for n in ("displacement", "acceleration"))
+        found.append((f"{name}, {'xy'[axis]}", *pair, {"color": color}))
+    seen = []
+    for name in history.boundary.values if "boundary" in history.coords else ():
+        boundary = history.sel(boundary=name)
+        axis = main_axis(boundary.incoming_velocity)
+        moved, acceleration = (
+            boundary[f"incoming_{n}"].values[:, axis] for n in ("displacement", "acceleration")
+        )
+        if any(np.allclose(moved, other, atol=_SAME * np.ptp(moved)) for other in seen):
+            continue
+        look = {"color": GREY, "ls": ("-", "--", ":")[len(seen) % 3], "zorder": 1.5}
+        found.append((f"incoming: {name}, {'xy'[axis]}", moved, acceleration, look))
+        seen.append(moved)
+    return found
+
+
+def _liveliest(history) -> list[str]:
+    """The measured points that move most."""
+    moved = np.ptp(history.displacement.values, axis=0).max(axis=-1)
+    order = np.argsort(-moved, kind="stable")[:_MOST_POINTS]
+    return [str(history.point.values[i]) for i in sorted(order)]
+
+
+def mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
+    """A line where each stage begins, every other stage shaded, names along the upper end."""
+    starts = scene.stage_starts()
+    if not starts:
+        return
+    ends = [begin for _, begin in starts[1:]] + [float(scene.data.time[-1])]
+    for i, ((name, begin), end) in enumerate(zip(starts, ends, strict=True)):
+        if i % 2:
+            axes.axvspan(begin, end, color=FAINT, alpha=0.12, lw=0, zorder=0)
+        if named and end > begin:
+            place = (begin, 1.0)
+            look = {"fontsize": 8, "color": FAINT, "va": "top", "ha": "left"}
+            fits = (end - begin) / (ends[-1] - starts[0][1]) > _LETTER * len(name)
+            look["rotation"] = 0 if fits else 90
+            axes.annotate(plain(name), place, xytext=(2, -2), xycoords=("data", "axes fraction"),
+                          textcoords="offset points", zorder=1, **look)  # fmt: skip
+
+
+def _smoothed(axes: Axes, result: Amplification) -> None:
+    """The curve smoothed, for the eye; the peak is read from the raw one."""
+    # Centres on the bins themselves, so that no window is empty, however coarse the spectrum.
+    centres = result.frequency[:: max(1, result.frequency.size // 300)]
+    curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
+    axes.plot(centres, curve, color=GREY, lw=1.0, label="smoothed, Konno–Ohmachi, b = 40")
+
+
+def _theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:
+    """The one-dimensional twin with the damping of the scheme and of the materials."""
+    try:
+        column = layered_twin(history, result.surface, result.base)
+    except ValueError:
+        return
+    time_step = float(history.time_step[-1])
+    scheme = run_scheme(history)
+    speed = column.depth / column.travel_time
+    damped = any(layer.damping for layer in column.layers)
+    uniform = len({(layer.shear_velocity, layer.density) for layer in column.layers}) == 1
+    if uniform and not damped:
+        damping = scheme_damping(result.frequency, time_step, scheme)
+        theory = damped_amplification(result.frequency, column.depth, speed, damping)
+    else:
+        theory = abs(column.scheme_transfer(result.frequency, time_step, integration=scheme))
+    label = "1-D theory, damping of the scheme" + " and the materials" * damped
+    axes.plot(result.frequency, np.asarray(theory), color=ORANGE, lw=1.2, ls="--", label=label)

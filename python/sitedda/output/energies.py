@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the energy of a run is, where it has gone, and what the audit leaves over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+# By role, as in `dda_energy`: groups of terms that are told together.
+STORED = {
+    "kinetic": ("kinetic",),
+    "elastic": ("strain", "welded", "contact", "support", "law"),
+    "raised against gravity": ("gravity",),
+}
+LOST = {
+    "lost by slip": ("friction",),
+    "by the time integration": ("algorithmic", "kinetic_damping", "static"),
+    "by damping": ("damping", "material_damping"),
+    "by impacts, fracture, yield": ("impact", "fracture", "yield", "plastic"),
+    "with removed blocks": ("removed",),
+}
+GAINED = ("initial", "input", "geometric", "changed", "zeroed", "dilation", "length")
+TERMS = (*(n for names in STORED.values() for n in names), *GAINED,
+         *(n for names in LOST.values() for n in names), "balance")  # fmt: skip
+_LEAST = 1e-3  # of what was given: less is told with others
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Energies over time, J/m, shape (samples,) each.
+
+    Attributes
+    ----------
+    time : ndarray
+        s
+    given : ndarray
+        Work done on the model and energy that gravity and others have set free.
+    parts : dict of ndarray
+        What it has become, by name, 0 or more: their sum is `given` plus `residual`.
+    residual : ndarray
+        What the audit leaves over.
+    """
+
+    time: np.ndarray
+    given: np.ndarray
+    parts: dict[str, np.ndarray]
+    residual: np.ndarray
+
+
+def budget(history: xr.Dataset) -> Budget:
+    """The energies of a run, those below 0 counted as given."""
+    zero = np.zeros(history.sizes["time"])
+
+    def sum_of(names) -> np.ndarray:
+        found = [history[f"energy_{n}"].values for n in names if f"energy_{n}" in history]
+        return np.sum(found, axis=0) if found else zero
+
+    parts, given = {}, zero.copy()
+    for name, terms in (STORED | LOST).items():
+        values = sum_of(terms)
+        given += np.maximum(-values, 0.0)
+        parts[name] = np.maximum(values, 0.0)
+    others = zero.copy()
+    for name in GAINED:
+        values = sum_of([name])
+        given += np.maximum(values, 0.0)
+        others += np.maximum(-values, 0.0)
+    least = _LEAST * float(given.max(initial=0.0))
+    small = [name for name, values in parts.items() if values.max(initial=0.0) <= least]
+    others += np.sum([parts.pop(name) for name in small], axis=0) if small else 0.0
+    if others.max(initial=0.0) > 0:
+        parts["others"] = others
+    return Budget(history["time"].values, given, parts, sum_of(["balance"]))

@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The style of every page and figure: colours of three schemes, figures, how they are saved.
+
+Figures are made and saved on a canvas of their own; the backend of matplotlib is left alone.  They
+are drawn in the colours of the light scheme; `dress` gives them those of another one.  Hues of
+lines are those of Okabe and Ito (2008), which are told apart by colour-blind readers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import contextmanager
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import Collection, PolyCollection
+from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Text
+from matplotlib.transforms import ScaledTranslation
+
+from ..base.files import written
+
+_NAMES = ("paper", "card", "ink", "faint", "rule", "link", "good", "bad", "middle", "force",
+          "pick", *(f"line{i}" for i in range(1, 9)))  # fmt: skip
+_LIGHT = ("#ffffff #f6f7f9 #1d2126 #5c6673 #dde1e7 #00609c #1b7f4b #b3261e #8a5a00 #c22316 "
+          "#d81b60 #0072b2 #d55e00 #009e73 #cc79a7 #b58900 #7a58b0 #4a90a4 #a05a2c")  # fmt: skip
+_DARK = ("#14171b #1d2127 #e7eaee #97a1af #333a44 #6cb8f0 #59c98c #ff8a80 #e8b44c #ff6f61 "
+         "#ff5c9d #5ab4f0 #ff9a4d #4fd1a5 #f0a6cf #e6c34a #b79df0 #7fd0e0 #d9a07a")  # fmt: skip
+SCHEMES = {name: dict(zip(_NAMES, colors.split(), strict=True))
+           for name, colors in (("light", _LIGHT), ("dark", _DARK))}  # fmt: skip
+SCHEMES["print"] = SCHEMES["light"] | {"card": "#ffffff", "ink": "#000000", "faint": "#404040",
+                                       "rule": "#bbbbbb"}  # fmt: skip
+PAPER, _, INK, FAINT, RULE = _LIGHT.split()[:5]
+FORCE, POINT = (SCHEMES["light"][name] for name in ("force", "pick"))
+COLORS = tuple(SCHEMES["light"][f"line{i}"] for i in range(1, 9))
+BLUE, ORANGE, GREEN, PINK, GOLD, PURPLE = COLORS[:6]
+RED, GREY = FORCE, FAINT
+STONES = ("#dccfb4", "#b4c4d4", "#d3b09a", "#bccbaa", "#c9bad6", "#e6d88f", "#a9adb3", "#9fcac2")
+COMPRESSION, TENSION = "#111111", "#ff2d2d"  # of principal stresses: seen on all blocks
+STONE, GROUND, FIELD = STONES[0], STONES[6], GOLD
+RESTING = "#c3c8ce"  # blocks whose value is no more than rounding
+BOLT, WATER = PURPLE, "#2f7fb8"
+JOINTS = ("#4a4f57", BLUE, ORANGE, GREEN, PINK, GOLD)
+MAGNITUDE, SIGNED = "viridis", "PuOr"
+# From light to strong, and neither as dark as outlines of blocks nor a hue of `MAGNITUDE`.
+JOINT_MAP = LinearSegmentedColormap.from_list(
+    "joints", ["#ffd9a8", "#ff8c42", "#e5352b", "#a3003f"]
+)
+
+
+def css_variables() -> str:
+    """The colours of all schemes as variables of a style sheet: dark screens, print in black."""
+    sheets = {
+        name: "".join(f"--{key}: {color}; " for key, color in scheme.items())
+        for name, scheme in SCHEMES.items()
+    }
+    return (
+        f":root {{ {sheets['light']}}}\n"
+        f"@media screen and (prefers-color-scheme: dark) {{ :root {{ {sheets['dark']}}} }}\n"
+        f"@media print {{ :root {{ {sheets['print']}}} }}\n"
+    )
+
+
+def new_figure(rows: int = 1, columns: int = 1, size=(9.0, 6.0), **options):
+    """A figure and its axes, as of `matplotlib.pyplot.subplots`, but of no window.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Of the grid of axes.
+    size : (float, float)
+        Inches.
+    **options
+        For `matplotlib.figure.Figure.subplots`; ``height_ratios`` and the like among them.
+    """
+    figure = empty_figure(size)
+    return figure, figure.subplots(rows, columns, **options)
+
+
+def empty_figure(size) -> Figure:
+    """A figure without axes, of a size in inches."""
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+@contextmanager
+def small_axes(figure: Figure, rows: int = 1, columns: int = 1, size=(6.6, 3.7), **options):
+    """The axes of an empty figure in the look of small pictures.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    rows, columns, size, **options
+        See `new_figure`.
+    """
+    small = {"font.size": 9.5, "axes.grid": True, "grid.color": RULE, "grid.linewidth": 0.7,
+             "axes.axisbelow": True, "legend.fontsize": 8.5, "lines.linewidth": 1.4,
+             "axes.titlesize": 10, "axes.titlelocation": "left"}  # fmt: skip
+    with matplotlib.rc_context(small):
+        figure.set_size_inches(size)
+        figure.set_layout_engine("constrained")
+        yield figure.subplots(rows, columns, **options)
+
+
+def canvas(columns: int = 2, rows: int = 1, size=(10.0, 4.2), **more):
+    """A figure and its axes, shape (rows × columns,)."""
+    figure, axes = new_figure(rows, columns, size, squeeze=False, **more)
+    return figure, axes.ravel()
+
+
+def dress(figure: Figure, scheme: str = "light") -> Figure:
+    """Give all axes of a figure the one look, in the colours of a scheme; the figure.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        Drawn in the colours of the light scheme, or of none.
+    scheme : {'light', 'dark', 'print'}
+    """
+    for axes in figure.findobj(lambda one: hasattr(one, "spines")):
+        _dress_axes(axes)
+    figure.set_facecolor(PAPER)
+    new = {SCHEMES["light"][name]: color for name, color in SCHEMES[scheme].items()}
+    new |= {"#000000": new[INK]}
+    for artist in figure.findobj(lambda one: isinstance(one, Text | Line2D | Patch | Collection)):
+        _recolor(artist, new)
+    return figure
+
+
+def _dress_axes(axes) -> None:
+    """No frame but the axes themselves, titles at the left, legends without a frame."""
+    bar = hasattr(axes, "_colorbar")
+    if not bar:
+        right = axes.yaxis.get_ticks_position() == "right"
+        axes.spines["top"].set_visible(False)
+        axes.spines["left" if right else "right"].set_visible(False)
+        axes.spines[["left", "bottom", "right"]].set_color(FAINT)
+        axes.tick_params(which="both", color=FAINT)
+    middle = axes.get_title("center")
+    if middle and not axes.get_title("left"):
+        axes.set_title(middle, loc="left", fontsize=10)
+        axes.set_title("", loc="center")
+    if legend := axes.get_legend():
+        legend.set_frame_on(False)
+
+
+def _recolor(artist, new: dict[str, str]) -> None:
+    """Colours of the light scheme that an artist has are those of another one."""
+
+    def other(color):
+        try:
+            return color if to_rgba(color)[3] == 0 else new.get(to_hex(color), color)
+        except (TypeError, ValueError):
+            return color
+
+    if isinstance(artist, Text):
+        artist.set_color(other(artist.get_color()))
+        for effect in artist.get_path_effects():
+            more = getattr(effect, "_gc", {})
+            more["foreground"] = other(more.get("foreground", PAPER))
+    elif isinstance(artist, Line2D):
+        artist.set_color(other(artist.get_color()))
+        artist.set_markerfacecolor(other(artist.get_markerfacecolor()))
+        artist.set_markeredgecolor(other(artist.get_markeredgecolor()))
+    elif isinstance(artist, Patch):
+        if artist.get_alpha() is None:
+            artist.set_edgecolor(other(artist.get_edgecolor()))
+            artist.set_facecolor(other(artist.get_facecolor()))
+    else:
+        edges = artist.get_edgecolor()
+        if artist.get_array() is None or isinstance(artist, PolyCollection):
+            artist.set_edgecolor([other(color) for color in edges] or "none")
+
+
+def save_picture(figure, file, reads: Iterable = (), scheme: str = "light", **options) -> Path:
+    """Save a figure of matplotlib, in the format of the ending (PNG if there is none); the file.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    file : path
+    reads : iterable of path
+        What the same command reads.
+    scheme : {'light', 'dark', 'print'}
+    **options
+        Of ``savefig``.
+    """
+    file = Path(file)
+    file = file if file.suffix else file.with_name(f"{file.name}.png")
+    with written(file, "a picture", reads) as beside:
+        dress(figure, scheme).savefig(beside, **options)
+    return file
+
+
+def draw_blocks(axes, polygons, color=STONE, edge=INK, alpha=1.0, lw=0.6, **more) -> None:
+    """Draw blocks to scale.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    polygons : sequence of array_like, shape (vertices, 2)
+        m.
+    color : color or sequence of colors
+        Of the faces, one for all or one for each.
+    edge : color
+    alpha : float
+        Opacity, 0 … 1.
+    lw : float
+        Width of the edges, points.
+    **more
+        For `matplotlib.collections.PolyCollection`.
+    """
+    axes.add_collection(
+        PolyCollection(
+            [np.asarray(polygon) for polygon in polygons],
+            facecolors=color,
+            edgecolors=edge,
+            linewidths=lw,
+            alpha=alpha,
+            **more,
+        )
+    )
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+
+
+def bare(axes) -> None:
+    """Take ticks and frame away, for drawings to scale."""
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.spines[:].set_visible(False)
+
+
+def slope_guide(axes, x, y, order: float, text: str) -> None:
+    """A dotted line of a given order through the last point of a log-log series."""
+    x = np.asarray(x, dtype=float)
+    axes.loglog(x, y[-1] * (x / x[-1]) ** order, ":", color=GREY, lw=1.2, label=text)
+
+
+def headline(figure: Figure, title: str, words: str = "") -> None:
+    """A title over all panels, at the left, with a fainter line under it."""
+    # The blank line of the title keeps the place of the words from the layout.
+    figure.suptitle(f"{title}\n" if words else title, x=0.01, ha="left", fontsize=13,
+                    fontweight="bold", color=INK)  # fmt: skip
+    under = figure.transFigure + ScaledTranslation(0, -0.22, figure.dpi_scale_trans)
+    figure.text(0.01, 0.99, words, transform=under, va="top", fontsize=9.5, color=FAINT)
+
+
+def legend_above(axes, columns: int = 3) -> None:
+    """The legend above the panel, where no data can be."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False,
+                fontsize=8.5, borderaxespad=0.2, handlelength=1.6, columnspacing=1.2)  # fmt: skip

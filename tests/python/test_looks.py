@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What pictures show: scales by area, rounding, joints, forces, schemes, and the kind of a run."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
+from model_text import tower
+from test_view import shaken_grid, sliding_blocks
+
+import sitedda
+from sitedda.drawing.forces import resultants
+from sitedda.drawing.quantities import limits, rounding
+from sitedda.numbers import UNITS, in_unit
+from sitedda.output.energies import budget
+from sitedda.pictures import draw
+from sitedda.plot import kind_of, run_picture
+from sitedda.scene import Scene
+from sitedda.style import INK, JOINT_MAP, RESTING, SCHEMES, dress
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> sitedda.Run:
+    from model_text import namelist
+
+    file = tmp_path_factory.mktemp("looks") / "slide.nml"
+    file.write_text(namelist(sliding_blocks()), encoding="utf-8")
+    return sitedda.run(file)
+
+
+@pytest.fixture
+def sliver() -> Scene:
+    """Sixty blocks of 1 m² that have moved by up to 0.6 mm, and one of 0.01 m² by 883 mm."""
+    data = shaken_grid(61, 2)
+    q = data.block_coordinates.values
+    q[1] = q[0]
+    q[1, :, 0] += 1e-5 * np.arange(61)
+    q[1, 60, 0] = q[0, 60, 0] + 0.883
+    corners = (data.vertices.values[0] - np.repeat(q[0, :, :2], 4, axis=0)).reshape(61, 4, 2)
+    corners[60] *= 0.1
+    for frame in (0, 1):
+        data.vertices.values[frame] = (q[frame, :, None, :2] + corners).reshape(-1, 2)
+    return Scene(data)
+
+
+def words_of(axes) -> str:
+    return axes.texts[-1].get_text()
+
+
+def bars_of(axes) -> list:
+    return [child for child in axes.child_axes if hasattr(child, "_colorbar")]
+
+
+def test_limits_leave_a_small_share_of_the_area_beyond_and_say_so():
+    area = np.ones(200)
+    values = np.linspace(0.0, 1.0, 200)
+    assert limits(values, area).high == 1.0 and not limits(values, area).above
+    values[7] = 40.0
+    found = limits(values, area)
+    assert found.high == pytest.approx(1.0, abs=0.01) and found.extend == "max"
+    area[7] = 5.0  # more than 1 % of the area is no outlier
+    assert limits(values, area).high == 40.0
+    both = limits([-3.0, 1.0, 2.0], [1.0, 1.0, 1.0], signed=True)
+    assert (both.low, both.high, both.extend) == (-3.0, 3.0, "neither")
+    assert limits(np.zeros((2, 3)), np.ones(3)).most == 0.0
+
+
+def test_one_sliver_does_not_set_the_scale_and_is_named(sliver):
+    axes = draw(sliver, color="displacement")
+    assert "beyond the scale: block 61 (0.01 m²) 883 mm" in words_of(axes)
+    (bar,) = bars_of(axes)
+    assert bar._colorbar.extend == "max"
+    assert bar._colorbar.vmax == pytest.approx(590.0)  # µm
+    assert bar.get_title(loc="left") == "displacement (µm)"
+
+
+def test_every_bar_has_three_ticks_and_no_power_of_ten_over_it(run):
+    for look in ({"contacts": "slip"}, {"color": "rotation"}, {"color": "velocity", "time": 0.1},
+                 {"color": "displacement_x"}, {"color": "tension"}):  # fmt: skip
+        axes = draw(run, **look)
+        axes.figure.canvas.draw()
+        for bar in bars_of(axes):
+            low, high = bar.get_ylim()
+            inside = [t for t in bar.get_yticks() if low <= t <= high]
+            assert len(inside) >= 3, look
+            assert bar.yaxis.get_offset_text().get_text() == ""
+
+
+def test_rounding_has_no_colours_and_nothing_no_bar(write_input):
+    """A stack at rest: velocities of rounding, and no joint that has opened."""
+    groups = [(n, {k: v for k, v in g.items() if not k.startswith("motion")})
+              for n, g in tower(steps=40, gravity=[0.0, -9.81], settle=True)
+              if n != "motion"]  # fmt: skip
+    run = sitedda.run(write_input(groups))
+    assert "at rest" in str(run.verdict)
+    axes = run.draw(color="velocity", contacts="opening")
+    assert bars_of(axes) == []
+    assert "at rest: velocity below" in words_of(axes) and "no opening of joints" in words_of(axes)
+    blocks = [c for c in axes.collections if len(c.get_facecolor()) > 0][0]
+    assert {to_hex(c) for c in blocks.get_facecolor()} == {RESTING}
+    figure = run_picture(run.history)
+    titles = [axes.get_title(loc="left") for part in figure.subfigs for axes in part.axes]
+    assert titles == ["The model", "Forces at the end"]
+
+
+def test_rounding_follows_what_drives_the_model(run):
+    scene = Scene.of(run)
+    moved = run.history.attrs["largest_displacement_m"]
+    assert rounding(scene)["m"] == pytest.approx(1e-9 * moved)
+
+
+def test_joints_that_move_more_are_wider_and_stronger_and_none_is_dark(run):
+    axes = draw(run, color="material", contacts="slip")
+    joints = next(c for c in axes.collections
+                  if isinstance(c, LineCollection) and c.get_array() is not None)  # fmt: skip
+    order = np.argsort(joints.get_array())
+    assert (np.diff(np.array(joints.get_linewidths())[order]) >= 0).all()
+    light = JOINT_MAP(np.linspace(0, 1, 20))[:, :3] @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(light) < 0).all() and light[-1] > 0.1
+
+
+def test_the_sense_of_slip_is_that_of_the_sides(run):
+    """The right block is left behind by the table, which is thrown to the right."""
+    scene, last = Scene.of(run), Scene.of(run).frames - 1
+    faces, moved = scene.interfaces, scene.displacement(last)
+    for k in np.flatnonzero(scene.joint_movement(last)[0] > 0.01):
+        along = faces.end[k] - faces.start[k]
+        apart = moved[faces.second[k]] - moved[faces.first[k]]
+        assert scene.joint_sense(last)[k] == np.sign(along @ apart)
+
+
+def test_what_presses_is_a_chain_in_ink_and_arrows_have_a_scale(run):
+    scene, last = Scene.of(run), Scene.of(run).frames - 1
+    *_, presses = resultants(scene, last, scene.vertices(last))
+    assert presses.all() and len(presses) == 2
+    axes = draw(run, contacts="chain", color="material")
+    lines = [c for c in axes.collections if isinstance(c, LineCollection)][-1]
+    assert {to_hex(c) for c in lines.get_colors()} == {INK}
+    axes = draw(run, contacts="force", color="material", arrows="displacement")
+    said = [t.get_text() for t in axes.findobj(lambda one: hasattr(one, "get_text"))]
+    assert any(re.match(r"contact force: [125]0* [kM]N/m", t) for t in said)
+    assert any(re.match(r"displacement: [125]0* mm", t) for t in said)
+
+
+def test_movement_since_a_stage_is_less_by_what_was_before(write_input):
+    from test_pictures import excavated
+
+    run = sitedda.run(write_input(excavated()))
+    scene = Scene.of(run)
+    from sitedda.drawing.quantities import quantity
+
+    since, last = scene.frame_at(None, "dig"), scene.frames - 1
+    moved = scene.displacement(last) - scene.displacement(since)
+    assert quantity(scene, "displacement_y", last, since) == pytest.approx(moved[:, 1])
+    axes = draw(run, color="displacement_y", since="dig")
+    assert axes.get_xlabel() == "x (m)"
+    with pytest.raises(sitedda.InputError, match="no frame of a stage"):
+        draw(run, since="never")
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_figure_has_the_colours_of_its_scheme(run, scheme):
+    figure = dress(run_picture(run.history), scheme)
+    figure.canvas.draw()
+    known = SCHEMES[scheme]
+    assert to_hex(figure.get_facecolor()) == known["paper"]
+    parts = [axes for part in figure.subfigs for axes in part.axes]
+    for axes in parts:
+        assert not axes.spines["top"].get_visible()
+        assert to_hex(axes.xaxis.label.get_color()) == known["ink"]
+        assert to_hex(axes.spines["bottom"].get_edgecolor()) == known["faint"]
+    picture = np.asarray(figure.canvas.buffer_rgba())[..., :3].mean(axis=2)
+    assert bool(np.median(picture) > 128) is (scheme != "dark")
+
+
+def test_the_picture_is_of_the_kind_of_the_run(root):
+    kinds = {"layered_site": "site", "wall": "shake", "slope": "shake", "arch": "forces",
+             "wedge": "forces", "toppling": "forces", "retaining_wall": "forces"}  # fmt: skip
+    for name, kind in kinds.items():
+        with sitedda.Simulation(root / f"inputs/{name}.nml") as simulation:
+            scene = Scene.of(simulation)
+            scene.data["time"] = "time", [0.0, 1.0]
+            assert kind_of(scene) == kind, name
+
+
+def test_energies_given_are_those_found(run):
+    found = budget(run.history)
+    assert sum(found.parts.values()) == pytest.approx(found.given + found.residual, rel=1e-9)
+    assert all((values >= 0).all() for values in found.parts.values())
+    assert {"kinetic", "lost by slip"} <= set(found.parts)
+
+
+def test_units_of_pages_are_those_of_pictures(root):
+    text = (root / "python/sitedda/drawing/view/words.js").read_text(encoding="utf-8")
+    table = re.search(r"const UNITS = ({.*?\n});", text, re.DOTALL)[1]
+    table = table.replace("180e-6 / Math.PI", repr(180e-6 / np.pi)).replace(",\n}", "\n}")
+    known = {unit: [list(one) for one in steps] for unit, steps in UNITS.items()}
+    assert json.loads(table) == known
+    assert in_unit(0.004, "m") == (1e-3, "mm") and in_unit(3.0, "s") == (1.0, "s")
+    assert in_unit(2e-6, "°")[1] == "µrad" and in_unit(0.5, "°") == (1.0, "°")
