@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -105,6 +106,25 @@ def test_what_has_no_limit_after_twins_have_parted_is_of_a_distribution():
     beyond = _beyond(found, 3.5, 3.0)
     assert beyond.doubt.startswith("beyond the horizon of 3 s, one of a distribution: 1, 1.1, 0.8")
     assert beyond.bar == found.bar
+    limit = _figures(Facts({}, 1, 0.0), [{"largest_slip_m": value} for value in (1.0, 1.1, 1.12)])
+    own = replace(limit["largest_slip_m"], decided=2.5)
+    assert _beyond(own, 2.0, 1.0) is own
+    assert _beyond(own, 3.0, 1.0).doubt == "beyond the horizon of 2.5 s, one of a distribution"
+
+
+@pytest.mark.parametrize("damping, words", [("", "the time integration alone"),
+                                            (", damping = 1e5", "at other times")])  # fmt: skip
+def test_what_does_not_converge_has_a_cause(write_input, damping, words):
+    file = write_input(SLIDE.replace("restitution = 0", f"tensile_strength = 0{damping}"))
+    values = {1.5e-2: 1.0, 7.5e-3: 1.1, 3.75e-3: 0.8}
+
+    def odd(run) -> float:
+        return values[round(run.history.time_step.values[-1], 6)]
+
+    found = sitedda.accuracy(file, odd, changes={"time_step": 1.5e-2}, workers=1)
+    assert words in found.cause
+    assert found.cause in str(found)
+    assert found.cause in found.doubts()[-1][1]
 
 
 def test_a_run_that_failed_has_counted_nothing():
@@ -116,7 +136,23 @@ def test_a_run_that_failed_has_counted_nothing():
 
 @pytest.mark.parametrize("share", [0.03, -0.2])
 def test_error_of_the_penalty(share):
-    assert penalty_error(2.0 + share, 2.0 + share / 4.0) == pytest.approx(abs(share), rel=1e-12)
+    assert penalty_error(2.0 + share, 2.0 + share / 2.0) == pytest.approx(abs(share), rel=1e-12)
+    assert penalty_error(2.0 + share, 2.0 + share / 4.0) == pytest.approx(1.5 * abs(share))
+
+
+def test_what_penalty_contacts_yield_needs_no_limit():
+    """A residual of 1e-8 m that 4 k_n makes a quarter of it is no movement of the model."""
+    runs = [{"residual_displacement_m": value} for value in (1.0e-8, 1.1e-8, 1.3e-8, 0.25e-8)]
+    found = _figures(Facts({}, 1, 1e9), runs)["residual_displacement_m"]
+    assert found.doubt == "no more than what penalty contacts yield"
+    assert found.bar == pytest.approx(3 * 0.2e-8 + 1.5e-8)
+
+
+def test_a_change_below_the_error_of_the_penalty_needs_no_limit():
+    runs = [{"largest_slip_m": value} for value in (1.0, 1.01, 1.025, 0.95)]
+    found = _figures(Facts({}, 1, 1e9), runs)["largest_slip_m"]
+    assert found.doubt == "the bar is of the penalty stiffness"
+    assert found.bar == pytest.approx(3 * 0.015 + 0.1)
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,14 @@
 """Bars of random sliding and rocking blocks, held against runs with steps 8 times finer.
 
 usage: error_bars.py [--pairs 120] [--seed 1] [-v]
+       error_bars.py --inputs INPUT.nml ...
 
 A pair is a block and a time step.  Each figure that moves (displacement, slip or tilt, at its
 largest and at the end, and the largest velocity) counts as inside where the run at Δt/8 lies within
 the bar, and as outside where it does not.  Figures that are said not to converge are counted apart.
+
+With --inputs the same is counted of all figures of inputs: which have no limit, by the reason that
+is given, and whether the others have the run at Δt/8 within their bars.
 """
 
 from __future__ import annotations
@@ -19,6 +23,8 @@ import tempfile
 from pathlib import Path
 
 import sitedda
+from sitedda.study.error_bars.figures import BEYOND, BLOW, OPEN
+from sitedda.study.error_bars.variants import facts_of, finer
 
 SLIDING = ("largest_displacement_m", "residual_displacement_m", "largest_slip_m",
            "largest_velocity_m_s")  # fmt: skip
@@ -73,13 +79,41 @@ def judged(file: Path, step: float, rocks: bool) -> dict[str, str]:
     return words
 
 
+def judge_inputs(files: list[Path]) -> int:
+    """Count for each input; status 1 where a figure is outside or too many have no limit."""
+    bad = 0
+    for file in files:
+        found = sitedda.accuracy(file, workers=2)
+        changes = finer(facts_of(file, {}), FINER).changes
+        truth = sitedda.run(file, changes=changes).verdict.values
+        words = {name: figure.doubt.partition(":")[0].partition(" of ")[0]
+                 for name, figure in found.figures.items()}  # fmt: skip
+        without = {w: sum(v == w for v in words.values()) for w in (OPEN, BLOW, BEYOND)}
+        outside = [
+            f"{name} {figure}, but {truth.get(name, 0.0):.6g} at Δt/{FINER}"
+            for name, figure in found.figures.items()
+            if words[name] not in without
+            and not abs(truth.get(name, 0.0) - figure.finest) <= figure.bar
+        ]
+        total = len(found.figures)
+        said = ", ".join(f"{n} {word}" for word, n in without.items() if n)
+        print(f"{file.name}: {total} figures, {total - sum(without.values()) - len(outside)} inside"
+              f"{', ' + said if said else ''}, {len(outside)} outside", flush=True)  # fmt: skip
+        print("".join(f"  {line}\n" for line in outside), end="", flush=True)
+        bad += len(outside) > 0 or 5 * (without[OPEN] + without[BLOW]) > total
+    return int(bad > 0)
+
+
 def main(arguments: list[str]) -> int:
     """Count; status 1 if fewer than nine of ten are inside."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pairs", type=int, default=120)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("-v", "--verbose", action="store_true")
+    parser.add_argument("--inputs", type=Path, nargs="+")
     options = parser.parse_args(arguments)
+    if options.inputs:
+        return judge_inputs(options.inputs)
     counts = {True: dict.fromkeys(("inside", "outside", "no bar"), 0)}
     counts[False] = dict(counts[True])
     with tempfile.TemporaryDirectory() as folder:

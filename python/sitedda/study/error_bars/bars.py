@@ -70,11 +70,15 @@ def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
 
 
 def penalty_error(figure: float, stiffer: float) -> float:
-    """Of a figure by its penalty stiffness k_n, from that with 4 k_n: r = r∞ + s/k_n.
+    """Of a figure by its penalty stiffness k_n, from that with 4 k_n.
+
+    Elastic contacts err by s/k_n.  Where contacts hit each other or begin to slip it is s/√k_n, as
+    the time in contact and its slip are; the bound is that of the latter, r = r∞ + s/√k_n, and
+    holds for both.
 
     Parameters
     ----------
     figure, stiffer : float
         With k_n and with 4 k_n, all else alike.
     """
-    return 4.0 / 3.0 * abs(figure - stiffer)
+    return 2.0 * abs(figure - stiffer)

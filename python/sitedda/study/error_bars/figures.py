@@ -19,7 +19,9 @@ _REST = 1e-9  # share of the largest value of a run below which one at its end i
 _NO_DRIFT = 1e-6
 _BLOW = 1.5  # by which each halving of the steps raises what has no limit
 _OF_BLOWS = ("force", "pga_", "sa_", "acceleration")  # figures that a rigid impact leaves no limit
+_STIFFER = (*_OF_BLOWS, "strain", "arias_")  # figures that stiff contacts raise
 BEYOND, BLOW, OPEN = "beyond the horizon", "grows as 1/Δt, a blow", "does not converge"
+YIELD = "no more than what penalty contacts yield"
 
 
 @dataclass(frozen=True)
@@ -107,12 +109,15 @@ class Accuracy:
         Time of the end of the run, s.
     bands : dict of Band
         Of figures over time, by their names; empty without an ensemble.
+    cause : str
+        Of figures that do not converge; blank if all do.
     """
 
     figures: dict[str, Figure]
     runs: dict[str, str] = field(default_factory=dict)
     end: float = math.nan
     bands: dict[str, Band] = field(default_factory=dict)
+    cause: str = ""
 
     def rows(self) -> list[tuple[str, ...]]:
         """The figures as texts under their heads, without columns that are blank."""
@@ -131,6 +136,7 @@ class Accuracy:
             )
             for row in rows
         ]
+        lines += [f"{OPEN}: {self.cause}"] if self.cause else []
         lines += [f"run {name}: {words}" for name, words in self.runs.items() if words]
         return "\n".join(line.rstrip() for line in lines)
 
@@ -151,6 +157,7 @@ class Accuracy:
             if figure.doubt:
                 groups.setdefault(figure.doubt.partition(":")[0], []).append(name)
         found = [("bars", f"{words}: {', '.join(names)}") for words, names in groups.items()]
+        found += [("bars", f"what {OPEN}: {self.cause}")] if self.cause else []
         return found + [("bars", f"run {n}: {words}") for n, words in self.runs.items() if words]
 
     def to_dict(self) -> dict:
@@ -159,6 +166,7 @@ class Accuracy:
             "figures": {name: asdict(figure) for name, figure in self.figures.items()},
             "runs": self.runs,
             "end_s": self.end,
+            "cause": self.cause,
         }
 
 
@@ -217,13 +225,15 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float) -
         return Figure(name, numbers[0], numbers[-1], spread, math.nan, math.nan, 0.0, doubt)
     if not all(map(math.isfinite, numbers)):
         doubt = "no bar: not all runs have it"
-    elif not bar.converges:
+    elif math.isnan(penalty):
+        doubt = "no bar: the run with 4 k_n has none of it"
+    elif penalty >= abs(numbers[-1]) and not any(map(name.__contains__, _STIFFER)):
+        doubt = YIELD
+    elif not bar.converges and not bar.half <= penalty:
         a, b, c = map(abs, numbers)
         grows = b > _BLOW * a and c > _BLOW * b
         why = BLOW if grows and any(map(name.__contains__, _OF_BLOWS)) else OPEN
         doubt = f"{why}: {', '.join(map(number, numbers))} at Δt, Δt/2, Δt/4"
-    elif math.isnan(penalty):
-        doubt = "no bar: the run with 4 k_n has none of it"
     elif penalty > max(bar.half, 10 * SMALL * abs(numbers[-1])):
         doubt = "the bar is of the penalty stiffness"
     return Figure(name, numbers[0], numbers[-1], half, bar.extrapolated, bar.order, penalty, doubt)

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...base.numbers import number
-from .figures import BEYOND, OPEN, Band, Figure, is_count
+from .figures import BEYOND, OPEN, YIELD, Band, Figure, is_count
 from .variants import ENSEMBLE, RUN, TWIN
 
 APART = 0.01  # of the largest value of a figure, from which on it is another one
@@ -140,12 +140,19 @@ def _reached(name: str, table) -> float:
 
 
 def _beyond(figure: Figure, reached: float, first: float) -> Figure:
-    """Say of a figure without a limit that it is of a time at which twins have parted."""
+    """Say of a figure that it is of a time at which twins have parted.
+
+    One without a limit is judged by the `first` of all partings, others by their own.
+    """
     words, between, numbers = figure.doubt.partition(":")
-    if reached <= first or not (words == OPEN or is_count(figure.name) and words):
+    if is_count(figure.name):
+        until = first if words else math.inf
+    else:
+        until = {OPEN: first, YIELD: math.inf}.get(words, figure.decided)
+    if not reached > until:
         return figure
-    where = f"{BEYOND} of {number(first, 3)} s, one of a distribution"
-    return replace(figure, doubt=f"{where}{between}{numbers}")
+    where = f"{BEYOND} of {number(until, 3)} s, one of a distribution"
+    return replace(figure, doubt=f"{where}{between}{numbers}" if words == OPEN else where)
 
 
 def _spread(figure: Figure, values: np.ndarray) -> Figure:

@@ -60,7 +60,8 @@ def kept_accuracy(attributes: Mapping) -> Accuracy | None:
     try:
         found = json.loads(text, parse_constant=float)
         figures = {name: Figure(**_with_nan(values)) for name, values in found["figures"].items()}
-        return Accuracy(figures, found["runs"], _with_nan({"end": found["end_s"]})["end"])
+        end = _with_nan({"end": found["end_s"]})["end"]
+        return Accuracy(figures, found["runs"], end, cause=found.get("cause", ""))
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise OutputError(f"the output is damaged: its attribute {ATTRIBUTE}") from None
 

@@ -8,12 +8,19 @@ from collections.abc import Callable, Mapping
 
 from ...base.errors import SiteddaError
 from .bars import bar_of_steps, penalty_error
-from .figures import Accuracy, Figure, figure_of, is_count, is_figure
+from .figures import OPEN, Accuracy, Figure, figure_of, is_count, is_figure
 from .horizon import bands_of, with_horizons
 from .variants import RUN, TWIN, Facts, Variants, facts_of, finer, stiffer, twin
 from .variants import ensemble as twins_of
 
 STEPS = (1, 2, 4)  # that Δt is divided by
+# Of what does not converge, by whether something but the time integration damps.
+_CAUSES = (
+    "vibrations of blocks and contacts have the damping of the time integration alone, which falls "
+    "with Δt, and they change friction and impacts; &joint damping or &material rayleigh_beta "
+    "gives them one of their own",
+    "contacts slip, open and hit at other times with each time step",
+)
 
 
 def accuracy(
@@ -61,9 +68,9 @@ def accuracy(
 
     Notes
     -----
-    The bar is that of `sitedda.error_bars.bars.bar_of_steps`, with 4/3 of the change that stiffer
-    contacts make: r(k_n) = r∞ + s/k_n.  A twin, of which one block is displaced by 1e-9 of its
-    size, tells until when a figure is decided, see `sitedda.error_bars.horizon`.
+    The bar is that of `sitedda.error_bars.bars.bar_of_steps`, with twice the change that stiffer
+    contacts make: r(k_n) = r∞ + s/√k_n at worst.  A twin, of which one block is displaced by 1e-9
+    of its size, tells until when a figure is decided, see `sitedda.error_bars.horizon`.
     """
     from ..api import study
 
@@ -87,7 +94,10 @@ def accuracy(
         words[name] = str(run.message.values) or str(run.warning.values)
     figures = _figures(facts, _numbers(table.sel(variant=names)))
     end = float(table.look.values[-1]) if "look" in table else math.nan
-    return Accuracy(with_horizons(figures, table), words, end, bands_of(table))
+    figures = with_horizons(figures, table)
+    open_ones = any(figure.doubt.startswith(OPEN) for figure in figures.values())
+    cause = _CAUSES[facts.is_damped] if open_ones else ""
+    return Accuracy(figures, words, end, bands_of(table), cause)
 
 
 def _numbers(table) -> list[dict[str, float]]:

@@ -10,6 +10,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
+from ...engine.damping import damping_of
 from ...engine.simulation import Simulation
 from ...input.input_text import input_values
 
@@ -78,6 +79,13 @@ class Facts:
     def is_dynamic(self) -> bool:
         """Some stage is."""
         return any(_is_dynamic(one) for one in self.groups.get("stage", [{}]))
+
+    @property
+    def is_damped(self) -> bool:
+        """Materials or joints damp; else the time integration alone does."""
+        return any(map(damping_of, self.groups.get("material", []))) or any(
+            joint.get("damping", 0.0) > 0.0 for joint in self.groups.get("joint", [])
+        )
 
 
 def facts_of(model, changes: Mapping) -> Facts:
