@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is made of schema.txt: table and readers of the engine, methods of `Model`, a page of docs.
 
-python make_schema.py table|groups|python|made|page schema.txt OUTPUT
+python make_schema.py table|groups|python|page schema.txt OUTPUT
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ KIND = re.compile(r"(real|integer|logical|name|word|text|points)(?:\((\d+)\))?")
 NUMBERS = ("real", "integer", "points")
 NEXT, NEW_LINE = ", &\n      ", "\n      "  # between parts of a list, and statements, of Fortran
 BLANK = "''"
-LINES = ",\n            "
 RANGE = re.compile(r"(\S+) to (\S+)|above (0)|at least (\S+)|any")
 
 
@@ -283,12 +282,16 @@ def python(groups: list[Group]) -> str:
         flags = f"{group.name!r}, {group.meaning!r}, {group.repeats}, {group.built}"
         table += f"    {group.name!r}: Group({flags}, {group.example!r}, (\n{rows}    )),\n"
     methods = "".join(method(group) for group in groups if group.name != "run")
+    values = "".join(values_of(group) for group in groups if group.built)
     return f'''# Made from schema.txt by make_schema.py.
-"""The groups of the input and their variables, and the methods of `Model` that add them."""
+"""The groups of the input: their variables, the methods of `Model` that add them, and the values of
+those that become blocks."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from .values import Values
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -296,7 +299,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike as Points
     from numpy.typing import ArrayLike as Numbers
 
-    from .model import Group as Added
+    from ..build.model import Group as Added
 
 
 class Variable(NamedTuple):
@@ -332,7 +335,7 @@ class Groups:
     """Every group of the input, as `Model` has it."""
 
     __slots__ = ()
-{methods}'''
+{methods}{values}'''
 
 
 def method(group: Group) -> str:
@@ -402,24 +405,6 @@ def described(variable: Variable) -> str:
     return f"{text} ({variable.default})."
 
 
-def made(groups: list[Group]) -> str:
-    """The module `sitedda.build.made`."""
-    return '''# SPDX-License-Identifier: GPL-3.0-or-later
-# Made from fortran/input/schema.txt by fortran/input/make_schema.py.
-"""The values of groups that become blocks, with their defaults."""
-
-from __future__ import annotations
-
-from dataclasses import dataclass
-from typing import ClassVar
-
-from numpy.typing import ArrayLike as Numbers
-from numpy.typing import ArrayLike as Points
-
-from .values import Values
-''' + "".join(map(values_of, filter(lambda group: group.built, groups)))
-
-
 def values_of(group: Group) -> str:
     """The class of the values of a group; points from a file are read before."""
     own = [v for v in group.variables if v.part != "points_file"]
@@ -428,10 +413,8 @@ def values_of(group: Group) -> str:
     fields = "".join(
         f"    {v.name}: {'str' if v.base == 'word' else hint(v)} | None = {value(v)}\n" for v in own
     )
-    rows = "".join(map(row, own))
     return f'''
 
-@dataclass(kw_only=True)
 class {"".join(map(str.capitalize, group.name.split("_")))}Values(Values):
     """&{group.name}: {group.meaning}.
 
@@ -439,27 +422,15 @@ class {"".join(map(str.capitalize, group.name.split("_")))}Values(Values):
     ----------
 {described_all(own, 4)}    """
 
-    group: ClassVar[str] = {quoted(group.name)}
-    from_file: ClassVar[str] = {quoted(from_file)}
-    variables: ClassVar[tuple[tuple[str, str, int, bool, str], ...]] = (
-{rows}    )
-
+    group = {quoted(group.name)}
+    from_file = {quoted(from_file)}
+    variables = GROUPS[group].variables
 {fields}'''
 
 
 def quoted(text: str) -> str:
     """A text of Python."""
     return f'"{text}"'
-
-
-def row(variable: Variable) -> str:
-    """What a variable is, as its values are checked."""
-    parts = [quoted(variable.name), quoted(variable.base), str(variable.size)]
-    parts += [str(variable.default == "required"), quoted(variable.values)]
-    line = f"        ({', '.join(parts)}),\n"
-    return (
-        line if len(line) <= 101 else f"        (\n            {LINES.join(parts)},\n        ),\n"
-    )
 
 
 def value(variable: Variable) -> str:
@@ -512,5 +483,5 @@ def section(group: Group) -> str:
 
 if __name__ == "__main__":
     what, source, target = sys.argv[1:]
-    make = {"table": table, "groups": groups, "python": python, "made": made, "page": page}[what]
+    make = {"table": table, "groups": groups, "python": python, "page": page}[what]
     Path(target).write_text(make(read(Path(source))), encoding="utf-8")

@@ -11,12 +11,12 @@ from types import ModuleType
 
 PACKAGES = {
     "base": "arguments errors files numbers reading stop",
-    "build": "cutting importing masonry meshing",
+    "build": "building cutting importing masonry meshing",
     "commands": "command",
     "drawing": "boundary_marks movie pictures view",
     "engine": "checking damping maxima records scheme signals spectra",
     "facade": "model plot",
-    "input": "block_file building changes examples groups input_text schema",
+    "input": "block_file changes examples groups input_text schema",
     "output": "response scene verdict vtk",
     "report": "style",
     "site": "column",

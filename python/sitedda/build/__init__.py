@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makers of blocks: joints that cut, masonry, cells, outlines of other programs."""
+"""The input as a `Model`; makers of its blocks: joints that cut, masonry, cells, outlines."""

@@ -8,7 +8,7 @@ import shapely
 from shapely.ops import split
 
 from ..base.errors import InputError
-from . import made
+from ..input import schema
 from .meshing.settings import Mesh
 
 # Stiffness of ties over that of a cell: softer ones add their compliance to the ground, and stiffer
@@ -19,7 +19,7 @@ _ANGLE = 45.0  # degrees
 _LARGEST_RATIO = 0.49  # of Poisson: ties of stiffer ground are as stiff as those of this one
 
 
-class Ground(made.GroundValues):
+class Ground(schema.GroundValues):
     """A body of cells around a core, in one piece below it or one on each side."""
 
     def _check(self) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError
-from . import made
+from ..input import schema
 from .profile import Ground, SoilProfile, read_soil_profile
 
 _CELLS = 12  # in the length of S waves of the highest frequency
@@ -19,7 +19,7 @@ _STRENGTH = 1e12  # Pa, of welds
 _ANGLE = 45.0  # degrees
 
 
-class LayeredGround(made.ProfileValues):
+class LayeredGround(schema.ProfileValues):
     """Level ground from a file of velocities over depth."""
 
     def groups(self, folder: Path, others) -> tuple[list[tuple[str, dict]], list[str]]:

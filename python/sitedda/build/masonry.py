@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.errors import InputError
-from . import made
+from ..input import schema
 
 MOST_BLOCKS = 100_000  # of one structure
 
@@ -77,7 +77,7 @@ def _numbered(name: str, polygons, material: str, joint: str) -> list[Stone]:
     return [Stone(f"{name}_{i}", one, material, joint) for i, one in enumerate(polygons, 1)]
 
 
-class Arch(made.ArchValues):
+class Arch(schema.ArchValues):
     """An arch of straight-sided voussoirs, cut at right angles to its centre line."""
 
     def _check(self) -> None:
@@ -147,7 +147,7 @@ class Arch(made.ArchValues):
         return np.array(corners if outer[0] > inner[0] else corners[::-1])
 
 
-class Pier(made.PierValues):
+class Pier(schema.PierValues):
     """A pier of courses in running bond."""
 
     def _check(self) -> None:
@@ -162,7 +162,7 @@ class Pier(made.PierValues):
         return _numbered(self.name, (stone for _, stone in laid), self.material, self.joint)
 
 
-class Lintel(made.LintelValues):
+class Lintel(schema.LintelValues):
     """A beam over an opening."""
 
     def blocks(self) -> list[Stone]:
@@ -172,7 +172,7 @@ class Lintel(made.LintelValues):
         return [Stone(self.name, beam, self.material, self.joint)]
 
 
-class Colonnade(made.ColonnadeValues):
+class Colonnade(schema.ColonnadeValues):
     """Columns of drums, with capitals and beams if wanted; outer beams end flush."""
 
     def _check(self) -> None:
@@ -211,7 +211,7 @@ class Colonnade(made.ColonnadeValues):
             yield _rectangle(left, low, right + (over if last else 0.0), low + self.beam_height)
 
 
-class RetainingWall(made.RetainingWallValues):
+class RetainingWall(schema.RetainingWallValues):
     """A wall of courses in running bond with an upright back and a battered face."""
 
     def _check(self) -> None:
@@ -227,7 +227,7 @@ class RetainingWall(made.RetainingWallValues):
         return _numbered(self.name, (stone for _, stone in laid), self.material, self.joint)
 
 
-class MultiLeafWall(made.MultiLeafWallValues):
+class MultiLeafWall(schema.MultiLeafWallValues):
     """Two leaves of stones with a core between them, seen in section."""
 
     def _check(self) -> None:

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..base.errors import InputError
-from . import made
+from ..input import schema
 from .cutting.distributions import uniform
 from .masonry import MOST_BLOCKS
 
@@ -21,7 +21,7 @@ _SAME = 1e-9  # of the wall, of levels that are one
 _HEIGHT, _LENGTH = 1, 2  # streams of random numbers
 
 
-class Opening(made.OpeningValues):
+class Opening(schema.OpeningValues):
     """A door, a window or a niche in a wall."""
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
@@ -118,7 +118,7 @@ class Opening(made.OpeningValues):
         return found
 
 
-class MasonryWall(made.MasonryWallValues):
+class MasonryWall(schema.MasonryWallValues):
     """A wall of courses, seen from the front."""
 
     def _check(self) -> None:

@@ -23,7 +23,7 @@ def add_build(parser: argparse.ArgumentParser) -> None:
 
 
 def _build(options: argparse.Namespace) -> int:
-    from ..input.building import build_file, summary
+    from ..build.building import build_file, summary
 
     output, built = build_file(options.file, options.output, options.block_file)
     print(summary(built))

@@ -18,8 +18,8 @@ from ..base.arguments import Range
 from ..base.core import FILES, api, checked, engine_names
 from ..base.errors import InputError, OutputError, SiteddaError
 from ..base.stop import Stop, program_hears
+from ..build.building import built_text, opened_input
 from ..input.added_stage import PresentStage, with_stage
-from ..input.building import built_text, opened_input
 from ..input.changes import BETWEEN_STEPS, changed_input, flat_changes, in_words
 from ..input.groups import checked as checked_value
 from ..input.groups import group_text

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
+from ..build import model
+from ..build.model import Group
 from ..engine.checking import check
-from ..input import model
-from ..input.model import Group
 from .run import run
 
 __all__ = ["Group", "Model"]

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import SiteddaError
+from ..build.building import InputOfRun
 from ..drawing.pictures import draw
 from ..drawing.view import BUDGET, view
 from ..engine.checking import Report, check, check_table
-from ..input.building import InputOfRun
 from ..input.schema import GROUPS
 from ..output.response import amplifications
 from ..output.scene import Scene

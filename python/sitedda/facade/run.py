@@ -12,10 +12,10 @@ from pathlib import Path
 
 from ..base.errors import AuditWarning, PeakWarning
 from ..base.stop import SIGNALS, Stop
+from ..build.building import InputOfRun
 from ..drawing.ended_run import EndedRun
 from ..engine import simulation
 from ..engine.simulation import run_to_end
-from ..input.building import InputOfRun
 from ..input.changes import flat_changes
 
 

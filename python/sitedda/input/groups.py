@@ -6,27 +6,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from functools import cache
-from importlib import import_module
 
 import numpy as np
 
 from ..base.errors import InputError
-from ..build.values import points_of
 from .input_text import UNSET, Found
 from .schema import GROUPS, Variable
+from .values import points_of
 
 # Kinds of values: text, texts, number, numbers, points (x, y, x, y …), whole (number), logical.
 _KINDS = {"name": "text", "word": "text", "text": "text", "real": "number", "integer": "whole"}
 _KINDS |= {"logical": "logical", "points": "points"}
 _LARGEST = 2**53 - 1  # of whole numbers, which are read as floating-point numbers
-
-# Groups that stand for others, made or not: the module and the class of each.
-COMPOSED = {
-    "masonry_wall": ("build.wall", "MasonryWall"),
-    "opening": ("build.wall", "Opening"),
-    "profile": ("build.layered", "LayeredGround"),
-    "ground": ("build.ground", "Ground"),
-}
 
 
 @cache
@@ -50,28 +41,6 @@ def _kind(variable: Variable) -> str:
 def is_made(name: str) -> bool:
     """Whether a group is turned into blocks before the engine reads the input."""
     return name in GROUPS and GROUPS[name].built
-
-
-def composed(
-    name: str, values: dict, folder, others: list[tuple[str, dict]]
-) -> tuple[list[tuple[str, dict]], list[str]]:
-    """The groups that one of `COMPOSED` stands for, names and variables; and notes on them.
-
-    Parameters
-    ----------
-    name : str
-        Of the group.
-    values : dict
-        Its variables.
-    folder : path
-        That file names are relative to.
-    others : list of (str, dict)
-        All groups of the input.
-    """
-    module, made = COMPOSED[name]
-    thing = getattr(import_module(f"..{module}", __package__), made)(**values)
-    found, notes = thing.groups(folder, others)
-    return [(kind, {n: checked(kind, n, v) for n, v in one.items()}) for kind, one in found], notes
 
 
 def nearest(word: str, known) -> str:

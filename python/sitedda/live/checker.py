@@ -74,8 +74,8 @@ def main() -> None:
     """Check the input that stands on the standard input."""
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
     from ..base.errors import SiteddaError
+    from ..build.building import InputOfRun
     from ..engine.checking import check
-    from ..input.building import InputOfRun
 
     text = sys.stdin.buffer.read().decode("utf-8", "surrogateescape")
     try:

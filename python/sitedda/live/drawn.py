@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..build.building import InputOfRun
 from ..drawing.view import view
 from ..engine.simulation import Simulation
-from ..input.building import InputOfRun
 from ..output.scene import Scene
 
 _ALIGNED = 8  # bytes: typed arrays of the browser begin at multiples of their size

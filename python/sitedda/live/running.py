@@ -20,9 +20,9 @@ from pathlib import Path
 
 from ..base.core import api
 from ..base.errors import InterruptedRun, SiteddaError
+from ..build.building import InputOfRun
 from ..engine.simulation import Simulation
 from ..input.added_stage import PresentStage, with_stage
-from ..input.building import InputOfRun
 from ..input.changes import Typed
 from .drawn import draw_simulation
 from .frames import Frames, frame_message

@@ -145,7 +145,7 @@ class Session:
 
     def open_file(self, file: Path) -> None:
         """Open an input."""
-        from ..input.building import read_input
+        from ..build.building import read_input
 
         self.open_text(read_input(file), file)
 

@@ -23,7 +23,7 @@ from scipy.sparse import block_array, coo_array, diags_array
 
 from ..base.core import engine_names
 from ..base.errors import ConvergenceError, InputError
-from ..input.model import Model
+from ..build.model import Model
 from ..output.scene import Scene, is_netcdf
 from .safety import _verdicts
 from .strength import released, static_model

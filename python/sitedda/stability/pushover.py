@@ -19,8 +19,8 @@ import numpy as np
 
 from ..base.arguments import COUNT, POSITIVE
 from ..base.errors import ConvergenceError, InputError, SolverError
+from ..build.model import Model
 from ..engine.simulation import Simulation
-from ..input.model import Model
 from ..output.scene import Scene
 from .bodies import Bodies
 from .safety import _verdicts

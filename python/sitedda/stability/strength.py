@@ -11,10 +11,10 @@ import numpy as np
 
 from ..base.core import engine_names, reduced_joint
 from ..base.errors import ConvergenceError, SolverError
+from ..build.model import Group, Model
 from ..engine.simulation import Simulation
 from ..input.changes import changed_input
 from ..input.groups import group_text
-from ..input.model import Group, Model
 
 _TIMED = ("base_motion_x", "base_motion_y", "motion_x", "motion_y")
 _TIME_ZERO = {
@@ -61,7 +61,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     changes : mapping, optional
         Variables to change first, see `sitedda.changes.changed_input`.
     """
-    from ..input.building import opened_input
+    from ..build.building import opened_input
 
     with opened_input(source) as (file, text):
         model = Model.from_namelist(changed_input(text, changes or {}, file=file), file)

@@ -19,7 +19,7 @@ from ..base import core as engine
 from ..base.errors import InputError, SiteddaError
 from ..base.files import make_folder, plain_text
 from ..base.reading import read_bounded
-from ..input.building import opened_input
+from ..build.building import opened_input
 from ..input.changes import changed_input, flat_changes, with_files
 from ..input.input_text import Found
 from .axes import Axis, axes_of

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from ..base.errors import InputError, OutputError, SiteddaError
 from ..base.files import plain_text
-from ..input.building import built_text, needs_building
+from ..build.building import built_text, needs_building
 from .plan import Plan
 from .store import INPUT, PART, case_folder, write_whole
 

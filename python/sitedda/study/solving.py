@@ -17,7 +17,7 @@ import numpy as np
 
 from ..base.arguments import TOLERANCE, Range
 from ..base.errors import InputError, InterruptedRun, NoRootError, SiteddaError
-from ..input.building import InputOfRun, opened_input
+from ..build.building import InputOfRun, opened_input
 from ..input.changes import changed_input, with_files
 from .axes import short_names
 from .quantities import Quantity, measure, quantities_of, returned

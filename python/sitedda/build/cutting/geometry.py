@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...base.errors import InputError
-from .. import made
-from ..values import points_of
+from ...input import schema
+from ...input.values import points_of
 from .distributions import check_distribution, draw, draw_lengths, uniform
 
 MOST_JOINTS = 2_000_000  # segments of all joints together
@@ -36,28 +36,28 @@ def _chain(points) -> np.ndarray:
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-class Region(made.RegionValues):
+class Region(schema.RegionValues):
     """A polygon to be cut into blocks."""
 
     def _check(self) -> None:
         self.outline = outline_of("outline", self.outline)
 
 
-class Hole(made.HoleValues):
+class Hole(schema.HoleValues):
     """A polygon that is left empty."""
 
     def _check(self) -> None:
         self.outline = outline_of("outline", self.outline)
 
 
-class Excavation(made.ExcavationValues):
+class Excavation(schema.ExcavationValues):
     """A polygon whose outline cuts blocks that a later stage can remove."""
 
     def _check(self) -> None:
         self.outline = outline_of("outline", self.outline)
 
 
-class Tunnel(made.TunnelValues):
+class Tunnel(schema.TunnelValues):
     """A hole of a usual shape: an ellipse, upright walls under half of one, or a box."""
 
     def _check(self) -> None:
@@ -81,7 +81,7 @@ class Tunnel(made.TunnelValues):
         return corners + self.centre
 
 
-class Surface(made.SurfaceValues):
+class Surface(schema.SurfaceValues):
     """A line from left to right across the regions, below which another material may begin."""
 
     def _check(self) -> None:
@@ -102,7 +102,7 @@ class Surface(made.SurfaceValues):
         return np.interp(places[:, 0], *self.points.T) > places[:, 1]
 
 
-class JointLine(made.JointLineValues):
+class JointLine(schema.JointLineValues):
     """A single joint, or a fault, as a chain of straight pieces."""
 
     def _check(self) -> None:
@@ -117,7 +117,7 @@ class JointLine(made.JointLineValues):
         return len(self.points) - 1
 
 
-class JointSet(made.JointSetValues):
+class JointSet(schema.JointSetValues):
     """Parallel joints, or joints that are so on average.
 
     Joints are drawn from the origin outwards, each line from numbers of its own: with the same
@@ -250,7 +250,7 @@ def _placed(origin, ends, p: float, turns, along, across) -> np.ndarray:
     return np.stack([foot - arm, foot + arm], axis=1)
 
 
-class Voronoi(made.VoronoiValues):
+class Voronoi(schema.VoronoiValues):
     """Random polygons."""
 
     def expected(self, radius: float) -> float:
@@ -307,5 +307,5 @@ def _middles(diagram, count: int) -> np.ndarray:
     return np.where(area[:, None] > 0, moment / np.maximum(area, 1e-300)[:, None], points[:count])
 
 
-class Cutting(made.CuttingValues):
+class Cutting(schema.CuttingValues):
     """How joints become blocks, and what is done with slivers."""

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from ...base.errors import InputError
-from .. import made
+from ...input import schema
 
 IN_A_WAVE = 12  # cells in the length of a shear wave
 
 
-class Mesh(made.MeshValues):
+class Mesh(schema.MeshValues):
     """Blocks that become bodies of welded cells."""
 
     def _check(self) -> None:

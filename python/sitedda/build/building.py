@@ -12,18 +12,19 @@ from dataclasses import dataclass, field
 from functools import cache
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..base.errors import InputError
 from ..base.files import OWN_INPUT, is_same, write
 from ..base.reading import read_bounded
-from ..build.values import Values
-from .block_file import LARGE, write_block_file
-from .changes import with_files
-from .groups import COMPOSED, composed, group_text, is_made, nearest, read_values
-from .input_text import Found, find_groups
-from .schema import GROUPS
+from ..input.block_file import LARGE, write_block_file
+from ..input.changes import with_files
+from ..input.groups import checked, group_text, is_made, nearest, read_values
+from ..input.input_text import Found, find_groups
+from ..input.schema import GROUPS
+from ..input.values import Values
 
 _NAMED = ("material", "joint", "region")  # groups that others name
 _ANY = re.compile(
@@ -36,17 +37,17 @@ _LARGEST = 2**30  # bytes of an input, as in the engine
 
 
 @cache
-def kinds() -> dict[str, type[Values]]:
+def kinds() -> dict[str, Any]:
     """What makes blocks of each group; here a new module is registered."""
-    from ..build import masonry
-    from ..build.cutting import geometry
-    from ..build.meshing import settings
+    from . import ground, layered, masonry, wall
+    from .cutting import geometry
+    from .meshing import settings
 
     return {
         one.group: one
-        for module in (geometry, masonry, settings)
+        for module in (geometry, masonry, settings, wall, layered, ground)
         for one in vars(module).values()
-        if hasattr(one, "group")
+        if isinstance(one, type) and issubclass(one, Values) and one.group
     }
 
 
@@ -100,7 +101,7 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     parts: dict[str, list] = defaultdict(list)
     meshes, first, places = [], "", {}
     for name, values, place in made:
-        if name in COMPOSED:
+        if _is_composed(name):
             continue
         try:
             if name == "mesh":
@@ -131,15 +132,21 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     return built
 
 
+def _is_composed(name: str) -> bool:
+    """Whether a group stands for others, made or not."""
+    return hasattr(kinds().get(name), "groups")
+
+
 def _composed(built: Built, pieces: list[dict], groups, folder) -> list[tuple[str, dict, str]]:
     """The groups that composed ones stand for; blocks among them are pieces."""
     found: list[tuple[str, dict, str]] = []
     every = [(name, values) for name, values, _ in groups]
     for name, values, place in groups:
-        if name not in COMPOSED:
+        if not _is_composed(name):
             continue
         try:
-            made, notes = composed(name, values, folder, every)
+            made, notes = kinds()[name](**values).groups(folder, every)
+            made = [(k, {n: checked(k, n, v) for n, v in one.items()}) for k, one in made]
         except InputError as error:
             raise _placed(place, error) from None
         except TypeError:
@@ -154,7 +161,7 @@ def _composed(built: Built, pieces: list[dict], groups, folder) -> list[tuple[st
 
 def _mesh(built: Built, groups, meshes, cut) -> None:
     """Put cells in place of the blocks that are meshed."""
-    from ..build.meshing.meshed import Piece, mesh_blocks
+    from .meshing.meshed import Piece, mesh_blocks
 
     typed = [i for i, group in enumerate(groups) if group[0] == "block"]
     pieces = [Piece(block) for block in built.blocks]
@@ -217,7 +224,7 @@ def _parts(name: str, values: dict, folder) -> list:
         return [made(**values)]
     if points in values:
         raise InputError(f"give either {points} or file")
-    from ..build.importing import read_outlines
+    from .importing import read_outlines
 
     outlines = read_outlines(
         Path(folder) / values.pop("file"), values.pop("layer", None), values.pop("scale", None)
@@ -231,8 +238,8 @@ def _parts(name: str, values: dict, folder) -> list:
 
 def _imported(values: dict, folder) -> list[dict]:
     """Blocks from the closed polygons of a file."""
-    from ..build.cutting.geometry import outline_of
-    from ..build.importing import read_outlines
+    from .cutting.geometry import outline_of
+    from .importing import read_outlines
 
     if "file" not in values:
         raise InputError("file is missing")
@@ -253,7 +260,7 @@ def _imported(values: dict, folder) -> list[dict]:
 
 def _add_cut(built: Built, parts: dict[str, list], first_joint: str, rings: bool):
     """Cut the regions; edges without a joint have the first."""
-    from ..build.cutting import cut
+    from .cutting import cut
 
     if len(parts["cutting"]) > 1:
         raise InputError("&cutting may appear only once")

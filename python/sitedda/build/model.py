@@ -16,8 +16,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.files import OWN_INPUT, OWN_RECORD, check_target, write
-from .building import block_writer, blocks_text, build_blocks, read_input
-from .groups import (
+from ..input.groups import (
     checked,
     group_text,
     is_made,
@@ -28,8 +27,9 @@ from .groups import (
     single_groups,
     variables,
 )
-from .input_text import cited, find_groups
-from .schema import Groups
+from ..input.input_text import cited, find_groups
+from ..input.schema import Groups
+from .building import block_writer, blocks_text, build_blocks, read_input
 
 _UNIQUE = ("material", "joint", "motion", "measured_point")
 _LONGEST = 4096  # values of a motion that stand in the input itself
@@ -272,7 +272,7 @@ class Model(Groups):
         **values
             ``material`` and ``joint`` of all.
         """
-        from ..build.cutting.geometry import outline_of
+        from .cutting.geometry import outline_of
 
         polygons = list(polygons)
         names = [None] * len(polygons) if names is None else list(names)

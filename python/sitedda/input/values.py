@@ -4,13 +4,15 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from inspect import cleandoc
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, dataclass_transform
 
 import numpy as np
 
 from ..base.errors import InputError
+
+if TYPE_CHECKING:
+    from .schema import Variable
 
 FARTHEST = 1e9  # m
 
@@ -41,37 +43,53 @@ def points_of(name: str, values, least: int) -> np.ndarray:
     return points
 
 
-@dataclass(kw_only=True)
+@dataclass_transform(kw_only_default=True)
 class Values:
-    """The values of a group; `sitedda.build.made` has a class for each."""
+    """The values of a group that becomes blocks; the schema has a class of each."""
 
     group: ClassVar[str] = ""
     from_file: ClassVar[str] = ""  # variable whose points a file may hold, if any
-    variables: ClassVar[tuple[tuple[str, str, int, bool, str], ...]] = ()
+    variables: ClassVar[tuple[Variable, ...]] = ()
 
     def __init_subclass__(cls):
         attributes = [cleandoc(one.__doc__ or "") for one in (cls, cls.__base__)]
         if "Attributes" not in attributes[0]:
             cls.__doc__ = "\n\n".join([attributes[0], *attributes[1].split("\n\n")[1:]])
 
-    def __post_init__(self):
-        for name, kind, size, required, limits in self.variables:
-            value = getattr(self, name)
-            if required and (value is None or (isinstance(value, str) and not value)):
-                raise InputError(f"{name} is missing")
-            if kind == "points":
-                setattr(self, name, points_of(name, () if value is None else value, 0))
-            elif size == 2 and value is not None:
-                setattr(self, name, points_of(name, value, 1)[0])
-            elif size and value is not None:
-                setattr(self, name, np.atleast_1d(np.asarray(value, dtype=float)))
-            elif kind == "word" and value is not None:
-                _check_word(name, value, limits)
-            elif kind == "name" and limits.startswith("at most"):
-                _check_stem(name, value, int(re.findall(r"\d+", limits)[0]))
-            elif kind in ("real", "integer") and value is not None:
-                _check_number(name, value, limits)
+    def __init__(self, **given):
+        own = [one for one in self.variables if hasattr(type(self), one.name)]
+        for one in own:
+            setattr(self, one.name, given.pop(one.name, getattr(type(self), one.name)))
+        if given:
+            raise TypeError(f"{type(self).__name__} has no {', '.join(given)}")
+        for one in own:
+            self._take(one, getattr(self, one.name))
         self._check()
+
+    def __repr__(self) -> str:
+        """Its values."""
+        values = ", ".join(f"{name}={value!r}" for name, value in vars(self).items())
+        return f"{type(self).__name__}({values})"
+
+    def _take(self, one: Variable, value) -> None:
+        """Check a value, and have points as an array."""
+        name = one.name
+        if one.default == "required" and (value is None or (isinstance(value, str) and not value)):
+            raise InputError(f"{name} is missing")
+        if one.kind == "points":
+            setattr(self, name, points_of(name, () if value is None else value, 0))
+        elif value is None:
+            return
+        elif one.size == 2:
+            setattr(self, name, points_of(name, value, 1)[0])
+        elif one.size:
+            setattr(self, name, np.atleast_1d(np.asarray(value, dtype=float)))
+        elif one.kind == "word":
+            _check_word(name, value, one.values)
+        elif one.kind == "name" and one.values.startswith("at most"):
+            _check_stem(name, value, int(re.findall(r"\d+", one.values)[0]))
+        elif one.kind in ("real", "integer"):
+            _check_number(name, value, one.values)
 
     def _check(self) -> None:
         """What the values must be to each other."""
