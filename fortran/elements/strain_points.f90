@@ -1,12 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Strain points of materials that have a law of their own (`dda_material_law`): blocks, rests of
-!> cells, sides of welded faces.
+!> cells, sides of welded faces, and, where a law limits them, the mean and the linear jump of these
+!> faces, whose law is `dda_jump_law`.
 !>
 !> Blocks and welded faces are linear elastic; a point adds what its law has beyond that, c = s −
 !> θDΔε − Dε.  It is solved by Newton's method: the step is solved with c linear about an increment,
 !> and again about its solution, until c at the solution is the one that was solved with.  c is the
 !> derivative of a potential less a quadratic one, so where the law is convex a step is the least of
 !> a convex function, and `slope_beyond` makes its line search exact.
+!>
+!> Bounds that a law holds at the stress of a step are taken from the last solution until they agree
+!> or a number of rounds has passed; they are then off by what the last round changed.
 !>
 !> At a face between two materials each side has its own strain, with the displacement of the face
 !> that small strains give it (`dda_weld_springs`).
@@ -17,6 +21,7 @@ module dda_strain_points
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_law, &
       energy_material, energy_plastic
+   use dda_jump_law, only: jump_law_type
    use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_damping, &
       term_point
    use dda_material, only: material_type, elasticity
@@ -26,7 +31,7 @@ module dda_strain_points
    use dda_ordered_sums, only: parallel_from
    use dda_scheme, only: scheme_type, step_type
    use dda_weld, only: weld_type, is_shifted
-   use dda_weld_springs, only: n_deformations, own_strain, strains_of
+   use dda_weld_springs, only: n_deformations, jump_stiffness, own_strain, strains_of
    use dda_welds, only: deformations_of, derivatives_of
    implicit none
    private
@@ -34,6 +39,8 @@ module dda_strain_points
 
    real(wp), parameter :: tolerance = 1.0e-11_wp     !< of a stress, over the largest
    real(wp), parameter :: rounding = 1.0e-15_wp      !< of the elastic stress of a strain
+   real(wp), parameter :: agreed = 1.0e-7_wp         !< of a stress in bounds, over the largest
+   integer, parameter :: most_held = 15              !< rounds in which bounds are taken anew
    real(wp), parameter :: no_curvature = 1.0e-13_wp  !< of D: a tangent that is none
 
    !> A law of a material.
@@ -48,7 +55,8 @@ module dda_strain_points
       type(slot_type), allocatable :: slot(:)            !< [materials]
       integer, allocatable :: material(:)                !< [n]
       integer, allocatable :: block(:,:)                 !< [2,n] block and 0, or cells of the face
-      real(wp), allocatable :: area(:)                   !< [n] m²
+      integer, allocatable :: side(:,:)                  !< [2,n] points of a jump's face, else 0
+      real(wp), allocatable :: area(:)                   !< [n] m²; of jumps 1
       type(strain_point_type), allocatable :: point(:)   !< [n]
       type(weld_type), allocatable :: face(:)            !< [n]
       real(wp), allocatable :: map(:,:,:)                !< [3,deformations,n] its strain by these
@@ -65,6 +73,7 @@ module dda_strain_points
       real(wp), allocatable :: change(:,:)               !< [3,n] Δε about which c is linear
       real(wp), allocatable :: stress(:,:)               !< [3,n] c there, Pa
       real(wp), allocatable :: tangent(:,:,:)            !< [3,3,n] ∂c/∂Δε there, Pa
+      integer :: round = 0                               !< solutions so far
       integer :: worst = 0                               !< of the last solution, 0: all agree
    contains
       procedure :: prepare
@@ -83,7 +92,8 @@ module dda_strain_points
 
 contains
 
-   !> The points of a model: of all blocks, then of both sides of all welded faces.
+   !> The points of a model: of all blocks, of both sides of all welded faces, and of the jumps of
+   !> these.
    type(strain_points_type) function new_strain_points(welds, blocks, materials, plane_strain) &
       result(self)
       type(weld_type), intent(in) :: welds(:)          !< of the model
@@ -92,18 +102,24 @@ contains
       logical, intent(in) :: plane_strain              !< else plane stress
       real(wp) :: moduli(3, 3, size(materials))
       integer :: m, most
+      logical :: with_jumps
 
-      allocate (self%slot(size(materials)))
+      allocate (self%slot(size(materials) + 1))
+      allocate (jump_law_type :: self%slot(size(materials) + 1)%law)
       most = 0
+      with_jumps = .false.
       do m = 1, size(materials)
          moduli(:, :, m) = elasticity(materials(m), plane_strain)
          if (.not. allocated(materials(m)%law)) cycle
          allocate (self%slot(m)%law, source=materials(m)%law)
          most = max(most, materials(m)%law%state_size())
+         if (materials(m)%law%limits_jumps()) with_jumps = .true.
       end do
-      call reserve(self, blocks%n + 2*size(welds), most)
+      call reserve(self, blocks%n + merge(4, 2, with_jumps)*size(welds), most)
+      self%point%plane_strain = plane_strain
       call set_block_points(self, blocks, moduli)
       call set_face_points(self, welds, blocks, moduli)
+      if (with_jumps) call set_jump_points(self, welds, blocks, moduli)
    end function new_strain_points
 
    !> A material has a law of its own.
@@ -120,7 +136,7 @@ contains
       integer, intent(in) :: n, states                  !< points; numbers of a state
 
       self%n = n
-      allocate (self%material(n), self%block(2, n), source=0)
+      allocate (self%material(n), self%block(2, n), self%side(2, n), source=0)
       allocate (self%point(n), self%face(n))
       allocate (self%active(n), source=.false.)
       allocate (self%area(n), self%map(3, n_deformations, n), self%reference(3, n), &
@@ -169,6 +185,54 @@ contains
       end do
    end subroutine set_face_points
 
+   !> Points of the jumps of welded faces, of the mean and the linear one.
+   subroutine set_jump_points(self, welds, blocks, moduli)
+      class(strain_points_type), intent(inout) :: self  !< with its arrays and other points
+      type(weld_type), intent(in) :: welds(:)           !< of the model
+      type(blocks_type), intent(in) :: blocks           !< in their present state
+      real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
+      real(wp) :: stiffness(2)
+      integer :: i, j, k, p
+
+      do i = 1, size(welds)
+         stiffness = jump_stiffness(welds(i), moduli(:, :, blocks%material(welds(i)%block)))
+         do k = 1, 2
+            p = blocks%n + 2*size(welds) + 2*(i - 1) + k
+            self%block(:, p) = welds(i)%block
+            self%face(p) = welds(i)
+            self%area(p) = 1.0_wp
+            self%side(:, p) = blocks%n + 2*(i - 1) + [1, 2]
+            self%material(p) = size(self%slot)
+            do j = 1, 2
+               self%map(j, 2*(k - 1) + j, p) = 1.0_wp
+               self%point(p)%elasticity(j, j) = stiffness(k)
+            end do
+            self%point(p)%length = 1.0_wp
+            self%reference(:, p) = total_strain(self, p, blocks)
+            self%point(p)%held = matmul(self%point(p)%elasticity, self%reference(:, p))
+            self%active(p) = cap_of(self, p) < huge(1.0_wp)
+         end do
+      end do
+   end subroutine set_jump_points
+
+   !> What the jump of point p may carry in a step, N/m, by the points of its face at its start.
+   pure real(wp) function cap_of(self, p) result(cap)
+      class(strain_points_type), intent(in) :: self  !< with strains at the start of the step
+      integer, intent(in) :: p                       !< point of a jump
+      integer :: k
+
+      cap = huge(1.0_wp)
+      do k = 1, 2
+         associate (side => self%side(k, p))
+            if (.not. self%active(side)) cycle
+            if (.not. has_law(self, self%material(side))) cycle
+            cap = min(cap, self%slot(self%material(side))%law%jump_cap(self%point(side), &
+               self%state(:, side), self%strain(:, side)))
+         end associate
+      end do
+      if (cap < huge(1.0_wp)) cap = cap*self%face(p)%length
+   end function cap_of
+
    !> The law of point p begins in the present state, under the elastic stress of its strain.
    subroutine begin_point(self, p, blocks, material, moduli, initial)
       class(strain_points_type), intent(inout) :: self  !< with blocks, area and map of the point
@@ -183,6 +247,8 @@ contains
       self%point(p)%elasticity = moduli(:, :, material)
       self%point(p)%held = initial + matmul(moduli(:, :, material), self%reference(:, p))
       self%point(p)%length = sqrt(self%area(p))
+      self%point(p)%thickness = self%point(p)%length
+      if (self%block(2, p) > 0) self%point(p)%thickness = self%area(p)/self%face(p)%length
       self%active(p) = self%area(p) > 0.0_wp
       if (self%active(p)) self%active(p) = has_law(self, material)
    end subroutine begin_point
@@ -251,16 +317,37 @@ contains
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
       integer :: p
 
+      self%round = 0
+      !$omp parallel do schedule(static) if (self%n >= parallel_from)
+      do p = 1, self%n
+         if (acts(self, p, blocks)) &
+            self%strain(:, p) = total_strain(self, p, blocks) - self%reference(:, p)
+      end do
       !$omp parallel do schedule(static) if (self%n >= parallel_from)
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
-         self%strain(:, p) = total_strain(self, p, blocks) - self%reference(:, p)
+         if (self%side(1, p) > 0) self%point(p)%cap = cap_of(self, p)
+         call hold_bounds(self, p, self%strain(:, p), 0.0_wp)
          call set_operator(self, p, blocks, step)
          self%change(:, p) = change_of(self, p, d)
          call respond(self, p, self%strain(:, p), self%change(:, p), step, self%stress(:, p), &
             self%tangent(:, :, p))
       end do
    end subroutine prepare
+
+   !> Bounds of point p are held at the stress of a strain, if they are off.
+   subroutine hold_bounds(self, p, strain, allowed)
+      class(strain_points_type), intent(inout) :: self  !< elements of this kind
+      integer, intent(in) :: p                          !< point
+      real(wp), intent(in) :: strain(3)                 !< ε₀ + θΔε
+      real(wp), intent(in) :: allowed                   !< that they may be off, Pa
+      real(wp) :: stress(3)
+
+      if (resting(self, p)) return
+      if (.not. has_law(self, self%material(p))) return
+      stress = self%slot(self%material(p))%law%held_stress(self%point(p), self%state(:, p), strain)
+      if (any(abs(stress - self%point(p)%bounding) > allowed)) self%point(p)%bounding = stress
+   end subroutine hold_bounds
 
    !> Δε of point p by the increments of its blocks.
    subroutine set_operator(self, p, blocks, step)
@@ -430,6 +517,7 @@ contains
       real(wp) :: stress(3), tangent(3, 3), change(3), off(self%n), scale(self%n), noise(self%n)
       integer :: p
 
+      self%round = self%round + 1
       off = 0.0_wp
       scale = 0.0_wp
       noise = 0.0_wp
@@ -438,6 +526,9 @@ contains
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
          change = change_of(self, p, d)
+         if (self%round <= most_held) call hold_bounds(self, p, self%strain(:, p) &
+            + step%scheme%theta*change, agreed*norm2(self%point(p)%held + self%stress(:, p) &
+            + matmul(self%point(p)%elasticity, self%strain(:, p) + step%scheme%theta*change)))
          call respond(self, p, self%strain(:, p), change, step, stress, tangent)
          associate (point => self%point(p), elastic => matmul(self%point(p)%elasticity, &
             self%strain(:, p) + step%scheme%theta*change))
@@ -629,14 +720,21 @@ contains
       class(strain_points_type), intent(in) :: before   !< elements before
       type(blocks_type), intent(in) :: blocks           !< in their present state
       real(wp) :: moved(3)
+      logical :: other
 
       if (.not. (self%active(p) .or. before%active(old)) .or. self%area(p) <= 0.0_wp) return
-      if (self%material(p) /= before%material(old)) then
+      other = self%material(p) /= before%material(old)
+      if (self%side(1, p) > 0) other = any(self%material(self%side(:, p)) &
+         /= before%material(self%side(:, p)))
+      if (other) then
          self%active(p) = .true.
          self%carried(:, p) = present_stress(before, old, blocks)
+         self%point(p)%held = before%point(old)%held + matmul(before%point(old)%elasticity, &
+            self%reference(:, p) - before%reference(:, old)) + self%carried(:, p)
          return
       end if
       self%point(p)%held = before%point(old)%held
+      self%point(p)%bounding = before%point(old)%bounding
       self%reference(:, p) = before%reference(:, old)
       self%carried(:, p) = before%carried(:, old)
       self%active(p) = .true.
@@ -653,16 +751,19 @@ contains
    subroutine serialise(self, archive)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(archive_type), intent(inout) :: archive      !< written or read
-      real(wp) :: held(3, self%n)
+      real(wp) :: held(3, self%n), bounding(3, self%n)
       integer :: p
 
       do p = 1, self%n
          held(:, p) = self%point(p)%held
+         bounding(:, p) = self%point(p)%bounding
       end do
       call archive_values(archive, held)
+      call archive_values(archive, bounding)
       call archive_values(archive, self%active)
       do p = 1, self%n
          self%point(p)%held = held(:, p)
+         self%point(p)%bounding = bounding(:, p)
       end do
       call archive_values(archive, self%reference)
       call archive_values(archive, self%carried)
@@ -679,6 +780,7 @@ contains
       integer :: p, i, k
 
       do p = 1, self%n
+         if (self%side(1, p) > 0) exit  ! jumps are no stress of a cell
          if (.not. acts(self, p, blocks)) cycle
          own = self%area(p)*present_stress(self, p, blocks)
          if (self%block(2, p) == 0) then

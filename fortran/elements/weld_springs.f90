@@ -18,7 +18,7 @@ module dda_weld_springs
    implicit none
    private
    public :: weld_springs_type, springs_of, n_deformations, most_springs, own_strain, &
-      strains_of
+      strains_of, jump_stiffness
 
    integer, parameter :: n_deformations = 10  !< [u], [u]_l, ε_i, ε_j
    integer, parameter :: most_springs = 8
@@ -38,19 +38,29 @@ contains
    pure type(weld_springs_type) function springs_of(weld, moduli) result(springs)
       type(weld_type), intent(in) :: weld        !< face
       real(wp), intent(in) :: moduli(3, 3, 2)    !< D of both cells, Pa
-      real(wp) :: shear, stretch, ratio
+      real(wp) :: stiffness(2)
 
       if (all(moduli(:, :, 1) == moduli(:, :, 2))) then
          call add_common_strain(springs, weld, moduli(:, :, 1))
       else
          call add_two_strains(springs, weld, moduli)
       end if
+      stiffness = jump_stiffness(weld, moduli)
+      call add_jumps(springs, 0, stiffness(1))
+      call add_jumps(springs, 2, stiffness(2))
+   end function springs_of
+
+   !> Stiffness of the springs on the mean and on the linear jump, N/m per metre of thickness.
+   pure function jump_stiffness(weld, moduli) result(stiffness)
+      type(weld_type), intent(in) :: weld        !< face
+      real(wp), intent(in) :: moduli(3, 3, 2)    !< D of both cells, Pa
+      real(wp) :: stiffness(2), shear, stretch, ratio
+
       shear = harmonic(moduli(3, 3, 1), moduli(3, 3, 2))
       stretch = harmonic(plate_modulus(moduli(:, :, 1)), plate_modulus(moduli(:, :, 2)))
       ratio = 0.5_wp*weld%length**2/sum(weld%area)  ! L/h
-      call add_jumps(springs, 0, ratio*shear)
-      call add_jumps(springs, 2, ratio*stretch/3.0_wp)
-   end function springs_of
+      stiffness = [ratio*shear, ratio*stretch/3.0_wp]
+   end function jump_stiffness
 
    !> Springs on both components of a jump.
    pure subroutine add_jumps(springs, before, stiffness)

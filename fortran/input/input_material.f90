@@ -95,7 +95,7 @@ contains
             'give rayleigh_alpha and rayleigh_beta, or damping_ratio, not both')
          damping%alpha = own%rayleigh_alpha
          damping%beta = own%rayleigh_beta
-      else if (.not. by_ratio .and. own%law == 'linear') then
+      else if (.not. by_ratio .and. own%law /= 'hysteretic') then
          if (of_body .or. by_frequencies) call input_error(error, group, &
             'damping_ratio is missing: reference_frequency, damping_band, mechanisms and '// &
             'rayleigh_frequencies say how it is meant')

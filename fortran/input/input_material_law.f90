@@ -7,6 +7,7 @@ module dda_input_material_law
    use dda_hysteretic_law, only: new_hysteretic_law
    use dda_input_group, only: group_type, input_error, given, is_set
    use dda_input_groups, only: material_values, read_values
+   use dda_input_strength, only: check_strength, solid_of
    use dda_material, only: material_type
    use dda_soil_curves, only: soil_type, curve_of
    implicit none
@@ -23,7 +24,9 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(soil_type) :: soil
 
-      if (allocated(error) .or. own%law /= 'hysteretic') return
+      if (allocated(error)) return
+      if (own%law == 'mohr_coulomb') call check_strength(group, own, error)
+      if (own%law /= 'hysteretic') return
       if (material%damping%alpha > 0.0_wp .or. material%damping%beta > 0.0_wp) call input_error( &
          error, group, "law 'hysteretic' has a damping ratio of small strains at all "// &
          'frequencies: leave out rayleigh_alpha, rayleigh_beta and rayleigh_frequencies')
@@ -42,6 +45,7 @@ contains
       type(branches_type) :: branches
 
       call read_values(group, own, error)
+      if (own%law == 'mohr_coulomb') allocate (material%law, source=solid_of(own, material))
       if (own%law /= 'hysteretic') return
       call read_soil(group, own, material, soil, error)
       if (.not. allocated(error)) call curve_of(soil, curve, error)

@@ -25,7 +25,11 @@ module dda_material_law
    type :: strain_point_type
       real(wp) :: elasticity(3, 3) = 0.0_wp  !< D of small strains, Pa
       real(wp) :: held(3) = 0.0_wp           !< σ₀, Pa
+      logical :: plane_strain = .true.       !< else plane stress
       real(wp) :: length = 0.0_wp            !< root of the area, m
+      real(wp) :: thickness = 0.0_wp         !< of a face its area over its length, else `length`, m
+      real(wp) :: cap = huge(1.0_wp)         !< of the force of a jump, N/m
+      real(wp) :: bounding(3) = 0.0_wp       !< stresses in bounds that are held, Pa
    end type strain_point_type
 
    !> A law.
@@ -36,6 +40,10 @@ module dda_material_law
       procedure(finish_interface), deferred :: finish
       procedure(stored_interface), deferred :: stored
       procedure :: rests => never_rests
+      procedure :: held_stress => no_held_stress
+      procedure :: plastic_strain => no_plastic_strain
+      procedure :: limits_jumps => leaves_jumps
+      procedure :: jump_cap => no_cap
    end type material_law_type
 
    abstract interface
@@ -85,5 +93,41 @@ contains
 
       never_rests = .false.
    end function never_rests
+
+   !> Stresses that bounds of a step are held at, as they are at a strain; here: there are none.
+   pure function no_held_stress(self, point, state, strain) result(stress)
+      class(material_law_type), intent(in) :: self  !< law
+      type(strain_point_type), intent(in) :: point  !< where it acts
+      real(wp), intent(in) :: state(:)              !< [any] at the start of the step
+      real(wp), intent(in) :: strain(3)             !< ε₀ + θΔε
+      real(wp) :: stress(3)
+
+      stress = 0.0_wp
+   end function no_held_stress
+
+   !> Size of the plastic strain of a point; here: there is none to tell of.
+   pure real(wp) function no_plastic_strain(self, state)
+      class(material_law_type), intent(in) :: self  !< law
+      real(wp), intent(in) :: state(:)              !< [any] of a point
+
+      no_plastic_strain = 0.0_wp
+   end function no_plastic_strain
+
+   !> The law limits what jumps of a welded face carry; here: it does not.
+   pure logical function leaves_jumps(self)
+      class(material_law_type), intent(in) :: self  !< law
+
+      leaves_jumps = .false.
+   end function leaves_jumps
+
+   !> Stress up to which jumps of a face may carry in a step, Pa; here: without limit.
+   pure real(wp) function no_cap(self, point, state, strain)
+      class(material_law_type), intent(in) :: self  !< law
+      type(strain_point_type), intent(in) :: point  !< of the face
+      real(wp), intent(in) :: state(:)              !< [any] of the point
+      real(wp), intent(in) :: strain(3)             !< ε at the start of the step
+
+      no_cap = huge(1.0_wp)
+   end function no_cap
 
 end module dda_material_law

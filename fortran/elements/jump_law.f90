@@ -1,0 +1,87 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Law of the jumps of a welded face whose material yields: elastic and perfectly plastic up to a
+!> cap, so that they carry nothing that the strain points beside them cannot.
+!>
+!> The force of the jump, a vector k (e − e^p), returns at t₀ + θΔt to the circle of the cap, which
+!> stays in a step: the generalised midpoint rule, whose losses are not below 0.
+module dda_jump_law
+   use dda_kinds, only: wp
+   use dda_material_law, only: material_law_type, strain_point_type, loss_plastic, loss_scheme, &
+      losses
+   use dda_plane_branches, only: project
+   use dda_scheme, only: step_type
+   implicit none
+   private
+   public :: jump_law_type
+
+   !> The law of all jumps; cap and stiffness are the point's.
+   type, extends(material_law_type) :: jump_law_type
+   contains
+      procedure :: state_size
+      procedure :: respond
+      procedure :: finish
+      procedure :: stored
+   end type jump_law_type
+
+contains
+
+   !> The plastic jump.
+   pure integer function state_size(self)
+      class(jump_law_type), intent(in) :: self  !< law
+
+      state_size = 2
+   end function state_size
+
+   !> Force that acts in a step beyond that at the start of the law, and its tangent.
+   pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
+      class(jump_law_type), intent(in) :: self           !< law
+      type(strain_point_type), intent(in) :: point       !< where it acts
+      real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
+      real(wp), intent(in) :: strain(3), change(3)       !< jump at the start, its change, m
+      type(step_type), intent(in) :: step                !< the one being taken
+      real(wp), intent(out) :: stress(3), tangent(3, 3)  !< N/m; N/m²
+      real(wp) :: force(2), slope(2, 2)
+
+      associate (k => point%elasticity(1, 1), theta => step%scheme%theta)
+         call project(point%held(1:2) + k*(strain(1:2) - state(1:2) + theta*change(1:2)), &
+            point%cap, force, slope)
+         stress = [force - point%held(1:2), 0.0_wp]
+         tangent = 0.0_wp
+         tangent(1:2, 1:2) = theta*k*slope
+      end associate
+   end subroutine respond
+
+   !> State at the end of a step, and its losses.
+   pure subroutine finish(self, point, state, strain, change, step, loss)
+      class(jump_law_type), intent(in) :: self       !< law
+      type(strain_point_type), intent(in) :: point   !< where it acts
+      real(wp), intent(inout) :: state(:)            !< [any] at the start, then of the end
+      real(wp), intent(in) :: strain(3), change(3)   !< jump at the start, its change, m
+      type(step_type), intent(in) :: step            !< the one being taken
+      real(wp), intent(out) :: loss(losses)          !< J/m
+      real(wp) :: trial(2), force(2), slope(2, 2), flow(2)
+
+      associate (k => point%elasticity(1, 1), theta => step%scheme%theta)
+         trial = point%held(1:2) + k*(strain(1:2) - state(1:2) + theta*change(1:2))
+         call project(trial, point%cap, force, slope)
+         flow = (trial - force)/(theta*k)
+         loss = 0.0_wp
+         loss(loss_plastic) = dot_product(force, flow)
+         loss(loss_scheme) = (theta - 0.5_wp)*k*sum((change(1:2) - flow)**2)
+      end associate
+      state(1:2) = state(1:2) + flow
+   end subroutine finish
+
+   !> ψ, J/m.
+   pure real(wp) function stored(self, point, state, strain)
+      class(jump_law_type), intent(in) :: self      !< law
+      type(strain_point_type), intent(in) :: point  !< where it acts
+      real(wp), intent(in) :: state(:)              !< [any] of the point
+      real(wp), intent(in) :: strain(3)             !< jump, m
+
+      associate (elastic => strain(1:2) - state(1:2))
+         stored = dot_product(elastic, point%held(1:2) + 0.5_wp*point%elasticity(1, 1)*elastic)
+      end associate
+   end function stored
+
+end module dda_jump_law

@@ -1,0 +1,104 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The law 'mohr_coulomb' in the group &material.
+module dda_input_strength
+   use dda_kinds, only: wp, pi
+   use dda_errors, only: error_type
+   use dda_input_group, only: group_type, input_error, is_set, value_or
+   use dda_input_groups, only: material_values
+   use dda_material, only: material_type
+   use dda_mohr_coulomb_solid, only: mohr_coulomb_solid_type
+   use dda_text, only: to_text
+   use dda_yield_return, only: strength_type
+   implicit none
+   private
+   public :: check_strength, solid_of
+
+   real(wp), parameter :: degree = pi/180.0_wp
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< of a tension: decimal digits of an input
+
+contains
+
+   !> Strengths go together.
+   subroutine check_strength(group, own, error)
+      type(group_type), intent(in) :: group     !< &material
+      type(material_values), intent(in) :: own  !< its values
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      if (.not. is_set(own%cohesion)) call input_error(error, group, &
+         "law = 'mohr_coulomb' needs the cohesion")
+      if (own%dilation_angle > own%friction_angle) call input_error(error, group, &
+         'dilation_angle = '//to_text(own%dilation_angle)//' must not be above friction_angle = ' &
+         //to_text(own%friction_angle)//': yielding would make energy')
+      if (is_set(own%tensile_strength)) call check_tension('', own%tensile_strength, &
+         own%cohesion, own%friction_angle)
+      if (is_set(own%residual_tensile_strength)) call check_tension('residual_', &
+         own%residual_tensile_strength, value_or(own%residual_cohesion, own%cohesion), &
+         value_or(own%residual_friction_angle, own%friction_angle))
+      call check_residual('cohesion', own%cohesion, own%residual_cohesion)
+      call check_residual('friction_angle', own%friction_angle, own%residual_friction_angle)
+      call check_residual('tensile_strength', own%tensile_strength, own%residual_tensile_strength)
+      if (.not. is_set(own%softening_displacement) .and. any(is_set([own%residual_cohesion, &
+         own%residual_friction_angle, own%residual_tensile_strength]))) call input_error(error, &
+         group, 'residual strengths need the softening_displacement')
+
+   contains
+
+      !> No tension is above that of the cone.
+      subroutine check_tension(prefix, tension, cohesion, angle)
+         character(len=*), intent(in) :: prefix              !< of the names
+         real(wp), intent(in) :: tension, cohesion, angle    !< Pa, Pa, degrees
+
+         if (angle <= 0.0_wp) return
+         if (tension > (1.0_wp + rounding)*apex(cohesion, angle)) call input_error(error, group, &
+            prefix//'tensile_strength = '//to_text(tension)//' Pa must not be above '//prefix// &
+            'cohesion / tan('//prefix//'friction_angle) = '//to_text(apex(cohesion, angle))//' Pa')
+      end subroutine check_tension
+
+      !> What is left is no more than what was there.
+      subroutine check_residual(name, peak, residual)
+         character(len=*), intent(in) :: name       !< of the strength
+         real(wp), intent(in) :: peak, residual     !< as given
+
+         if (.not. is_set(residual) .or. .not. is_set(peak)) return
+         if (residual > peak) call input_error(error, group, 'residual_'//name//' = '// &
+            to_text(residual)//' must not be above '//name//' = '//to_text(peak))
+      end subroutine check_residual
+   end subroutine check_strength
+
+   !> c cot φ, Pa.
+   pure real(wp) function apex(cohesion, angle)
+      real(wp), intent(in) :: cohesion, angle  !< Pa; degrees
+
+      apex = huge(1.0_wp)
+      if (angle > 0.0_wp) apex = cohesion/tan(degree*angle)
+   end function apex
+
+   !> The law that a group describes.
+   pure type(mohr_coulomb_solid_type) function solid_of(own, material) result(law)
+      type(material_values), intent(in) :: own      !< of &material
+      type(material_type), intent(in) :: material   !< with its elasticity
+
+      law%peak = strength_of(own%cohesion, own%friction_angle, own%tensile_strength)
+      law%peak%dilation = degree*own%dilation_angle
+      law%residual = law%peak
+      if (is_set(own%softening_displacement)) then
+         law%softening = own%softening_displacement
+         law%residual = strength_of(value_or(own%residual_cohesion, own%cohesion), &
+            value_or(own%residual_friction_angle, own%friction_angle), &
+            value_or(own%residual_tensile_strength, law%peak%tension))
+         law%residual%dilation = min(law%peak%dilation, law%residual%friction)
+      end if
+      if (is_set(own%initial_stress_z)) law%beyond = own%initial_stress_z &
+         - material%poisson_ratio*sum(own%initial_stress(1:2))
+   end function solid_of
+
+   !> Strength without dilation.
+   pure type(strength_type) function strength_of(cohesion, angle, tension) result(strength)
+      real(wp), intent(in) :: cohesion, angle, tension  !< Pa; degrees; Pa or not set
+
+      strength%cohesion = cohesion
+      strength%friction = degree*angle
+      strength%tension = min(apex(cohesion, angle), value_or(tension, huge(1.0_wp)))
+   end function strength_of
+
+end module dda_input_strength

@@ -1,0 +1,277 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A solid that yields at the strength of Mohr and Coulomb, with a tension cut-off.
+!>
+!> A trial stress σ₀ + D(ε₀ − ε^p₀ + θΔε) that is not admitted returns to s (`dda_yield_return`),
+!> which acts.  Over the step Δε^p = n λ/θ, n λ = D⁻¹(trial − s), so that
+!>
+!>     s·Δε = Δψ + s·Δε^p + (θ − ½) Δε^e·DΔε^e .
+!>
+!> s is the derivative of a convex function of Δε, as bounds are held (`dda_yield_return`).
+!> In plane strain the elastic and the plastic strain across the plane cancel.
+!>
+!> κ is the sum of the largest differences of principal plastic strains in each step, or of the
+!> largest extension.  Times the thickness of the point it is a displacement, over which strength
+!> falls linearly to the residual one: the energy of a band does not depend on the cells.  Within a
+!> step strength is that of its start.
+module dda_mohr_coulomb_solid
+   use dda_kinds, only: wp
+   use dda_material_law, only: material_law_type, strain_point_type, loss_plastic, loss_scheme, &
+      losses
+   use dda_scheme, only: step_type
+   use dda_yield_return, only: strength_type, return_type, return_principal
+   implicit none
+   private
+   public :: mohr_coulomb_solid_type
+
+   integer, parameter :: plastic(3) = [1, 2, 3]  !< ε^p in a state
+   integer, parameter :: across = 4              !< ε^p across the plane
+   integer, parameter :: strained = 5            !< κ
+   !> of the radius of the largest Mohr circle: what jumps of a face may carry
+   real(wp), parameter :: jump_share = 0.3_wp
+
+   !> Strengths of a solid.
+   type, extends(material_law_type) :: mohr_coulomb_solid_type
+      type(strength_type) :: peak, residual
+      real(wp) :: softening = 0.0_wp  !< displacement from peak to residual strength, m; 0: none
+      real(wp) :: beyond = 0.0_wp     !< σ_z − ν(σx + σy) at the start, Pa
+   contains
+      procedure :: state_size
+      procedure :: respond
+      procedure :: finish
+      procedure :: stored
+      procedure :: held_stress
+      procedure :: plastic_strain
+      procedure :: limits_jumps
+      procedure :: jump_cap
+   end type mohr_coulomb_solid_type
+
+   !> A point in its principal stresses.
+   type :: circle_type
+      real(wp) :: elastic(3, 3) = 0.0_wp  !< D of principal strains, Pa
+      real(wp) :: radius = 0.0_wp         !< R of the trial stress, Pa
+      real(wp) :: direction(2) = [1.0_wp, 0.0_wp]  !< cosine and sine of twice the angle of σ₁
+      type(return_type) :: to
+   end type circle_type
+
+contains
+
+   !> ε^p in and across the plane, κ.
+   pure integer function state_size(self)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+
+      state_size = 5
+   end function state_size
+
+   !> Strength after a plastic strain κ.
+   pure type(strength_type) function strength_at(self, point, strain) result(strength)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+      type(strain_point_type), intent(in) :: point        !< where it acts
+      real(wp), intent(in) :: strain                      !< κ
+      real(wp) :: lost
+
+      strength = self%peak
+      if (self%softening <= 0.0_wp) return
+      lost = min(1.0_wp, strain*point%thickness/self%softening)
+      associate (peak => self%peak, rest => self%residual)
+         strength%cohesion = mix(peak%cohesion, rest%cohesion)
+         strength%friction = atan(mix(tan(peak%friction), tan(rest%friction)))
+         strength%dilation = atan(mix(tan(peak%dilation), tan(rest%dilation)))
+         strength%tension = mix(peak%tension, rest%tension)
+      end associate
+      if (strength%friction > 0.0_wp) strength%tension = min(strength%tension, &
+         strength%cohesion/tan(strength%friction))
+
+   contains
+
+      !> Between two values.
+      pure real(wp) function mix(from, to)
+         real(wp), intent(in) :: from, to  !< at the peak, at the end
+
+         mix = from
+         if (to < from) mix = from + lost*(to - from)
+      end function mix
+   end function strength_at
+
+   !> Return of the stress of a strain beyond that where the law began.
+   pure subroutine return_stress(self, point, state, strain, circle)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+      type(strain_point_type), intent(in) :: point        !< where the law acts
+      real(wp), intent(in) :: state(:)                    !< [any] at the start of the step
+      real(wp), intent(in) :: strain(3)                   !< ε₀ + θΔε
+      type(circle_type), intent(out) :: circle            !< with the return
+      real(wp) :: trial(3), mean, third
+      integer :: i
+
+      associate (d => point%elasticity, e => circle%elastic)
+         trial = point%held + matmul(d, strain - state(plastic))
+         third = 0.0_wp
+         e(1:2, 1:2) = d(1:2, 1:2)
+         if (point%plane_strain) then
+            e = d(1, 2)
+            do i = 1, 3
+               e(i, i) = d(1, 1)
+            end do
+            trial(1:2) = trial(1:2) - d(1, 2)*state(across)
+            third = self%beyond + poisson(d)*sum(point%held(1:2)) + d(1, 2)*sum(strain(1:2) &
+               - state(1:2)) - d(1, 1)*state(across)
+         end if
+      end associate
+      mean = 0.5_wp*(trial(1) + trial(2))
+      circle%radius = hypot(0.5_wp*(trial(1) - trial(2)), trial(3))
+      if (circle%radius > 0.0_wp) circle%direction = [0.5_wp*(trial(1) - trial(2)), trial(3)] &
+         /circle%radius
+      circle%to = return_principal(strength_at(self, point, state(strained)), circle%elastic, &
+         [mean + circle%radius, mean - circle%radius, third], point%bounding)
+   end subroutine return_stress
+
+   !> Principal stresses that bounds are held at.
+   pure function held_stress(self, point, state, strain) result(stress)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+      type(strain_point_type), intent(in) :: point        !< where it acts
+      real(wp), intent(in) :: state(:)                    !< [any] at the start of the step
+      real(wp), intent(in) :: strain(3)                   !< ε₀ + θΔε
+      real(wp) :: stress(3)
+      type(circle_type) :: circle
+
+      stress = point%bounding
+      if (self%peak%dilation >= self%peak%friction) return
+      call return_stress(self, point, state, strain, circle)
+      stress = circle%to%stress
+   end function held_stress
+
+   !> ν of the elasticity of plane strain.
+   pure real(wp) function poisson(d)
+      real(wp), intent(in) :: d(3, 3)  !< D, Pa
+
+      poisson = d(1, 2)/(d(1, 1) + d(1, 2))
+   end function poisson
+
+   !> What principal values a, b of a stress in the plane are in its axes.
+   pure function in_axes(direction, principal) result(stress)
+      real(wp), intent(in) :: direction(2)  !< cosine and sine of twice the angle of the first
+      real(wp), intent(in) :: principal(2)  !< Pa
+      real(wp) :: stress(3)
+
+      associate (mean => 0.5_wp*sum(principal), radius => 0.5_wp*(principal(1) - principal(2)))
+         stress = [mean + radius*direction(1), mean - radius*direction(1), radius*direction(2)]
+      end associate
+   end function in_axes
+
+   !> Stress that acts in a step beyond σ₀, and its tangent.
+   pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+      type(strain_point_type), intent(in) :: point        !< where it acts
+      real(wp), intent(in) :: state(:)                    !< [any] at the start of the step
+      real(wp), intent(in) :: strain(3), change(3)        !< ε at the start, Δε
+      type(step_type), intent(in) :: step                 !< the one being taken
+      real(wp), intent(out) :: stress(3), tangent(3, 3)   !< Pa
+      type(circle_type) :: circle
+      real(wp) :: basis(3, 3), small(3, 3)
+
+      call return_stress(self, point, state, strain + step%scheme%theta*change, circle)
+      associate (to => circle%to, u => circle%direction)
+         if (.not. to%yields) then
+            stress = matmul(point%elasticity, strain - state(plastic) + step%scheme%theta*change)
+            if (point%plane_strain) stress(1:2) = stress(1:2) - point%elasticity(1, 2) &
+               *state(across)
+            tangent = step%scheme%theta*point%elasticity
+            return
+         end if
+         stress = in_axes(u, to%stress(1:2)) - point%held
+         ! Strains conjugate to σ₁, to σ₂ and to shear between both.
+         basis(:, 1) = in_axes(u, [1.0_wp, 0.0_wp])
+         basis(:, 2) = in_axes(u, [0.0_wp, 1.0_wp])
+         basis(:, 3) = [-u(2), u(2), u(1)]
+         small = 0.0_wp
+         small(1:2, 1:2) = to%slope(1:2, 1:2)
+         if (circle%radius > 0.0_wp) small(3, 3) = point%elasticity(3, 3) &
+            *0.5_wp*(to%stress(1) - to%stress(2))/circle%radius
+         tangent = step%scheme%theta*matmul(basis, matmul(small, transpose(basis)))
+      end associate
+   end subroutine respond
+
+   !> State at the end of a step, and its losses.
+   pure subroutine finish(self, point, state, strain, change, step, loss)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+      type(strain_point_type), intent(in) :: point        !< where it acts
+      real(wp), intent(inout) :: state(:)             !< [any] at the start, becomes that of the end
+      real(wp), intent(in) :: strain(3), change(3)    !< ε at the start, Δε
+      type(step_type), intent(in) :: step             !< the one being taken
+      real(wp), intent(out) :: loss(losses)           !< J/m³
+      type(circle_type) :: circle
+      real(wp) :: elastic(3), flow(3)
+
+      call return_stress(self, point, state, strain + step%scheme%theta*change, circle)
+      flow = circle%to%flow/step%scheme%theta
+      loss = 0.0_wp
+      loss(loss_plastic) = dot_product(circle%to%stress, flow)
+      elastic = change
+      if (circle%to%yields) then
+         associate (own => in_axes(circle%direction, flow(1:2)))
+            elastic = change - [own(1), own(2), 2.0_wp*own(3)]
+         end associate
+         state(plastic) = state(plastic) + change - elastic
+         state(across) = state(across) + flow(3)
+         state(strained) = state(strained) + maxval(flow) - min(0.0_wp, minval(flow))
+      end if
+      loss(loss_scheme) = (step%scheme%theta - 0.5_wp)*doubled(point, elastic, flow(3))
+   end subroutine finish
+
+   !> ε^e·Dε^e with −ε^p across the plane, twice the elastic energy, J/m³.
+   pure real(wp) function doubled(point, elastic, third)
+      type(strain_point_type), intent(in) :: point  !< where the law acts
+      real(wp), intent(in) :: elastic(3), third     !< ε^e in the plane, ε^p across it
+
+      doubled = dot_product(elastic, matmul(point%elasticity, elastic))
+      if (point%plane_strain) doubled = doubled + third*(point%elasticity(1, 1)*third &
+         - 2.0_wp*point%elasticity(1, 2)*(elastic(1) + elastic(2)))
+   end function doubled
+
+   !> ψ, J/m³.
+   pure real(wp) function stored(self, point, state, strain)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+      type(strain_point_type), intent(in) :: point        !< where it acts
+      real(wp), intent(in) :: state(:)                    !< [any] of the point
+      real(wp), intent(in) :: strain(3)                   !< ε
+
+      associate (elastic => strain - state(plastic))
+         stored = dot_product(elastic, point%held) + 0.5_wp*doubled(point, elastic, state(across))
+         if (point%plane_strain) stored = stored - state(across)*(self%beyond &
+            + poisson(point%elasticity)*sum(point%held(1:2)))
+      end associate
+   end function stored
+
+   !> κ.
+   pure real(wp) function plastic_strain(self, state)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+      real(wp), intent(in) :: state(:)                    !< [any] of a point
+
+      plastic_strain = state(strained)
+   end function plastic_strain
+
+   !> Jumps of faces have a cap.
+   pure logical function limits_jumps(self)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+
+      limits_jumps = .true.
+   end function limits_jumps
+
+   !> Stress up to which the jumps of a face may carry, Pa: a share of the radius of the largest
+   !> circle about the mean stress at the start of a step.
+   pure real(wp) function jump_cap(self, point, state, strain)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+      type(strain_point_type), intent(in) :: point        !< of the face
+      real(wp), intent(in) :: state(:)                    !< [any] of the point
+      real(wp), intent(in) :: strain(3)                   !< ε at the start of a step
+      type(circle_type) :: circle
+      type(strength_type) :: strength
+
+      call return_stress(self, point, state, strain, circle)
+      strength = strength_at(self, point, state(strained))
+      associate (mean => 0.5_wp*(circle%to%stress(1) + circle%to%stress(2)))
+         jump_cap = jump_share*max(0.0_wp, min(strength%cohesion*cos(strength%friction) &
+            - mean*sin(strength%friction), strength%tension - mean))
+      end associate
+   end function jump_cap
+
+end module dda_mohr_coulomb_solid

@@ -1,0 +1,158 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Return of a trial stress to the strength of Mohr and Coulomb with a tension cut-off, in principal
+!> stresses: σ₁ ≥ σ₂ in the plane, σ₃ across it; tension positive.
+!>
+!> A stress is admitted where, for each pair i, j and each i,
+!>
+!>     ½(1 + sin φ) σ_i − ½(1 − sin φ) σ_j ≤ c cos φ ,   σ_i ≤ T .
+!>
+!> With a dilation ψ < φ the mean of a pair is held at a value m_ij in what φ has beyond ψ, as the
+!> normal force is in the bound of friction:
+!>
+!>     ½(1 + sin ψ) σ_i − ½(1 − sin ψ) σ_j ≤ c cos φ − (sin φ − sin ψ) m_ij .
+!>
+!> These bounds are planes.  A trial stress beyond goes to the nearest admitted stress in the
+!> norm of D⁻¹, on a plane, an edge or a corner: where all multipliers are ≥ 0 and all bounds
+!> kept.  In plane stress σ₃ stays 0, and D ends with σ₂.
+module dda_yield_return
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: strength_type, return_type, return_principal
+
+   integer, parameter :: bounds = 8, pairs = 5
+   !> σ_i, σ_j of the pairs that a trial stress with σ₁ ≥ σ₂ can reach
+   integer, parameter :: major(pairs) = [1, 1, 3, 2, 3], minor(pairs) = [2, 3, 2, 3, 1]
+   real(wp), parameter :: rounding = 1.0e-13_wp   !< of the trial stress
+   real(wp), parameter :: singular = 1.0e-10_wp   !< pivot over the diagonal: parallel planes
+
+   !> Strengths.
+   type :: strength_type
+      real(wp) :: cohesion = 0.0_wp  !< c, Pa
+      real(wp) :: friction = 0.0_wp  !< φ, rad
+      real(wp) :: dilation = 0.0_wp  !< ψ, rad, at most φ
+      real(wp) :: tension = 0.0_wp   !< T, Pa, at most c cot φ
+   end type strength_type
+
+   !> Where a trial stress returns to.
+   type :: return_type
+      logical :: yields = .false.
+      real(wp) :: stress(3) = 0.0_wp    !< Pa
+      real(wp) :: flow(3) = 0.0_wp      !< principal plastic strains
+      !> ∂σ/∂ε, Pa
+      real(wp) :: slope(3, 3) = 0.0_wp
+   end type return_type
+
+contains
+
+   !> Return a trial stress.
+   pure type(return_type) function return_principal(strength, elastic, trial, held) result(to)
+      type(strength_type), intent(in) :: strength  !< of the point
+      real(wp), intent(in) :: elastic(3, 3)        !< D of principal strains, Pa
+      real(wp), intent(in) :: trial(3)             !< σ₁ ≥ σ₂, σ₃, Pa
+      real(wp), intent(in) :: held(3)              !< principal stresses whose means are held, Pa
+      real(wp) :: gradient(3, bounds), bound(bounds), off, least
+      type(return_type) :: other
+      integer :: n, set, list(bounds)
+
+      to%stress = trial
+      to%slope = elastic
+      call planes(strength, held, gradient, bound)
+      if (all(matmul(trial, gradient) <= bound)) return
+      least = huge(1.0_wp)
+      do n = 1, 3
+         do set = 1, 2**bounds - 1
+            if (popcnt(set) /= n) cycle
+            list(:n) = pack([1, 2, 3, 4, 5, 6, 7, 8], btest(set, [0, 1, 2, 3, 4, 5, 6, 7]))
+            if (any(bound(list(:n)) >= huge(1.0_wp))) cycle
+            call return_to(elastic, trial, gradient, bound, list(:n), other, off)
+            if (off >= least) cycle
+            least = off
+            to = other
+            if (off <= rounding*maxval(abs(trial))) return
+         end do
+      end do
+   end function return_principal
+
+   !> Planes of strength: gradients and bounds.
+   pure subroutine planes(strength, held, gradient, bound)
+      type(strength_type), intent(in) :: strength  !< of the point
+      real(wp), intent(in) :: held(3)              !< principal stresses whose means are held, Pa
+      real(wp), intent(out) :: gradient(3, bounds)
+      real(wp), intent(out) :: bound(bounds)       !< Pa
+      real(wp) :: sine, held_sine
+      integer :: i
+
+      sine = sin(strength%dilation)
+      held_sine = sin(strength%friction) - sine
+      gradient = 0.0_wp
+      do i = 1, pairs
+         gradient(major(i), i) = 0.5_wp*(1.0_wp + sine)
+         gradient(minor(i), i) = -0.5_wp*(1.0_wp - sine)
+         bound(i) = strength%cohesion*cos(strength%friction)
+         if (held_sine > 0.0_wp) bound(i) = max(0.0_wp, bound(i) - held_sine*0.5_wp &
+            *(held(major(i)) + held(minor(i))))
+      end do
+      do i = 1, 3
+         gradient(i, pairs + i) = 1.0_wp
+         bound(pairs + i) = strength%tension
+      end do
+   end subroutine planes
+
+   !> Return to where some planes meet, and by how much that breaks another bound or how far a plane
+   !> would pull, Pa.
+   pure subroutine return_to(elastic, trial, gradient, bound, list, to, off)
+      real(wp), intent(in) :: elastic(3, 3)      !< D of principal strains, Pa
+      real(wp), intent(in) :: trial(3)           !< Pa
+      real(wp), intent(in) :: gradient(3, bounds)
+      real(wp), intent(in) :: bound(bounds)      !< Pa
+      integer, intent(in) :: list(:)             !< planes
+      type(return_type), intent(out) :: to       !< there
+      real(wp), intent(out) :: off               !< huge: the planes do not meet
+      real(wp) :: n(3, 3), stiff(3, 3), matrix(3, 3), right(3, 4)
+      logical :: meets
+
+      off = huge(1.0_wp)
+      associate (k => size(list))
+         n(:, :k) = gradient(:, list)
+         stiff(:, :k) = matmul(elastic, n(:, :k))
+         matrix(:k, :k) = matmul(transpose(n(:, :k)), stiff(:, :k))
+         right(:k, 1) = matmul(trial, n(:, :k)) - bound(list)
+         right(:k, 2:4) = transpose(stiff(:, :k))
+         call solve(matrix(:k, :k), right(:k, :), meets)
+         if (.not. meets) return
+         off = -minval(right(:k, 1))*elastic(1, 1)
+         to%yields = .true.
+         to%flow = matmul(n(:, :k), right(:k, 1))
+         to%stress = trial - matmul(stiff(:, :k), right(:k, 1))
+         off = max(off, maxval(matmul(to%stress, gradient) - bound))
+         to%slope = elastic - matmul(stiff(:, :k), right(:k, 2:4))
+      end associate
+   end subroutine return_to
+
+   !> Solve a small system of equations by elimination.
+   pure subroutine solve(matrix, right, regular)
+      real(wp), intent(inout) :: matrix(:,:)  !< [n,n] positive on its diagonal; is used up
+      real(wp), intent(inout) :: right(:,:)   !< [n,any] becomes the solutions
+      logical, intent(out) :: regular         !< there is one solution
+      real(wp) :: scale(size(matrix, 1)), factor
+      integer :: i, k
+
+      scale = [(abs(matrix(i, i)), i=1, size(matrix, 1))]
+      regular = .false.
+      do i = 1, size(matrix, 1)
+         if (abs(matrix(i, i)) <= singular*scale(i)) return
+         do k = 1, size(matrix, 1)
+            if (k == i) cycle
+            factor = matrix(k, i)/matrix(i, i)
+            matrix(k, :) = matrix(k, :) - factor*matrix(i, :)
+            right(k, :) = right(k, :) - factor*right(i, :)
+         end do
+      end do
+      regular = .true.
+      do i = 1, size(matrix, 1)
+         right(i, :) = right(i, :)/matrix(i, i)
+      end do
+   end subroutine solve
+
+end module dda_yield_return

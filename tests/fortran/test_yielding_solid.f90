@@ -1,0 +1,217 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A solid of Mohr and Coulomb at one point: closed forms, energies of each step, tangents.
+module test_yielding_solid
+   use dda_kinds, only: wp, pi
+   use dda_material, only: material_type, elasticity
+   use dda_material_law, only: strain_point_type, losses, loss_plastic, loss_scheme
+   use dda_mohr_coulomb_solid, only: mohr_coulomb_solid_type
+   use dda_scheme, only: scheme_type, step_type
+   use models, only: random, random_vector, sow
+   use testing, only: case, check
+   implicit none
+   private
+   public :: yielding_solid_suite
+
+   real(wp), parameter :: cohesion = 3.45e6_wp, angle = pi/6.0_wp
+
+contains
+
+   subroutine yielding_solid_suite()
+      call sow(11)
+      call squeezed_points_have_the_strength_of_the_closed_form()
+      call pulled_points_have_the_tensile_strength()
+      call each_step_balances_and_loses()
+      call tangents_are_derivatives()
+   end subroutine yielding_solid_suite
+
+   !> Rock of c 3.45 MPa, φ 30°.
+   pure type(mohr_coulomb_solid_type) function rock(dilation, tension)
+      real(wp), intent(in) :: dilation, tension  !< rad; Pa
+
+      rock%peak%cohesion = cohesion
+      rock%peak%friction = angle
+      rock%peak%dilation = dilation
+      rock%peak%tension = min(tension, cohesion/tan(angle))
+      rock%residual = rock%peak
+   end function rock
+
+   !> A point in its stress.
+   type(strain_point_type) function point_in(plane_strain, held) result(point)
+      logical, intent(in) :: plane_strain
+      real(wp), intent(in) :: held(3)  !< Pa
+
+      point%plane_strain = plane_strain
+      point%elasticity = elasticity(material_type(young_modulus=7.0e9_wp, poisson_ratio=0.21_wp), &
+         plane_strain)
+      point%held = held
+      point%thickness = 0.1_wp
+   end function point_in
+
+   !> Stress at the end, where a point is compressed along y and the stress along x is held by
+   !> Newton's method on εx.
+   function driven(law, point, to) result(stress)
+      type(mohr_coulomb_solid_type), intent(in) :: law
+      type(strain_point_type), intent(inout) :: point
+      real(wp), intent(in) :: to  !< εy at the end
+      integer, parameter :: steps = 200
+      type(step_type) :: step
+      real(wp) :: stress(3), state(5), strain(3), change(3), tangent(3, 3), loss(losses)
+      integer :: i, k
+
+      step = step_type(scheme_type(1.0_wp, 1.0_wp), 0.0_wp, 0.01_wp)
+      state = 0.0_wp
+      strain = 0.0_wp
+      do i = 1, steps
+         change = [0.0_wp, to/steps, 0.0_wp]
+         point%bounding = law%held_stress(point, state, strain)
+         do k = 1, 60
+            call law%respond(point, state, strain, change, step, stress, tangent)
+            if (abs(stress(1)) <= 1.0e-13_wp*(cohesion + abs(stress(2)))) exit
+            change(1) = change(1) - stress(1)/max(tangent(1, 1), 1.0e-3_wp*point%elasticity(1, 1))
+            point%bounding = law%held_stress(point, state, strain + change)
+         end do
+         call law%finish(point, state, strain, change, step, loss)
+         call check(loss(loss_plastic) >= 0.0_wp, 'yielding loses')
+         strain = strain + change
+      end do
+      stress = stress + point%held
+   end function driven
+
+   !> q_u = 2c tan(45° + φ/2) and σ₃ tan²(45° + φ/2) + q_u, for any dilation, in both states.
+   subroutine squeezed_points_have_the_strength_of_the_closed_form()
+      real(wp), parameter :: confining(3) = [0.0_wp, 5.0e6_wp, 2.0e7_wp]
+      real(wp), parameter :: dilations(3) = [0.0_wp, 0.3_wp, angle]
+      real(wp) :: stress(3), ratio, wanted
+      type(strain_point_type) :: point
+      integer :: i, k, kind
+
+      call case('biaxial strength')
+      ratio = tan(0.25_wp*pi + 0.5_wp*angle)**2
+      do kind = 1, 2
+         do i = 1, size(confining)
+            do k = 1, size(dilations)
+               wanted = ratio*confining(i) + 2.0_wp*cohesion*sqrt(ratio)
+               point = point_in(kind == 1, [-confining(i), -confining(i), 0.0_wp])
+               ! Across a plane without stress the strength is that of no confinement.
+               if (kind == 2) wanted = 2.0_wp*cohesion*sqrt(ratio)
+               stress = driven(rock(dilations(k), huge(1.0_wp)), point, -0.03_wp)
+               call check(abs(-stress(2) - wanted) <= 1.0e-9_wp*wanted, 'the strength is exact')
+            end do
+         end do
+      end do
+   end subroutine squeezed_points_have_the_strength_of_the_closed_form
+
+   !> σ = T.
+   subroutine pulled_points_have_the_tensile_strength()
+      type(strain_point_type) :: point
+      real(wp) :: stress(3)
+      integer :: kind
+
+      call case('tension cut-off')
+      do kind = 1, 2
+         point = point_in(kind == 1, [0.0_wp, 0.0_wp, 0.0_wp])
+         stress = driven(rock(0.0_wp, 1.0e6_wp), point, 0.001_wp)
+         call check(abs(stress(2) - 1.0e6_wp) <= 1.0e-9_wp*1.0e6_wp, 'tension is cut off')
+      end do
+   end subroutine pulled_points_have_the_tensile_strength
+
+   !> s·Δε = Δψ + losses, each ≥ 0, on paths that turn, at three θ, in both states, with softening.
+   subroutine each_step_balances_and_loses()
+      real(wp), parameter :: thetas(3) = [0.5_wp, 0.75_wp, 1.0_wp]
+      type(mohr_coulomb_solid_type) :: law
+      type(strain_point_type) :: point
+      real(wp) :: worst(3)
+      integer :: i, k, kind
+
+      call case('energies of steps that yield')
+      do kind = 1, 2
+         point = point_in(kind == 1, [-1.0e6_wp, -2.0e6_wp, 5.0e5_wp])
+         do k = 0, 2
+            law = rock(0.5_wp*k*angle, merge(1.0e6_wp, huge(1.0_wp), k < 2))
+            if (kind == 1) law%beyond = -2.0e5_wp*k
+            if (k == 1) then
+               law%softening = 0.05_wp
+               law%residual%cohesion = 0.0_wp
+               law%residual%tension = 0.0_wp
+            end if
+            do i = 1, 3
+               call walk(law, point, thetas(i), worst)
+               call check(worst(1) < 1.0e-12_wp, 'work is what is stored and lost')
+               call check(worst(2) > -1.0e-14_wp, 'no loss is below 0')
+               call check(worst(3) < 1.0e-9_wp, 'the stress is admitted')
+            end do
+         end do
+      end do
+   end subroutine each_step_balances_and_loses
+
+   !> A path of 2,000 steps: errors of the balance, least loss, over the work; stress beyond R ≤ c
+   !> cos φ − p sin φ of the peak, over c.
+   subroutine walk(law, point, theta, worst)
+      type(mohr_coulomb_solid_type), intent(in) :: law
+      type(strain_point_type), intent(inout) :: point
+      real(wp), intent(in) :: theta
+      real(wp), intent(out) :: worst(3)
+      type(step_type) :: step
+      real(wp) :: state(5), strain(3), change(3), stress(3), tangent(3, 3), loss(losses)
+      real(wp) :: before, work
+      integer :: i
+
+      step = step_type(scheme_type(theta, theta), 0.0_wp, 0.005_wp)
+      state = 0.0_wp
+      strain = 0.0_wp
+      worst = 0.0_wp
+      work = 0.0_wp
+      do i = 1, 2000
+         change = 10.0_wp**(-5.0_wp + 2.0_wp*modulo(0.37_wp*i, 1.0_wp))*([cos(0.02_wp*i), &
+            -cos(0.02_wp*i), sin(0.03_wp*i)] + random_vector(3))
+         before = law%stored(point, state, strain)
+         point%bounding = law%held_stress(point, state, strain + theta*change)
+         call law%respond(point, state, strain, change, step, stress, tangent)
+         call law%finish(point, state, strain, change, step, loss)
+         strain = strain + change
+         stress = stress + point%held
+         work = work + abs(dot_product(stress, change))
+         worst(1) = max(worst(1), abs(dot_product(stress, change) - sum(loss) &
+            - law%stored(point, state, strain) + before))
+         worst(2) = min(worst(2), loss(loss_plastic), loss(loss_scheme))
+         if (law%peak%dilation >= angle) worst(3) = max(worst(3), (hypot(0.5_wp*(stress(1) &
+            - stress(2)), stress(3)) + 0.5_wp*(stress(1) + stress(2))*sin(angle))/cohesion &
+            - cos(angle))
+      end do
+      worst(1:2) = worst(1:2)/work
+   end subroutine walk
+
+   !> Tangents agree with differences where no corner is near, and are symmetric.
+   subroutine tangents_are_derivatives()
+      type(mohr_coulomb_solid_type) :: law
+      type(strain_point_type) :: point
+      type(step_type) :: step
+      real(wp) :: change(3), more(3), stress(3), other(3), tangent(3, 3), ignored(3, 3), off
+      real(wp) :: state(5)
+      integer :: i, k, wrong
+
+      call case('tangents')
+      state = 0.0_wp
+      step = step_type(scheme_type(1.0_wp, 1.0_wp), 0.0_wp, 0.01_wp)
+      wrong = 0
+      do i = 1, 2000
+         point = point_in(modulo(i, 2) == 0, 1.0e6_wp*random_vector(3))
+         law = rock(random(0.0_wp, angle), 1.0e6_wp)
+         point%bounding = 1.0e6_wp*random_vector(3)
+         change = 3.0e-3_wp*random_vector(3)
+         call law%respond(point, state, [0.0_wp, 0.0_wp, 0.0_wp], change, step, stress, tangent)
+         call check(maxval(abs(tangent - transpose(tangent))) <= 1.0e-12_wp &
+            *point%elasticity(1, 1), 'the tangent is symmetric')
+         off = 0.0_wp
+         do k = 1, 3
+            more = change
+            more(k) = more(k) + 1.0e-9_wp
+            call law%respond(point, state, [0.0_wp, 0.0_wp, 0.0_wp], more, step, other, ignored)
+            off = max(off, maxval(abs((other - stress)/1.0e-9_wp - tangent(:, k))))
+         end do
+         if (off > 1.0e-4_wp*point%elasticity(1, 1)) wrong = wrong + 1
+      end do
+      call check(wrong <= 4, 'the tangent is the derivative')
+   end subroutine tangents_are_derivatives
+
+end module test_yielding_solid
