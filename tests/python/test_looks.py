@@ -16,12 +16,15 @@ from test_view import shaken_grid, sliding_blocks
 import sitedda
 from sitedda.drawing.forces import resultants
 from sitedda.drawing.quantities import limits, rounding
+from sitedda.facade.page import report_page
 from sitedda.numbers import UNITS, in_unit
 from sitedda.output.energies import budget
 from sitedda.pictures import draw
 from sitedda.plot import kind_of, run_picture
+from sitedda.report import Picture, to_html
 from sitedda.scene import Scene
 from sitedda.style import INK, JOINT_MAP, RESTING, SCHEMES, dress
+from sitedda.vtk import write_vtk
 
 
 @pytest.fixture(scope="module")
@@ -203,3 +206,65 @@ def test_units_of_pages_are_those_of_pictures(root):
     assert json.loads(table) == known
     assert in_unit(0.004, "m") == (1e-3, "mm") and in_unit(3.0, "s") == (1.0, "s")
     assert in_unit(2e-6, "°")[1] == "µrad" and in_unit(0.5, "°") == (1.0, "°")
+
+
+def test_a_report_begins_with_the_check_and_has_units_in_its_tables(run):
+    text = to_html(report_page(run))
+    first = text.index("check of the model")
+    assert text.index("<h2>Verdict") < first < text.index("where, when")
+    for head in ("density (kg/m³)", "young_modulus (Pa)", "friction_angle (degrees)"):
+        assert head in text
+    areas = [2.0 * 1.0 - 0.4, 1.0, 8.0]  # right, and one with a notch
+    assert f"1 to {max(areas):g} m²" in text and "vertices" in text
+    assert not re.search(r"<td class='n'[^>]*>-", text)  # a true minus
+    assert text.count("prefers-color-scheme: dark)' srcset=") == text.count("<img ") == 2
+    source = str(run.history.attrs["source"])
+    where = text[text.index("id='provenance'") :]
+    assert where.count(source) == 1
+
+
+def test_a_picture_of_a_page_is_light_again_after_the_dark_one(run):
+    picture = Picture(run_picture(run.history), "caption")
+    light, dark, again = (set(re.findall(rb"#[0-9a-f]{6}", picture.encoded(scheme)[1]))
+                          for scheme in ("light", "dark", "light"))  # fmt: skip
+    assert light == again and SCHEMES["light"]["paper"].encode() in light
+    assert SCHEMES["dark"]["paper"].encode() in dark and INK.encode() not in dark
+
+
+def test_a_fallen_block_is_told_with_its_area(write_input):
+    from test_pictures import excavated
+
+    groups = [pair for pair in excavated() if pair[0] != "stage"]
+    groups = [(n, {k: v for k, v in g.items() if k != "motion_x"}) for n, g in groups]
+    run = sitedda.run(write_input([*groups, ("block", {"name": "high",
+        "vertices": [0.0, 40.0, 1.0, 40.0, 1.0, 40.5, 0.0, 40.5]}),
+        ("stage", {"name": "fall", "steps": 800, "time_step": 2e-3})]))  # fmt: skip
+    assert "high (0.5 m²)" in run.verdict.happened
+
+
+def test_vtk_has_units_joints_and_all_contacts(run, tmp_path):
+    from test_pictures import read_polygons
+
+    folder = write_vtk(run, tmp_path).parent
+    scene, last = Scene.of(run), Scene.of(run).frames - 1
+    blocks = read_polygons(folder / f"blocks_{last:04d}.vtp")
+    names = {blocks.GetCellData().GetArrayName(i)
+             for i in range(blocks.GetCellData().GetNumberOfArrays())}  # fmt: skip
+    assert {"stress xx (Pa)", "strain gamma xy", "rotation (degree)", "velocity (m/s)"} <= names
+    moved = vtk_array(blocks.GetPointData(), "displacement (m)")
+    assert (moved[:, :2] == scene.vertices(last) - scene.vertices(0)).all()
+    contacts = read_polygons(folder / f"contacts_{last:04d}.vtp")
+    assert contacts.GetNumberOfLines() == len(scene.contacts(last)["vertex"])
+    joints = read_polygons(folder / f"joints_{last:04d}.vtp")
+    slip, opening = scene.joint_movement(last)
+    assert (vtk_array(joints.GetCellData(), "slip (m)") == slip).all()
+    assert (vtk_array(joints.GetCellData(), "opening (m)") == opening).all()
+    head, *rows = (folder / "points.csv").read_text(encoding="utf-8").splitlines()
+    assert head.startswith("time (s),top<& displacement x (m)")
+    assert len(rows) == run.history.sizes["time"]
+
+
+def vtk_array(data, name: str) -> np.ndarray:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    return vtk_to_numpy(data.GetArray(name))

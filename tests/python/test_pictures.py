@@ -227,17 +227,17 @@ def test_vtk_reads_back_what_the_output_holds(run, tmp_path):
             data.GetCellData().GetArrayName(i): vtk_to_numpy(data.GetCellData().GetArray(i))
             for i in range(data.GetCellData().GetNumberOfArrays())
         }
-        assert (cells["stress"] == history.block_stress.values[frame]).all()
-        assert (cells["velocity"][:, :2] == history.block_rates.values[frame, :, :2]).all()
-        assert (cells["displacement"][:, :2] == scene.displacement(frame)).all()
+        stress = [cells[f"stress {axes} (Pa)"] for axes in ("xx", "yy", "xy")]
+        assert (np.stack(stress, axis=1) == history.block_stress.values[frame]).all()
+        assert (cells["velocity (m/s)"][:, :2] == history.block_rates.values[frame, :, :2]).all()
+        assert (cells["displacement of the centroid (m)"][:, :2] == scene.displacement(frame)).all()
         areas = [polygon_area(data.GetCell(b)) for b in range(scene.blocks)]
         assert areas == pytest.approx(scene.areas(frame).tolist(), rel=1e-12)
         contacts = read_polygons(
             collection.parent / entries[frame].get("file").replace("blocks", "contacts")
         )
-        forces = vtk_to_numpy(contacts.GetCellData().GetArray("normal force"))
-        expected = scene.contacts(frame)["normal_force"]
-        assert (forces == expected[expected > 0]).all()
+        forces = vtk_to_numpy(contacts.GetCellData().GetArray("normal force (N/m)"))
+        assert (forces == scene.contacts(frame)["normal_force"]).all()
     names = read_polygons(collection.parent / entries[0].get("file")).GetFieldData()
     names = names.GetAbstractArray("block names")
     assert [names.GetValue(i) for i in range(scene.blocks)] == scene.names
@@ -253,7 +253,7 @@ def test_vtk_reads_back_bolts(bolted, tmp_path):
     data = read_polygons(folder / last)
     assert [data.GetCell(i).GetNumberOfPoints() for i in range(4)] == [2, 2, 2, 3]
     history = bolted.history.isel(time=-1)
-    force, state = (vtk_to_numpy(data.GetCellData().GetArray(n)) for n in ("force", "state"))
+    force, state = (vtk_to_numpy(data.GetCellData().GetArray(n)) for n in ("force (N/m)", "state"))
     assert force.tolist() == history.bolt_force.values.tolist()
     assert state.tolist() == history.bolt_state.values.tolist() == [4, 1, 1, 1]
 
@@ -428,8 +428,8 @@ def test_numbers_are_set_to_the_right_and_prose_is_not():
         "s", Table(["a", "b"], [["1.5", "28 crests of a wave"], ["6.2·10^-5 %", "3"]], markup=True)
     )
     text = to_html(page)
-    assert "<td class='n'>6.2·10<sup>-5</sup> %</td>" in text
-    assert "<td>28 crests of a wave</td>" in text
+    assert "<td class='n' data-head='a'>6.2·10<sup>−5</sup> %</td>" in text
+    assert "<td data-head='b'>28 crests of a wave</td>" in text
 
 
 def test_commands_write_what_they_say(main, run, write_input, tmp_path):
@@ -490,7 +490,10 @@ def test_objects_say_what_they_are(write_input):
     assert repr(simulation).endswith("closed>")
     modes = sitedda.modes(file, 2)
     assert f"{modes.frequency[0]:.4g} Hz" in repr(modes)
-    assert f"<td class='n'>{modes.frequency[1]:.4g}</td>" in modes._repr_html_()
+    assert (
+        f"<td class='n' data-head='frequency (Hz)'>{modes.frequency[1]:.4g}</td>"
+        in modes._repr_html_()
+    )
     assert "highest frequency" in sitedda.check(file)._repr_html_()
 
 

@@ -12,7 +12,7 @@ from .parser import tell
 
 def add_build(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument("-o", "--output", type=file_name, help="(beside it, FILE_blocks.nml)")
     parser.add_argument(
         "--block-file",

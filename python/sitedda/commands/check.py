@@ -15,7 +15,7 @@ from .parser import add_changes, tell
 
 def add_check(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")
     add_changes(parser)
     parser.set_defaults(act=check_input)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import textwrap
 from typing import NoReturn
 
 from ..input.changes import Typed
@@ -39,6 +40,7 @@ def _assignment(text: str):
 
 
 def tell(words: str) -> None:
-    """Print notes, a line each."""
+    """Print notes, each on lines of a screen."""
     for line in filter(None, words.splitlines()):
-        print(f"note: {line}")
+        print(textwrap.fill(f"note: {line}", 80, subsequent_indent=" " * 6,
+                            break_long_words=False, break_on_hyphens=False))  # fmt: skip

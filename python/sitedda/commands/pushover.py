@@ -13,7 +13,7 @@ from .parser import add_changes
 
 def add_pushover(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument(
         "--point", required=True, metavar="NAME", help="measured point of the curve"
     )

@@ -37,7 +37,7 @@ def add_resume(parser: argparse.ArgumentParser) -> None:
 
 
 def _add(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument("-o", "--output", type=file_name, help="in place of the input's")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     parser.add_argument("--no-plot", action="store_true", help="draw no pictures")

@@ -14,13 +14,14 @@ from .parser import add_changes
 
 def add_safety(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument(
         "--factor", type=POSITIVE, help="look at one factor, not for the critical one"
     )
     parser.add_argument("--tolerance", type=TOLERANCE, default=1e-3, help="of the factor (1e-3)")
     parser.add_argument("--displacement", type=POSITIVE, default=0.05, metavar="SHARE",
-        help="largest at rest, of the median radius of the blocks (0.05)")  # fmt: skip
+        help="a model stands while no block has moved farther than this share of the median "
+        "radius of the blocks (0.05)")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")
     parser.add_argument("-o", "--output", type=picture_name, help="(FILE_mechanism.png)")
     add_changes(parser)

@@ -27,6 +27,9 @@ _FIRST = ("run", "plan", "collect", "-h", "--help")
 _MOST = 5  # messages of failed cases that are shown
 
 
+TLS = {"ca": "authority", "cert": "certificate", "key": "key"}
+
+
 def add_study(parser: argparse.ArgumentParser) -> None:
     """Add the commands of a study and their arguments."""
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
@@ -46,9 +49,11 @@ def add_study(parser: argparse.ArgumentParser) -> None:
         command.add_argument("--retry", action="store_true", help="try again what has failed")
         command.set_defaults(act=_carry_out, part=act, slurm=False, dask="")
         if name == "run":
-            command.add_argument("--dask", default="", metavar="ADDRESS", help="of a scheduler")
-            for part in ("ca", "cert", "key"):
-                command.add_argument(f"--tls-{part}", default="", metavar="PEM")
+            command.add_argument("--dask", default="", metavar="ADDRESS",
+                help="of a Dask scheduler whose workers run the cases")  # fmt: skip
+            for part in TLS:
+                command.add_argument(f"--tls-{part}", default="", metavar="PEM",
+                    help=f"file of the {TLS[part]} for a scheduler over TLS")  # fmt: skip
             command.add_argument("--slurm", action="store_true", help="plan, and give to sbatch")
         if name != "collect":
             command.add_argument("--program", default="", help="sitedda-native of the nodes")

@@ -50,7 +50,7 @@ def add_movie(parser: argparse.ArgumentParser) -> None:
 
 def add_export(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda export`."""
-    parser.add_argument("file", type=Path, metavar="FILE.nc")
+    parser.add_argument("file", type=Path, metavar="FILE.nc", help="the output")
     parser.add_argument("--vtk", type=Path, required=True, metavar="FOLDER", help="for ParaView")
     parser.set_defaults(act=_export)
 
@@ -62,7 +62,12 @@ def add_report(parser: argparse.ArgumentParser) -> None:
 
 
 def _add(parser: argparse.ArgumentParser, act, target: str, kind=file_name) -> None:
-    parser.add_argument("file", type=Path, metavar="FILE", help="output, or namelist input")
+    parser.add_argument(
+        "file",
+        type=Path,
+        metavar="FILE",
+        help="output (also FILE.nc.partial, while it runs), or namelist input",
+    )
     parser.add_argument("-o", "--output", type=kind, metavar=target, help="file to write")
     parser.set_defaults(act=act)
 

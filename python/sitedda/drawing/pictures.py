@@ -23,6 +23,7 @@ from ..output.scene import Scene
 from ..report.style import (
     BLUE,
     BOLT,
+    EDGE,
     FAINT,
     FORCE,
     INK,
@@ -226,16 +227,16 @@ class BlockPicture:
     def _begin_blocks(self, frame: int, vertices, frames: list[int]) -> list:
         """Blocks in their colours, and handles for the legend."""
         scene, edge = self.scene, _line_width(self.scene)
-        look = {"edgecolors": INK, "linewidths": edge}
+        look = {"edgecolors": EDGE, "linewidths": edge}
         if scene.welded.any():  # the outlines of bodies are drawn above, faces within them faint
-            look = {"edgecolors": FAINT, "linewidths": 0.4 * edge}
+            look = {"edgecolors": EDGE, "linewidths": 0.3 * edge}
         shown = _standing(scene, frame, vertices)
         drawn = self.blocks = PolyCollection(shown, joinstyle="round", zorder=2, **look)
         self.axes.add_collection(drawn, autolim=False)
         if self.color == "material":
             drawn.set_facecolor([STONES[m % len(STONES)] for m in scene.material])
             return [
-                Patch(fc=STONES[m % len(STONES)], ec=INK, lw=0.7,
+                Patch(fc=STONES[m % len(STONES)], ec=EDGE, lw=0.7,
                       label=plain(scene.material_names[m]))
                 for m in np.unique(scene.material)
             ]  # fmt: skip
@@ -373,7 +374,7 @@ def _body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
     shown = ~scene.welded & ~scene.removed(frame)[scene.owner]
     sides = np.stack([vertices[shown], vertices[scene.next_vertex[shown]]], axis=1)
     lines = LineCollection(
-        sides, colors=INK, linewidths=_line_width(scene), capstyle="round", zorder=2.1
+        sides, colors=EDGE, linewidths=_line_width(scene), capstyle="round", zorder=2.1
     )
     return [axes.add_collection(lines, autolim=False)]
 

@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import SiteddaError
+from ..base.numbers import number
 from ..build.building import InputOfRun
 from ..drawing.pictures import draw
 from ..drawing.view import BUDGET, view
 from ..engine.checking import Report, check, check_table
 from ..input.schema import GROUPS
+from ..output.energies import TERMS
 from ..output.response import amplifications
 from ..output.scene import Scene
 from ..output.verdict import verdict
@@ -20,11 +22,8 @@ from ..output.verdict_lines import NO_BARS
 from ..report.page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Table
 from ..report.provenance import provenance
 from ..study.error_bars import kept_accuracy
-from .plot import run_picture
+from .plot import CAPTIONS, kind_of, run_picture
 
-_ENERGIES = ("kinetic", "strain", "welded", "contact", "support", "gravity", "input", "friction",
-             "fracture", "algorithmic", "kinetic_damping", "damping", "impact", "geometric",
-             "balance")  # fmt: skip
 _TABLES = (("material", "Materials"), ("joint", "Joints"), ("boundary", "Boundaries"),
            ("motion", "Motions"))  # fmt: skip
 _PICTURES = 1_500_000  # bytes of a page that its pictures may take
@@ -49,10 +48,10 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
 def _run_page(scene: Scene, report: Report | str, discrete) -> Page:
     data = scene.data
     page = Page(scene.title or "Untitled run", _lead(scene))
-    page.add("Verdict", *_verdict(scene))
+    page.add("Verdict", _judged(report), *_verdict(scene))
     page.add("Blocks", view(scene, BUDGET - _PICTURES))
     found = _amplifications(data)
-    caption = "The run as it was asked for: blocks, motions, response spectra and amplification."
+    caption = CAPTIONS[kind_of(scene)]
     page.add("Pictures", Picture(run_picture(data, found, discrete), caption, "run"))
     _add_model(page, scene)
     _add_check(page, report)
@@ -106,6 +105,14 @@ def _checked(scene: Scene, source) -> Report | str:
         return str(error)
 
 
+def _judged(report: Report | str) -> Part:
+    """What the check says of the model, before anything that the run says."""
+    if isinstance(report, str):
+        return Paragraph(f"There is no check of the input: {report}")
+    verdict, _, topics = report.conclusion.removeprefix("verdict: ").partition(": ")
+    return Table(["check of the model", "verdict"], [[topics.capitalize(), verdict]])
+
+
 def _verdict(scene: Scene) -> list[Part]:
     """What happened, the figures, how sure they are, doubts and counts."""
     bars = kept_accuracy(scene.data.attrs)
@@ -134,8 +141,8 @@ def _add_model(page: Page, scene: Scene) -> None:
     areas = scene.areas()
     vertices = np.diff(scene.first)
     counts = [
-        ("blocks", f"{scene.blocks:,}, of {vertices.min()} to {vertices.max()} vertices"),
-        ("areas", f"{areas.min():.4g} to {areas.max():.4g} m², {areas.sum():.6g} m² together"),
+        ("blocks", f"{scene.blocks:,} with {_from_to(vertices)} vertices"),
+        ("areas", f"{_from_to(areas)} m², {number(areas.sum(), 6)} m² together"),
         ("joints that touch", f"{len(scene.interfaces):,}"),
         ("fixed points", f"{len(scene.supports()):,}"),
         ("boundaries", ", ".join(one["kind"] for one in scene.boundaries(0)) or "none"),
@@ -159,6 +166,12 @@ def _add_model(page: Page, scene: Scene) -> None:
     page.add("Model", *parts)
 
 
+def _from_to(values) -> str:
+    """The range of values in words."""
+    low, high = number(values.min()), number(values.max())
+    return low if low == high else f"{low} to {high}"
+
+
 def _group_table(scene: Scene, name: str, title: str) -> Table | None:
     """The groups of a name with every variable that one of them has other than by default."""
     groups = scene.groups.get(name, [])
@@ -168,22 +181,24 @@ def _group_table(scene: Scene, name: str, title: str) -> Table | None:
     if not heads:
         return None
     rows = [[_short(group.get(key, "")) for key in heads] for group in groups]
-    return Table(heads, rows, title)
+    units = {one.name: one.unit for one in GROUPS[name].variables}
+    named = [f"{key} ({units[key]})" if units.get(key) else key for key in heads]
+    return Table(named, rows, title)
 
 
 def _short(value) -> str:
     if isinstance(value, bool):
         return f".{value}.".lower()
     if isinstance(value, float):
-        return f"{value:.6g}"
+        return number(value, 6)
     text = ", ".join(map(_short, value)) if isinstance(value, list) else str(value)
     return text if len(text) <= 80 else text[:77] + "…"
 
 
 def _add_energies(page: Page, data) -> None:
     rows = [
-        [name.replace("_", " "), f"{float(series[-1]):.4g}", f"{float(abs(series).max()):.4g}"]
-        for name in _ENERGIES
+        [name.replace("_", " "), number(float(series[-1])), number(float(abs(series).max()))]
+        for name in TERMS
         if f"energy_{name}" in data and np.any(series := data[f"energy_{name}"].values)
     ]
     if rows:

@@ -37,6 +37,13 @@ _WORTH = 1e-6  # of the model's size: less has a picture only where a motion dri
 _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, that damping is said at where no peak is asked for
 
 
+CAPTIONS = {
+    "site": "The site: over depth, its motions, response spectra, and amplification with theory.",
+    "shake": "The model, what the shake has moved, histories and response spectra.",
+    "forces": "The model, the forces in it, and what has moved.",
+}
+
+
 def kind_of(scene: Scene) -> str:
     """What a run asks: the response of a 'site', of a model to a 'shake', or its 'forces'."""
     groups = scene.groups

@@ -151,13 +151,15 @@ def add_fallen(found: Verdict, scene: Scene) -> None:
         return np.linalg.norm(moved - moved[low], axis=1) > np.sqrt(whole)
 
     gone = np.flatnonzero(away(scene.frames - 1))
+    gone = gone[np.argsort(first_of[gone])]
     if len(gone) == 0:
         return
     first = next((f for f in _looked_at(scene) if away(f).any()), scene.frames - 1)
     found.tell(
         f"{len(gone)} of {len(whole)} blocks ended farther from their place than they are "
         f"large, the first by {number(scene.time[first])} s: "
-        f"{_names(scene, np.sort(first_of[gone]))}",
+        + ", ".join(f"{scene.names[first_of[b]]} ({number(whole[b], 3)} m²)" for b in gone[:5])
+        + (" …" if len(gone) > 5 else ""),
         blocks_fallen=len(gone),
         first_block_fallen_s=scene.time[first],
     )

@@ -6,6 +6,8 @@ VTK's XML PolyData with appended raw data, deflated, written with numpy alone.
 
 from __future__ import annotations
 
+import csv
+import io
 import zlib
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
@@ -37,6 +39,7 @@ class PolyData:
         self.connectivity = np.asarray(connectivity, dtype="<i8")
         self.offsets = np.asarray(offsets, dtype="<i8")
         self.cells: dict[str, np.ndarray] = {}
+        self.places: dict[str, np.ndarray] = {}  # of the points
         self.field: dict[str, list[str]] = {}
 
     def write(self, file: Path) -> None:
@@ -62,12 +65,13 @@ class PolyData:
         topology = _array("connectivity", self.connectivity, appended) + _array(
             "offsets", self.offsets, appended
         )
+        at_points = "".join(_array(name, v, appended) for name, v in self.places.items())
         points = _array("Points", self.points, appended)
         fields = "".join(_texts(name, texts) for name, texts in self.field.items())
         return (
             f"<FieldData>\n{fields}</FieldData>\n"
             f'<Piece NumberOfPoints="{len(self.points)}" {numbers}>\n'
-            f"<CellData>\n{cells}</CellData>\n<Points>\n{points}</Points>\n"
+            f"<PointData>\n{at_points}</PointData>\n<CellData>\n{cells}</CellData>\n<Points>\n{points}</Points>\n"
             f"<{self.kind}>\n{topology}</{self.kind}>\n</Piece>\n"
         )
 
@@ -114,28 +118,28 @@ def blocks_of(scene: Scene, frame: int) -> PolyData:
     stress, now = scene.stress(frame), scene.coordinates(frame)
     moved = scene.displacement(frame)
     largest, smallest = principal_stresses(stress)
+    moved_vertices = scene.vertices(frame) - scene.vertices(0)
+    data.places = {"displacement (m)": _flat(moved_vertices)}
     data.cells = {
         "block": np.arange(scene.blocks, dtype="<i4"),
         "material": scene.material.astype("<i4"),
         "removed": scene.removed(frame).astype("<i4"),
-        "displacement": np.column_stack([moved, np.zeros(scene.blocks)]),
-        "rotation": now[:, 2] - scene.coordinates(0)[:, 2],
-        "velocity": np.column_stack([scene.rates(frame)[:, :2], np.zeros(scene.blocks)]),
-        "stress": stress,
-        "largest principal stress": largest,
-        "smallest principal stress": smallest,
-        "strain": now[:, 3:6],
+        "displacement of the centroid (m)": _flat(moved),
+        "rotation (degree)": np.degrees(now[:, 2] - scene.coordinates(0)[:, 2]),
+        "velocity (m/s)": _flat(scene.rates(frame)[:, :2]),
+        "largest principal stress (Pa)": largest,
+        "smallest principal stress (Pa)": smallest,
     }
-    if frame == 0:
-        data.field = {"block names": scene.names, "material names": scene.material_names}
+    for k, axes in enumerate(("xx", "yy", "xy")):  # scalars: of a vector a magnitude is offered
+        data.cells[f"stress {axes} (Pa)"] = stress[:, k]
+        data.cells[f"strain {'gamma ' * (k == 2)}{axes}"] = now[:, 3 + k]
+    data.field = {"block names": scene.names, "material names": scene.material_names}
     return data
 
 
 def contacts_of(scene: Scene, frame: int) -> PolyData:
-    """Closed contacts as lines along their force, from the block that touches."""
+    """All contacts as lines along their force; of open ones, which have none, a point."""
     contacts = scene.contacts(frame)
-    closed = contacts["normal_force"] > 0
-    contacts = {name: values[closed] for name, values in contacts.items()}
     places, normal = scene.contact_points(frame, contacts)
     along = np.column_stack([-normal[:, 1], normal[:, 0]])
     force = contacts["normal_force"][:, None] * normal - contacts["shear_force"][:, None] * along
@@ -147,14 +151,41 @@ def contacts_of(scene: Scene, frame: int) -> PolyData:
     points[0::2], points[1::2] = places - half, places + half
     data = PolyData(points, "Lines", np.arange(2 * k), 2 * np.arange(1, k + 1))
     data.cells = {
-        "force": np.column_stack([force, np.zeros(k)]),
-        "normal force": contacts["normal_force"].astype("<f8"),
-        "shear force": contacts["shear_force"].astype("<f8"),
-        "gap": contacts["gap"].astype("<f8"),
+        "force (N/m)": _flat(force),
+        "normal force (N/m)": contacts["normal_force"].astype("<f8"),
+        "shear force (N/m)": contacts["shear_force"].astype("<f8"),
+        "first block": scene.owner[contacts["vertex"]].astype("<i4"),
+        "second block": scene.owner[contacts["edge"]].astype("<i4"),
+        "gap (m)": contacts["gap"].astype("<f8"),
         "state": contacts["state"].astype("<i4"),
         "bonded": contacts["bonded"].astype("<i4"),
     }
     return data
+
+
+def joints_of(scene: Scene, frame: int) -> PolyData:
+    """What two blocks share as lines, where the first one has carried them, with their movement."""
+    faces = scene.interfaces
+    slip, opening = scene.joint_movement(frame)
+    ends = [scene.carried(faces.first, places, frame) for places in (faces.start, faces.end)]
+    k = len(faces)
+    points = np.stack(ends, axis=1).reshape(-1, 2)
+    data = PolyData(points, "Lines", np.arange(2 * k), 2 * np.arange(1, k + 1))
+    data.cells = {
+        "slip (m)": slip,
+        "sense of slip": scene.joint_sense(frame).astype("<i4"),
+        "opening (m)": opening,
+        "joint": scene.interface_joints.astype("<i4"),
+        "first block": faces.first.astype("<i4"),
+        "second block": faces.second.astype("<i4"),
+    }
+    data.field = {"joint names": scene.joint_names}
+    return data
+
+
+def _flat(vectors: np.ndarray) -> np.ndarray:
+    """Vectors of the plane with a third component of 0."""
+    return np.column_stack([vectors, np.zeros(len(vectors))])
 
 
 def bolts_of(scene: Scene, frame: int) -> PolyData:
@@ -164,7 +195,7 @@ def bolts_of(scene: Scene, frame: int) -> PolyData:
     ends = np.cumsum([len(one["places"]) for one in bolts], dtype=int)
     data = PolyData(points, "Lines", np.arange(len(points)), ends)
     data.cells = {
-        "force": np.array([one["force"] for one in bolts], dtype="<f8"),
+        "force (N/m)": np.array([one["force"] for one in bolts], dtype="<f8"),
         "state": np.array([one["state"] for one in bolts], dtype="<i4"),
     }
     data.field = {"bolt names": [one["name"] for one in bolts]}
@@ -178,8 +209,8 @@ def write_vtk(source, folder) -> Path:
     ----------
     source : path, Run, Simulation, xarray.Dataset or Scene
     folder : path
-        Made if it is missing; gets ``blocks.pvd``, ``contacts.pvd``, of models with bolts
-        ``bolts.pvd``, and their frames.
+        Made if it is missing; gets ``blocks.pvd``, ``contacts.pvd``, ``joints.pvd``, of models
+        with bolts ``bolts.pvd``, and their frames; of measured points ``points.csv``.
 
     Returns
     -------
@@ -189,7 +220,7 @@ def write_vtk(source, folder) -> Path:
     scene = source if isinstance(source, Scene) else Scene.of(source)
     folder = make_folder(folder)
     digits = max(4, len(str(scene.frames - 1)))
-    kinds = {"blocks": blocks_of, "contacts": contacts_of}
+    kinds = {"blocks": blocks_of, "contacts": contacts_of, "joints": joints_of}
     if scene.bolt_routes():
         kinds["bolts"] = bolts_of
     for name, made in kinds.items():
@@ -199,7 +230,24 @@ def write_vtk(source, folder) -> Path:
             made(scene, frame).write(folder / file)
             entries.append(_entry(float(scene.time[frame]), file))
         _write_collection(folder / f"{name}.pvd", scene.title, entries)
+    if "point" in scene.data.coords:
+        write(folder / "points.csv", _histories(scene), "a file of ParaView")
     return folder / "blocks.pvd"
+
+
+def _histories(scene: Scene) -> str:
+    """Histories of the measured points as a table, a line for each sample."""
+    columns = {"time (s)": scene.data["time"].values}
+    for name, unit in (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s²")):
+        for i, point in enumerate(map(str, scene.data["point"].values)):
+            for axis, letter in enumerate("xy"):
+                head = f"{point} {name} {letter} ({unit})"
+                columns[head] = scene.data[name].values[:, i, axis]
+    text = io.StringIO(newline="")
+    lines = csv.writer(text)
+    lines.writerow(columns)
+    lines.writerows(np.column_stack(list(columns.values())).tolist())
+    return text.getvalue()
 
 
 def _entry(time: float, file: str) -> str:

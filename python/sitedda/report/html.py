@@ -195,13 +195,20 @@ def _listing(part: Listing) -> str:
 
 
 def _picture(part: Picture) -> str:
-    kind, data = part.encoded()
+    dark, light = map(_data, (part.encoded("dark"), part.encoded("light")))
     caption = escape(part.caption)
-    source = f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
     return (
-        f"<figure class='picture'><img alt='{caption}' src='{source}'>"
+        "<figure class='picture'><picture>"
+        f"<source media='screen and (prefers-color-scheme: dark)' srcset='{dark}'>"
+        f"<img alt='{caption}' src='{light}'></picture>"
         f"<figcaption>{caption}</figcaption></figure>"
     )
+
+
+def _data(encoded: tuple[str, bytes]) -> str:
+    """The address of a picture that stands in the page."""
+    kind, data = encoded
+    return f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
 
 
 def _table(table: Table) -> str:
@@ -213,20 +220,24 @@ def _table(table: Table) -> str:
     judged = [head in ("", "verdict") for head in table.heads]
     markup = [table.markup] * len(judged)
     body = "".join(
-        f"<tr>{''.join(map(_cell, row, right, judged, markup))}</tr>" for row in table.rows
+        f"<tr>{''.join(map(_cell, row, table.heads, right, judged, markup))}</tr>"
+        for row in table.rows
     )
+    stacked = " class='stacked'" if len(table.heads) > 2 else ""  # where there is no room
     return (
-        f"{_subtitle(table.title)}<div class='wide' tabindex='0'><table><thead><tr>{head}</tr>"
-        f"</thead><tbody>{body}</tbody></table></div>"
+        f"{_subtitle(table.title)}<div class='wide' tabindex='0'><table{stacked}>"
+        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
 
 
-def _cell(text: str, right: bool, judged: bool, markup: bool) -> str:
+def _cell(text: str, head: str, right: bool, judged: bool, markup: bool) -> str:
     names = ["n"] if right else []
+    text = re.sub(r"(?<![\w.])-(?=\d)|(?<=e)-(?=\d)", "\u2212", text) if right else text
     for name, words in (("good", GOOD), ("bad", BAD), ("middle", MIDDLE)):
         if judged and text in words:
             names.append(name)
-    return f"<td{_class(names)}>{inline(text, markup)}</td>"
+    named = f" data-head='{escape(str(head))}'" if head else ""
+    return f"<td{_class(names)}{named}>{inline(text, markup)}</td>"
 
 
 def _class(names: list[str]) -> str:

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 import matplotlib
 from matplotlib.figure import Figure
 
+from .style import dressed
+
 _MOST_SVG = 600_000  # characters; a picture of more is sent as points
 _DPI = 140
 
@@ -83,20 +85,21 @@ class Picture:
     caption: str
     name: str = "picture"
 
-    def encoded(self) -> tuple[str, bytes]:
-        """Media type and bytes: SVG where that is small, else PNG."""
+    def encoded(self, scheme: str = "light") -> tuple[str, bytes]:
+        """Media type and bytes: SVG where that is small, else PNG; the figure ends up light."""
         settings = {"svg.hashsalt": "sitedda", "svg.fonttype": "path"}
         stream = io.BytesIO()
-        with matplotlib.rc_context(settings):
+        with matplotlib.rc_context(settings), dressed(self.figure, scheme):
             self.figure.savefig(stream, format="svg", metadata={"Date": None})
         if stream.tell() <= _MOST_SVG:
             return "image/svg+xml", stream.getvalue()
-        return "image/png", self.png()
+        return "image/png", self.png(scheme=scheme)
 
-    def png(self, dpi: float = _DPI) -> bytes:
+    def png(self, dpi: float = _DPI, scheme: str = "light") -> bytes:
         """The picture as PNG."""
         stream = io.BytesIO()
-        self.figure.savefig(stream, format="png", dpi=dpi)
+        with dressed(self.figure, scheme):
+            self.figure.savefig(stream, format="png", dpi=dpi)
         return stream.getvalue()
 
 

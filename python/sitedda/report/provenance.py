@@ -16,9 +16,9 @@ from ..base.core import commit, version
 def provenance(**more: str) -> list[tuple[str, str]]:
     """Name and value of each; `more` goes first, such as ``input="slope.nml"``."""
     lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
-    lines.append(("program", f"sitedda {version()}"))
-    if commit():
-        lines.append(("commit", commit()))
+    program = f"sitedda {version()}" + (f", commit {commit()}" if commit() else "")
+    if program != more.get("computed_by"):
+        lines.append(("written by", program))
     return [
         *lines,
         ("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),

@@ -43,6 +43,7 @@ RED, GREY = FORCE, FAINT
 STONES = ("#dccfb4", "#b4c4d4", "#d3b09a", "#bccbaa", "#c9bad6", "#e6d88f", "#a9adb3", "#9fcac2")
 COMPRESSION, TENSION = "#111111", "#ff2d2d"  # of principal stresses: seen on all blocks
 STONE, GROUND, FIELD = STONES[0], STONES[6], GOLD
+EDGE = "#22262b"  # of blocks, in all schemes: their faces are the same in all
 RESTING = "#c3c8ce"  # blocks whose value is no more than rounding
 BOLT, WATER = PURPLE, "#2f7fb8"
 JOINTS = ("#4a4f57", BLUE, ORANGE, GREEN, PINK, GOLD)
@@ -114,34 +115,45 @@ def canvas(columns: int = 2, rows: int = 1, size=(10.0, 4.2), **more):
     return figure, axes.ravel()
 
 
-def dress(figure: Figure, scheme: str = "light") -> Figure:
+@contextmanager
+def dressed(figure: Figure, scheme: str):
+    """A figure in the colours of a scheme, and in the light ones again at the end."""
+    dress(figure, scheme)
+    try:
+        yield
+    finally:
+        dress(figure, "light", scheme)
+
+
+def dress(figure: Figure, scheme: str = "light", was: str = "light") -> Figure:
     """Give all axes of a figure the one look, in the colours of a scheme; the figure.
 
     Parameters
     ----------
     figure : matplotlib.figure.Figure
-        Drawn in the colours of the light scheme, or of none.
     scheme : {'light', 'dark', 'print'}
+    was : str
+        The scheme whose colours it has, or none.
     """
     for axes in figure.findobj(lambda one: hasattr(one, "spines")):
-        _dress_axes(axes)
-    figure.set_facecolor(PAPER)
-    new = {SCHEMES["light"][name]: color for name, color in SCHEMES[scheme].items()}
-    new |= {"#000000": new[INK]}
+        _dress_axes(axes, SCHEMES[was]["faint"])
+    figure.set_facecolor(SCHEMES[was]["paper"])
+    new = {SCHEMES[was][name]: color for name, color in SCHEMES[scheme].items()}
+    new |= {"#000000": SCHEMES[scheme]["ink"]}
     for artist in figure.findobj(lambda one: isinstance(one, Text | Line2D | Patch | Collection)):
         _recolor(artist, new)
     return figure
 
 
-def _dress_axes(axes) -> None:
+def _dress_axes(axes, faint: str) -> None:
     """No frame but the axes themselves, titles at the left, legends without a frame."""
     bar = hasattr(axes, "_colorbar")
     if not bar:
         right = axes.yaxis.get_ticks_position() == "right"
         axes.spines["top"].set_visible(False)
         axes.spines["left" if right else "right"].set_visible(False)
-        axes.spines[["left", "bottom", "right"]].set_color(FAINT)
-        axes.tick_params(which="both", color=FAINT)
+        axes.spines[["left", "bottom", "right"]].set_color(faint)
+        axes.tick_params(which="both", color=faint)
     middle = axes.get_title("center")
     if middle and not axes.get_title("left"):
         axes.set_title(middle, loc="left", fontsize=10)
@@ -198,7 +210,7 @@ def save_picture(figure, file, reads: Iterable = (), scheme: str = "light", **op
     return file
 
 
-def draw_blocks(axes, polygons, color=STONE, edge=INK, alpha=1.0, lw=0.6, **more) -> None:
+def draw_blocks(axes, polygons, color=STONE, edge=EDGE, alpha=1.0, lw=0.6, **more) -> None:
     """Draw blocks to scale.
 
     Parameters

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
-from ..report.style import BLUE, INK, RED, STONE, new_figure
+from ..report.style import BLUE, EDGE, INK, RED, STONE, new_figure
 
 FILLS = {"stable": STONE, "slides": "#8fb8de", "topples": "#e59a86"}
 _LONGEST_ARROW = 0.12  # of the model's size
@@ -38,7 +38,7 @@ def draw_mechanism(found, axes=None, title: str | None = None):
         PolyCollection(
             found.polygons,
             facecolors=[FILLS[verdict] for verdict in found.verdicts],
-            edgecolors=INK,
+            edgecolors=EDGE,
             linewidths=0.8,
         )
     )
@@ -57,7 +57,7 @@ def draw_mechanism(found, axes=None, title: str | None = None):
     counts = {name: found.verdicts.count(name) for name in FILLS}
     axes.legend(
         handles=[
-            Patch(fc=FILLS[name], ec=INK, label=f"{name}: {count}")
+            Patch(fc=FILLS[name], ec=EDGE, label=f"{name}: {count}")
             for name, count in counts.items()
             if count
         ],
@@ -102,7 +102,7 @@ def pushover_figure(found, limits=None):
         PolyCollection(
             found.polygons,
             facecolors=[FILLS[verdict] for verdict in found.block_verdicts],
-            edgecolors=INK,
+            edgecolors=EDGE,
             linewidths=0.6,
         )
     )

@@ -23,6 +23,7 @@ _LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # factors that are looked
 _BEYOND = 1.02  # over the factor at failure, of the motion that the mechanism is taken from
 _SETTLEMENT = 0.2  # of its radius: largest way of a block to the first state of rest
 _UNDISTURBED = 0.1  # of that way: the state of rest that the mechanism begins from
+_TOLD = 1e-6  # of the largest component: less is told as 0
 _STILL = 0.02  # of the largest displacement: the block is stable
 _TURNING = 0.03  # rotation × radius over displacement: the block topples
 _STEP, _STEPS = 0.4, 3000  # of that motion: Δt, √(way / g), and most steps
@@ -61,6 +62,13 @@ class Mechanism:
 
         return draw_mechanism(self, axes)
 
+    @property
+    def _told(self) -> list[tuple[str, str, str]]:
+        """Displacement (m) and rotation (°) of each block; what is no part of the motion is 0."""
+        least = _TOLD * float(abs(self.displacement).max(initial=0.0))
+        shown = np.where(abs(self.displacement) > least, self.displacement, 0.0)
+        return [(f"{x:.4g}", f"{y:.4g}", f"{math.degrees(turn):.4g}") for x, y, turn in shown]
+
     def to_dict(self) -> dict:
         """Plain values."""
         return {
@@ -75,9 +83,9 @@ class Mechanism:
         width = max(map(len, self.names))
         head = f"{'block':{width}}  {'verdict':8} {'x (m)':>11} {'y (m)':>11} {'turn (°)':>11}"
         rows = [
-            f"{name:{width}}  {verdict:8} {x:11.4g} {y:11.4g} {math.degrees(turn):11.4g}"
+            f"{name:{width}}  {verdict:8} {x:>11} {y:>11} {turn:>11}"
             for name, verdict, (x, y, turn) in zip(
-                self.names, self.verdicts, self.displacement, strict=True
+                self.names, self.verdicts, self._told, strict=True
             )
         ]
         outcome = "moves" if self.moves else "does not move"
@@ -152,7 +160,7 @@ class Safety:
 
     def __str__(self) -> str:
         """Trials, mechanism, result."""
-        head = f"{'factor':>10}  outcome"
+        head = f"strength divided by trial factors, by bisection\n{'factor':>10}  outcome"
         rows = [f"{one.factor:10.6g}  {'stands' if one.stands else 'fails'}" for one in self.trials]
         parts = ["\n".join([head, *rows])]
         if self.mechanism:
