@@ -161,7 +161,7 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
     assert page.evaluate("page.run.time") == 0
     press(page, "Run")
     until(page, "page.view.model.frames > 3")
-    page.locator(".bar .field", has_text="contacts").locator("select").select_option("force")
+    page.locator(".choices .field", has_text="contacts").locator("select").select_option("force")
     picture(page, "run")
     until(page, OVER)
     assert page.evaluate("page.run.status") == "done"

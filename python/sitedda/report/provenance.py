@@ -16,9 +16,12 @@ from ..base.core import commit, version
 def provenance(**more: str) -> list[tuple[str, str]]:
     """Name and value of each; `more` goes first, such as ``input="slope.nml"``."""
     lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
-    program = f"sitedda {version()}" + (f", commit {commit()}" if commit() else "")
-    if program != more.get("computed_by"):
-        lines.append(("written by", program))
+    program, made_of = f"sitedda {version()}", commit()
+    whole = f"{program}, commit {made_of}" if made_of else program
+    if whole != more.get("computed_by"):  # else it is said already
+        lines.append(("program", program))
+        if made_of:
+            lines.append(("commit", made_of))
     return [
         *lines,
         ("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
