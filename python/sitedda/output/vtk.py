@@ -71,7 +71,8 @@ class PolyData:
         return (
             f"<FieldData>\n{fields}</FieldData>\n"
             f'<Piece NumberOfPoints="{len(self.points)}" {numbers}>\n'
-            f"<PointData>\n{at_points}</PointData>\n<CellData>\n{cells}</CellData>\n<Points>\n{points}</Points>\n"
+            f"<PointData>\n{at_points}</PointData>\n"
+            f"<CellData>\n{cells}</CellData>\n<Points>\n{points}</Points>\n"
             f"<{self.kind}>\n{topology}</{self.kind}>\n</Piece>\n"
         )
 
