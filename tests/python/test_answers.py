@@ -305,3 +305,17 @@ def test_an_output_that_the_caller_names_is_written(tmp_path):
         assert sitedda.run(model, changes=named).output == tmp_path / name
         assert (tmp_path / name).exists()
     assert sitedda.run(model).output is None
+
+
+@pytest.mark.parametrize("form", ["model", "file"])
+def test_an_output_that_the_input_names_is_written(tmp_path, monkeypatch, form):
+    """Relative to the working folder, as the command writes it; output=False keeps it in memory."""
+    monkeypatch.chdir(tmp_path)
+    model = slider(duration=0.01)
+    model.output(file="named.nc")
+    model.write(tmp_path / "slider.nml")
+    source = model if form == "model" else tmp_path / "slider.nml"
+    assert sitedda.run(source, False).output is None
+    assert not (tmp_path / "named.nc").exists()
+    assert sitedda.run(source).output.resolve() == tmp_path / "named.nc"
+    assert (tmp_path / "named.nc").exists()

@@ -297,6 +297,11 @@ class ResponseSpectrum:
     acceleration: NDArray[np.float64]
 
     @property
+    def periods(self) -> NDArray[np.float64]:
+        """Natural periods, s."""
+        return 1 / self.frequencies
+
+    @property
     def pseudo_velocity(self) -> NDArray[np.float64]:
         """ω × displacement."""
         return 2 * np.pi * self.frequencies * self.displacement
@@ -308,7 +313,12 @@ class ResponseSpectrum:
 
 
 def response_spectrum(
-    acceleration: ArrayLike, time_step: float, frequencies: ArrayLike, damping: float = 0.05
+    acceleration: ArrayLike,
+    time_step: float,
+    periods: ArrayLike | None = None,
+    damping: float = 0.05,
+    *,
+    frequencies: ArrayLike | None = None,
 ) -> ResponseSpectrum:
     """Response spectrum of a ground acceleration, oscillators at rest at first.
 
@@ -322,10 +332,12 @@ def response_spectrum(
         Ground acceleration, any unit.
     time_step : float
         Its sampling interval, s.
-    frequencies : array_like, shape (n,)
-        Natural frequencies of the oscillators, Hz, > 0.
+    periods : array_like, shape (n,)
+        Natural periods of the oscillators, s, > 0.
     damping : float
         Damping ratio, 0 <= ζ < 1.
+    frequencies : array_like, shape (n,)
+        Natural frequencies, Hz, > 0, in place of periods.
 
     Returns
     -------
@@ -346,16 +358,27 @@ def response_spectrum(
     if ground.size < 2:
         raise ValueError(f"acceleration must hold at least two samples, got {ground.size}")
     step = _positive("time_step", time_step)
-    naturals = _vector("frequencies", frequencies)
-    if not np.all(naturals > 0):
-        raise ValueError(f"frequencies must be positive, got {naturals.min():g} Hz")
+    naturals = _naturals(periods, frequencies)
     if not np.all(naturals * step <= _FASTEST):
         raise ValueError(
-            f"frequencies must be at most {_FASTEST / step:g} Hz, got {naturals.max():g} Hz"
+            f"periods must be at least {step / _FASTEST:g} s, got {1 / naturals.max():g} s"
         )
     if not 0 <= damping < 1:
         raise ValueError(f"damping must be in 0 <= damping < 1, got {damping!r}")
     return ResponseSpectrum(naturals, *api.oscillator_peaks_of(ground, step, naturals, damping))
+
+
+def _naturals(periods: ArrayLike | None, frequencies: ArrayLike | None) -> NDArray[np.float64]:
+    """Natural frequencies (Hz) of one of the two."""
+    if (periods is None) == (frequencies is None):
+        raise ValueError("give either periods or frequencies")
+    name, unit, given = (
+        ("periods", "s", periods) if frequencies is None else ("frequencies", "Hz", frequencies)
+    )
+    values = _vector(name, given)
+    if not np.all(values > 0):
+        raise ValueError(f"{name} must be positive, got {values.min():g} {unit}")
+    return values if frequencies is not None else 1 / values
 
 
 def spectral_acceleration(
@@ -384,12 +407,10 @@ def spectral_acceleration(
     ValueError
         If an argument is not finite or out of range.
     """
-    naturals = _vector("periods", periods)
-    if not np.all(naturals > 0):
-        raise ValueError(f"periods must be positive, got {naturals.min():g} s")
-    rest = np.zeros(int(np.ceil(naturals.max() / _positive("time_step", time_step))) + 1)
+    longest = 1 / _naturals(periods, None).min()
+    rest = np.zeros(int(np.ceil(longest / _positive("time_step", time_step))) + 1)
     ground = np.concatenate([_vector("acceleration", acceleration), rest])
-    return response_spectrum(ground, time_step, 1 / naturals, damping).pseudo_acceleration
+    return response_spectrum(ground, time_step, periods, damping).pseudo_acceleration
 
 
 def running_integral(series: ArrayLike, time_step: float) -> NDArray[np.float64]:

@@ -12,11 +12,13 @@ from pathlib import Path
 
 from ..base.errors import AuditWarning, PeakWarning
 from ..base.stop import SIGNALS, Stop
-from ..build.building import InputOfRun
+from ..build.building import InputOfRun, opened_input
 from ..drawing.ended_run import EndedRun
 from ..engine import simulation
 from ..engine.simulation import run_to_end
 from ..input.changes import flat_changes
+from ..input.input_text import find_groups
+from ..input.schema import GROUPS
 
 
 class Simulation(simulation.Simulation):  # noqa: D101
@@ -70,9 +72,9 @@ def run(
     ----------
     file : path
         Namelist input.
-    output : path, True or None
-        Output file; True: where the input says; None: kept in memory only, unless changes name
-        ``output.file``.
+    output : path, True, False or None
+        Output file; True: where the input says; False: kept in memory only; None: in memory, unless
+        the input or changes name an ``output.file``.
     progress : callable, optional
         Called now and then with the `Simulation`.
     changes, **more
@@ -85,9 +87,22 @@ def run(
         goes on.
     """
     changes = dict(changes or {}) | more
-    if output is None and "output.file" in dict(flat_changes(changes)):
-        output = True  # the caller has named it
-    return _run(file, output, progress, changes)
+    if output is None and ("output.file" in dict(flat_changes(changes)) or _names_output(file)):
+        output = True
+    return _run(file, output or None, progress, changes)
+
+
+def _names_output(source) -> bool:
+    """Whether an input says where its output goes."""
+    if hasattr(source, "output"):
+        return source.output.file is not None
+    with opened_input(source) as (file, text):
+        groups = (
+            find_groups(text, file, tuple(GROUPS.keys() - {"output"}))
+            if "&output" in text.lower()
+            else ()
+        )
+    return any(one.name == "output" and "file" in one.values for one in groups)
 
 
 def resume(

@@ -126,7 +126,7 @@ def _fitted(seed, grid, target, duration, step, damping) -> Record:
 def _spectrum(motion, step, periods, damping) -> np.ndarray:
     rest = np.zeros(int(np.ceil(periods[-1] / step)))
     padded = np.concatenate([motion, rest])
-    return response_spectrum(padded, step, 1 / periods, damping).pseudo_acceleration
+    return response_spectrum(padded, step, periods, damping).pseudo_acceleration
 
 
 def _noise(seed: int, count: int, step: float, ground: float) -> np.ndarray:
