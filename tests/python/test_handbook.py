@@ -15,8 +15,23 @@ from sitedda.schema import GROUPS
 
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-TUTORIALS = ("site", "soil", "slope", "arch", "beam", "colonnade", "study", "back_analysis",
-             "profile", "wall", "tunnel")  # fmt: skip
+PAGES = [
+    f"tutorials/{name}"
+    for name in (
+        "site",
+        "soil",
+        "slope",
+        "arch",
+        "beam",
+        "colonnade",
+        "study",
+        "back_analysis",
+        "profile",
+        "wall",
+        "tunnel",
+    )
+]
+PAGES += [f"casebook/{name}" for name in ("arch", "slope", "rocking")]
 
 
 def run_block(kind: str, text: str, names: dict) -> str:
@@ -31,11 +46,11 @@ def run_block(kind: str, text: str, names: dict) -> str:
     return said.getvalue()
 
 
-@pytest.mark.parametrize("name", TUTORIALS)
-def test_a_tutorial_prints_what_it_shows(name, root, tmp_path, monkeypatch):
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_prints_what_it_shows(name, root, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names, said = {"__name__": "handbook"}, ""
-    for kind, text in BLOCK.findall((root / f"docs/tutorials/{name}.md").read_text()):
+    for kind, text in BLOCK.findall((root / f"docs/{name}.md").read_text()):
         if kind == "text":
             for line in text.splitlines():
                 assert line in said

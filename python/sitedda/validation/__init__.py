@@ -11,6 +11,7 @@ from __future__ import annotations
 from . import (
     boundaries,
     cables,
+    casebook,
     crossings,
     damping,
     flight,
@@ -35,7 +36,7 @@ __all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "wr
 
 _FAMILIES = (sliding, flight, settlement, rocking, waves, damping, integration, stability, packing)
 _FAMILIES += (slopes, crossings, masonry_limits, joints, impacts, boundaries, plane_waves)
-_FAMILIES += (cables, tunnel)
+_FAMILIES += (cables, tunnel, casebook)
 
 
 def run_case(name: str, short: bool = False) -> Result:
