@@ -6,7 +6,7 @@
 !> holds the foot: so blocks of equal width stacked on each other get two contacts per joint, one at
 !> each end.
 module dda_detection
-   use dda_kinds, only: wp
+   use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, is_point, reserve
    use dda_crossings, only: most_across
@@ -20,6 +20,8 @@ module dda_detection
    public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
+   real(wp), parameter :: same_place = 1.0e-6_wp  !< of the size of a corner
+   real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)  !< of the angle between edges
 
    !> Distances that control the detection, and memory for the candidates.
    type :: detection_type
@@ -36,6 +38,7 @@ module dda_detection
       !> [2, vertices] edges that each vertex is pressed on, else 0
       integer, allocatable :: pressing(:,:)
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
+      logical, allocatable :: flat(:)    !< [vertices] cells of a body meet there on a straight side
       !> [most_across,vertices] those across a crossing of joints, else 0
       integer, allocatable :: across(:,:)
       !> [edges of the probes] a probe has at most as many contacts as edges
@@ -64,8 +67,19 @@ contains
             min(distance, corner_share*min(norm2(blocks%reference(:, blocks%next(v)) - here), &
             norm2(blocks%reference(:, blocks%previous(v)) - here)))
       end do
+      detection%flat = [(is_flat(blocks, v), v=1, size(blocks%owner))]
       detection%largest_corner = maxval(detection%corner)
    end subroutine prepare_detection
+
+   !> Cells of a body meet at the vertex, on a straight side.
+   pure logical function is_flat(blocks, v)
+      type(blocks_type), intent(in) :: blocks  !< at the start
+      integer, intent(in) :: v                 !< vertex
+
+      is_flat = blocks%inner(v) .or. blocks%inner(blocks%previous(v))
+      if (is_flat) is_flat = dot_product(blocks%along(:, blocks%outline(1, v)), &
+         blocks%along(:, blocks%outline(2, v))) > straight
+   end function is_flat
 
    !> Penetrations at the end of the last step, and which edges each vertex was pressed on.
    pure subroutine measure_depths(detection, contacts)
@@ -157,6 +171,7 @@ contains
          if (near) near = apart < min(detection%corner(v), detection%corner(w))**2
          if (near) then
             if (v < w) call test_vertex(at, blocks, neighbours, p, w, detection, near)
+            if (v > w) call add_other_end(at, blocks, neighbours, p, w, detection)
             cycle
          end if
          call test_edges(at, blocks, neighbours, p, detection, met)
@@ -356,10 +371,7 @@ contains
       if (close .and. any(detection%across(:, v) == w)) then
          if (.not. were_pressed(detection, blocks, v, w)) return
       end if
-      tolerance = tolerance_of(detection, v, w)
-      call list_choices(blocks, v, w, tolerance, detection%travel, corners)
-      if (any(corners%glancing)) corners%glancing = corners%glancing .and. &
-         .not. was_pressed(detection, corners%vertex, corners%edge)
+      call list_corners(blocks, v, w, detection, corners, tolerance)
       if (.not. close .and. any(corners%overshoot <= 0.0_wp .and. .not. corners%glancing)) return
       best = entrance_edge(blocks, corners, detection%corner(v), tolerance)
       if (corners%gap(best) > detection%distance) return
@@ -368,6 +380,50 @@ contains
       call append(detection, last, corners%vertex(best), corners%edge(best), &
          neighbours%probe(2, p), merge(w, v, corners%vertex(best) == v))
    end subroutine test_vertex
+
+   !> The choices at two corners, and which of them are glancing.
+   pure subroutine list_corners(blocks, v, w, detection, corners, tolerance)
+      type(blocks_type), intent(in) :: blocks         !< present geometry
+      integer, intent(in) :: v, w                     !< vertices of two blocks
+      type(detection_type), intent(in) :: detection   !< edges that vertices were pressed on
+      type(corners_type), intent(out) :: corners      !< complete
+      real(wp), intent(out) :: tolerance              !< m, depth of a glancing contact
+
+      tolerance = tolerance_of(detection, v, w)
+      call list_choices(blocks, v, w, tolerance, detection%travel, corners)
+      if (any(corners%glancing)) corners%glancing = corners%glancing .and. &
+         .not. was_pressed(detection, corners%vertex, corners%edge)
+   end subroutine list_corners
+
+   !> Where two corners that are close lie on sides of bodies, a short overlap of parallel edges has
+   !> contacts at both ends, as a longer one has: this is the one that `test_vertex` leaves out.  It
+   !> belongs to the probe of the higher number.
+   subroutine add_other_end(last, blocks, neighbours, p, w, detection)
+      integer, intent(inout) :: last                    !< place of the last candidate
+      type(blocks_type), intent(in) :: blocks           !< present geometry
+      type(neighbours_type), intent(in) :: neighbours   !< probes
+      integer, intent(in) :: p                          !< probe to test
+      integer, intent(in) :: w                          !< vertex of the other block, lower
+      type(detection_type), intent(inout) :: detection  !< receives the candidate
+      type(corners_type) :: corners
+      real(wp) :: tolerance, small
+      integer :: v, best, other
+
+      v = neighbours%probe(1, p)
+      if (.not. (detection%flat(v) .or. detection%flat(w))) return
+      call list_corners(blocks, w, v, detection, corners, tolerance)
+      best = entrance_edge(blocks, corners, detection%corner(w), tolerance)
+      small = same_place*min(detection%corner(v), detection%corner(w))
+      if (corners%overshoot(best) > -small) return
+      do other = merge(3, 1, best <= 2), merge(4, 2, best <= 2)
+         if (corners%overshoot(other) > -small .or. blocks%inner(corners%edge(other))) cycle
+         if (corners%gap(other) > detection%distance .or. .not. dot_product( &
+            corners%normal(best, :), corners%normal(other, :)) < -straight) cycle
+         call append(detection, last, corners%vertex(other), corners%edge(other), &
+            neighbours%probe(2, p), merge(w, v, corners%vertex(other) == v))
+         return
+      end do
+   end subroutine add_other_end
 
    pure subroutine append(detection, last, vertex, edge, pair, corner)
       type(detection_type), intent(inout) :: detection     !< receives the candidate

@@ -150,3 +150,42 @@ def test_hertz():
     total = np.bincount(owner[vertex], push)
     pressure = (total / np.maximum(length, 1e-9)).max()
     assert pressure == pytest.approx(2 * force / (np.pi * width), rel=0.05)
+
+
+def rows_of(left, right, low, count, shift=0.0):
+    """Four courses of cells, from `low` up over 1 m; their inner joints moved by `shift`."""
+    x, y = np.linspace(left, right, count + 1), np.linspace(low, low + 1, 5)
+    x[1:-1] += shift
+    sides = list(zip(x, x[1:], strict=False))
+    return [
+        np.array([[a, c], [b, c], [b, d], [a, d]])
+        for c, d in zip(y, y[1:], strict=False)
+        for a, b in sides
+    ]
+
+
+@pytest.mark.parametrize("points", [2, 3])
+@pytest.mark.parametrize(
+    "upper",
+    [
+        mesh_body([part([0, 1, 3, 1, 3, 2, 0, 2], 0.3)], "voronoi").polygons,
+        *(rows_of(0.0, 3.0, 1.0, 12, shift) for shift in (0.1, 0.012, 0.001, 1e-5, 0.0)),
+    ],
+    ids=["polygons", *(f"apart by {s}" for s in ("40%", "5%", ".4%", ".004%", "0"))],
+)
+def test_bodies_whose_meshes_do_not_match_bear_uniform_pressure(upper, points):
+    """Pressure that follows edges acts on 1 + ν p/E of their length; nothing else is left but
+    the round-off of places, 10⁻¹⁶ over the strain."""
+    pressure, poisson = 1e5, 0.25
+    model = model_of([rows_of(0.0, 3.0, 0.0, 12), upper], poisson, steps=40, time_step=1.0,
+                     dynamic_factor=0.0)  # fmt: skip
+    model["joint"][0].normal_stiffness_per_area = 100 * YOUNG
+    model["joint"][0].contact_points = points
+    model.contact(normal_stiffness=1e3 * YOUNG, force_tolerance=1e-13)
+    for side in ("top", "bottom"):
+        model.traction(side=side, normal=[pressure])
+    model.fixed_point(x=0.0, y=0.0)
+    model.fixed_point(x=3.0, y=0.0, direction="y")
+    stress = model.run().history.block_stress.values[-1] / pressure
+    np.testing.assert_allclose(abs(stress[:, 1] + 1), poisson * pressure / YOUNG, atol=1e-9)
+    np.testing.assert_allclose(stress[:, [0, 2]], 0.0, atol=1e-9)
