@@ -118,6 +118,14 @@ def opened(chromium):
         context.close()
 
 
+def wait_until_decoded(page) -> None:
+    """Until the first view of a page has all frames."""
+    deadline = time.monotonic() + DEADLINE
+    while not page.evaluate("window.blockViews?.[0]?.state.decoded"):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
 def drawn(page) -> list[int]:
     """Sums of red, green, blue of the canvas, drawn anew."""
     return page.evaluate(
@@ -295,7 +303,7 @@ def test_the_view_of_a_model_has_nothing_to_play(write_input, tmp_path, opened):
         """() => [...document.querySelectorAll('.bar > *')].filter((node) =>
         node.getClientRects().length).map((node) => node.textContent)"""
     )
-    assert shown == ["fit"]
+    assert shown == ["picture", "fit"]
     assert page.complaints == []
 
 
@@ -370,3 +378,121 @@ def test_joints_tell_slip_and_opening(run):
     assert expected > 0.05
     assert slip[pair][0] == pytest.approx(expected, rel=0.02)
     assert gap[pair][0] < 1e-3
+
+
+def test_charts_have_ticks_and_units_and_scales_are_those_of_pictures(pages, opened, run):
+    from sitedda.drawing.quantities import QUANTITIES, limits_of, some_of
+
+    page = opened(pages / "view.html")
+    for chart in page.evaluate(
+        "blockViews[0].plots.map((p) => [p.state.ticks, p.title.innerText])"
+    ):
+        assert len(chart[0]) >= 3 and chart[1].endswith(")")
+    scene = Scene.of(run)
+    for name in QUANTITIES:
+        own = page.evaluate(f"blockViews[0].model.range('{name}', {scene.frames - 1})")
+        known = limits_of(scene, name, [scene.frames - 1])
+        least = 1.0 if QUANTITIES[name].unit == "Pa" else 1e-9
+        assert own["high"] == pytest.approx(known.high, rel=2e-3, abs=least), name
+        assert (own["below"], own["above"]) == (known.below, known.above)
+        every = page.evaluate(f"blockViews[0].model.range('{name}', -1)")
+        assert every["high"] == limits_of(scene, name, some_of(range(scene.frames))).high
+
+
+def test_everything_can_be_done_by_keys_and_a_joint_has_a_history(pages, opened, run):
+    page = opened(pages / "view.html", viewport={"width": 1280, "height": 900})
+    page.evaluate("blockViews[0].canvas.focus()")
+    state = "(() => { const v = blockViews[0]; return [v.color, v.contacts, v.camera.x, v.frame,"
+    state += " v.picked, v.span && v.span[1] - v.span[0], v.camera.scale]; })()"
+    before = page.evaluate(state)
+    for key in ("c", "x", "Shift+ArrowRight", "Home", "ArrowRight", "]", ".", "+"):
+        page.keyboard.press(key)
+    after = page.evaluate(state)
+    assert all(a != b for a, b in zip(before, after, strict=True))
+    page.keyboard.press("f")
+    pick = "v.pickJoint(v.model.faceBlocks.indexOf(2) >> 1)"
+    show = "v.setContacts('slip'); v.show(v.model.frames - 1)"
+    page.evaluate(f"(v => {{ {show}; {pick}; v.draw(); }})(blockViews[0])")
+    assert page.inner_text(".info h3") == "table – right"
+    last = page.evaluate("(l => l[0].y[l[0].y.length - 1])(blockViews[0].blockChart.lines)")
+    scene = Scene.of(run)
+    assert last == pytest.approx(scene.joint_movement(scene.frames - 1)[0].max(), rel=1e-3)
+    assert page.complaints == []
+
+
+def test_picture_data_and_state_leave_the_page(pages, opened, tmp_path):
+    from PIL import Image
+
+    page = opened(pages / "view.html", viewport={"width": 1000, "height": 900})
+    with page.expect_download() as saved:
+        page.click("button.save")
+    saved.value.save_as(tmp_path / "view.png")
+    assert np.asarray(Image.open(tmp_path / "view.png").convert("RGB")).std() > 10
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="data").click()
+    saved.value.save_as(tmp_path / "view.csv")
+    head, *rows = (tmp_path / "view.csv").read_text(encoding="utf-8").splitlines()
+    assert head == "chart,line,time (s),value" and len(rows) > 100
+    page.evaluate("blockViews[0].setColor('rotation')")
+    page.wait_for_timeout(600)
+    assert "color=rotation" in page.url
+    again = opened(pages / "view.html")
+    again.goto(page.url.replace("rotation", "velocity"))
+    again.reload()
+    wait_until_decoded(again)
+    assert again.evaluate("blockViews[0].color") == "velocity"
+
+
+def test_two_runs_have_one_cursor_and_a_difference_only_where_they_agree(run, opened, tmp_path):
+    page = opened(write_view(run, tmp_path / "two.html", other=run, difference=True))
+    page.evaluate("blockViews[0].show(3)")
+    assert page.evaluate("blockViews.map((v) => v.frame)") == [3, 3]
+    page.evaluate("blockViews[1].show(5)")
+    assert page.evaluate("blockViews.map((v) => v.frame)") == [5, 5]
+    page.evaluate("blockViews[0].draw()")
+    assert "at rest" in page.locator(".legend").first.inner_text()  # no difference at all
+    assert page.complaints == []
+    with pytest.raises(sitedda.InputError, match="no difference of 3 and 4 blocks"):
+        write_view(run, tmp_path / "x.html", other=shaken_grid(4, 5), difference=True)
+
+
+def test_modes_are_played_as_they_are_computed(write_input, opened, tmp_path):
+    from model_text import tower
+
+    from sitedda.drawing.modes import draw_modes, mode_scene
+
+    file = write_input(tower())
+    scene, found = mode_scene(file, 2)
+    known = sitedda.modes(file, 2)
+    assert found.frequency == pytest.approx(known.frequency)
+    for mode in (0, 1):
+        peak = scene.displacement(24 * (mode + 1))
+        shape = known.shapes[mode][:, :2]
+        share = peak / np.linalg.norm(peak, axis=1).max()
+        shape = shape / np.linalg.norm(shape, axis=1).max()
+        assert abs(share) == pytest.approx(abs(shape), abs=1e-6)
+    page = opened(write_view(scene, tmp_path / "modes.html", color="displacement"))
+    assert page.evaluate("blockViews[0].loopEnd()") == [25, 48]
+    assert "arbitrary" in page.inner_text(".note")
+    titles = [axes.get_title(loc="left") for axes in draw_modes(file, 2).axes]
+    assert titles[0] == f"mode 1: {known.frequency[0]:.4g} Hz"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_on_report_and_view(pages, chromium, scheme):
+    axe = pytest.importorskip("axe_playwright_python.base")
+    script = Path(axe.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
+    for name in ("report.html", "view.html"):
+        for width in (1280, 400):
+            look = {"viewport": {"width": width, "height": 900}, "color_scheme": scheme}
+            context = chromium.new_context(bypass_csp=True, **look)
+            page = context.new_page()
+            page.goto((pages / name).as_uri())
+            wait_until_decoded(page)
+            page.evaluate("(v => { v.setContacts('slip'); v.pick(1); })(blockViews[0])")
+            page.wait_for_timeout(200)
+            page.evaluate(script)
+            found = page.evaluate("axe.run().then((r) => r.violations.map((v) => v.id))")
+            assert found == [], (name, width)
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            context.close()

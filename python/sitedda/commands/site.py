@@ -46,6 +46,8 @@ def add_surface(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--axis", choices=("x", "y"), default="x", help="of the motion (x)")
     parser.add_argument("--lowest", type=POSITIVE, default=0.5, metavar="HZ", help="(0.5)")
     parser.add_argument("--highest", type=POSITIVE, default=15.0, metavar="HZ", help="(15)")
+    parser.add_argument("--section", action="store_true",
+        help="draw the velocities of the points over time beside each other")  # fmt: skip
     parser.set_defaults(act=_surface)
 
 
@@ -58,15 +60,16 @@ def _surface(options: argparse.Namespace) -> int:
     except ValueError as trouble:
         raise InputError(f"{options.file}: {trouble}") from trouble
     print(found)
-    picture = options.output or options.file.with_name(f"{options.file.stem}_surface.png")
-    _save(found, picture, options.file)
+    name = "section" if options.section else "surface"
+    picture = options.output or options.file.with_name(f"{options.file.stem}_{name}.png")
+    _save(found.section(options.axis) if options.section else found.plot(), picture, options.file)
     return 0
 
 
-def _save(found, picture: Path, source: Path) -> None:
+def _save(figure, picture: Path, source: Path) -> None:
     from ..report.style import save_picture
 
-    print(f"picture: {save_picture(found.plot(), picture, [source], dpi=130)}")
+    print(f"picture: {save_picture(figure, picture, [source], dpi=130)}")
 
 
 def _profile(options: argparse.Namespace) -> int:
@@ -78,7 +81,7 @@ def _profile(options: argparse.Namespace) -> int:
     print(profile)
     picture = options.output or path.with_name(f"{path.stem}_profile.png")
     if options.record is None:
-        _save(profile, picture, path)
+        _save(profile.plot(), picture, path)
         return 0
     motion, curves = read_record(options.record), profile.curves(options.water_table)
     kind = "within" if options.within else "outcrop"
@@ -90,8 +93,8 @@ def _profile(options: argparse.Namespace) -> int:
     except ValueError as trouble:
         raise InputError(f"{path}: {trouble}") from trouble
     print(found)
-    _save(profile, path.with_name(f"{path.stem}_profile.png"), path)
-    _save(found, options.output or path.with_name(f"{path.stem}_site.png"), path)
+    _save(profile.plot(), path.with_name(f"{path.stem}_profile.png"), path)
+    _save(found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), path)
     return 0
 
 
@@ -118,5 +121,5 @@ def _beside(options: argparse.Namespace) -> int:
     except ValueError as trouble:
         raise InputError(f"{options.file}: {trouble}") from trouble
     print(found)
-    _save(found, options.output or path.with_name(f"{path.stem}_site.png"), options.file)
+    _save(found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), options.file)
     return 0

@@ -8,12 +8,14 @@ from pathlib import Path
 
 from ..base.arguments import (
     ANY,
+    COUNT,
     DOTS_PER_INCH,
     PICTURES_A_SECOND,
     SECONDS,
     file_name,
     picture_name,
 )
+from ..base.errors import InputError
 from ..base.files import check_target
 
 
@@ -26,11 +28,22 @@ def add_draw(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--stage", metavar="NAME", help="the frame is the last of this stage")
     parser.add_argument("--dpi", type=DOTS_PER_INCH, default=150.0, help="dots per inch (150)")
     _add_look(parser)
+    _add_modes(parser)
+
+
+def _add_modes(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--modes", type=COUNT, default=0, metavar="N",
+        help="of an input: its N lowest modes of vibration")  # fmt: skip
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda view`."""
     _add(parser, _view, "PAGE")
+    parser.add_argument("other", type=Path, nargs="?", metavar="OTHER",
+        help="another output, shown beside it under one cursor")  # fmt: skip
+    parser.add_argument("--difference", action="store_true",
+        help="colour the first by its values minus those of the other")  # fmt: skip
+    _add_modes(parser)
     from ..drawing.quantities import COLORINGS
 
     parser.add_argument("--color", choices=COLORINGS, help="what blocks are coloured by at first")
@@ -102,6 +115,13 @@ def _draw(options: argparse.Namespace) -> int:
     target = check_target(
         options.output or options.file.with_suffix(".blocks.png"), "a picture", [options.file]
     )
+    if options.modes:
+        from ..drawing.modes import draw_modes
+
+        figure = draw_modes(options.file, options.modes)
+        target = save_picture(figure, target, [options.file], options.scheme, dpi=options.dpi)
+        print(f"picture: {target}")
+        return 0
     axes = draw(options.file, options.time, stage=options.stage, **_look(options))
     target = save_picture(axes.figure, target, [options.file], options.scheme, dpi=options.dpi)
     print(f"picture: {target}")
@@ -114,7 +134,16 @@ def _view(options: argparse.Namespace) -> int:
     target = check_target(
         options.output or options.file.with_suffix(".view.html"), "a page", [options.file]
     )
-    _say_page(write_view(options.file, target, color=options.color), not options.no_open)
+    if options.difference and not options.other:
+        raise InputError("--difference needs two outputs: sitedda view A.nc B.nc --difference")
+    source, color = options.file, options.color
+    if options.modes:
+        from ..drawing.modes import mode_scene
+
+        source, color = mode_scene(options.file, options.modes)[0], color or "displacement"
+    page = write_view(source, target, color=color, other=options.other,
+                      difference=options.difference)  # fmt: skip
+    _say_page(page, not options.no_open)
     return 0
 
 

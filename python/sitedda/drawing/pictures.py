@@ -218,7 +218,7 @@ class BlockPicture:
         _view(axes, scene, np.vstack([vertices, *shown]))
         self.note = head(axes, plain(scene.title or "Untitled"), lines=len(self._words(frame)))
         beside = bool(handles) and self.legend and not self.alone
-        if self.bars:
+        if self.bars and self.legend:
             color_bars(axes, self.bars, 0.6 if beside else 1.0)
         if handles and self.legend:
             _legend(axes, handles, self.alone)

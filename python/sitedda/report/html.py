@@ -23,8 +23,8 @@ from .style import css_variables
 
 _NUMBER = re.compile(r"[+−×<≤~-]?\s?\d[\d .,]*(·10\^?[+−-]?\d+|e[+-]?\d+)?\s?[^\s\d]{0,6}", re.I)
 # Modules of the view, each after those that it uses.
-VIEW_MODULES = ("words", "streams", "model", "painters", "marks", "legend", "chart", "controls",
-                "view", "page")  # fmt: skip
+VIEW_MODULES = ("words", "streams", "model", "painters", "marks", "legend", "chart", "save",
+                "controls", "view", "page")  # fmt: skip
 GOOD = ("ok", "reached")  # words of a column of verdicts that are coloured
 BAD = ("fail", "FAILS", "not reached")
 MIDDLE = ("warn",)
@@ -215,6 +215,8 @@ def _table(table: Table) -> str:
     right = [_is_numeric([row[k] for row in table.rows]) for k in range(len(table.heads))]
     head = "".join(
         f"<th scope='col'{_class(['n'] if right[k] else [])}>{inline(text, table.markup)}</th>"
+        if text
+        else "<td></td>"
         for k, text in enumerate(table.heads)
     )
     judged = [head in ("", "verdict") for head in table.heads]

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from ..base.numbers import in_unit
 from ..drawing.pictures import BlockPicture, plain, view_box
 from ..engine.signals import spectral_acceleration
 from ..report.style import BLUE, FAINT, GREEN, ORANGE, empty_figure, headline
@@ -281,6 +282,38 @@ def surface_figure(surface) -> Figure:
     blocks.set_aspect("auto")
     for axes in (map_, peaks):
         axes.set_xlim(blocks.get_xlim())
+    return figure
+
+
+def section_figure(surface, axis: str = "x"):
+    """Time-distance section: the velocity of each point along the surface over time.
+
+    Parameters
+    ----------
+    surface : Surface
+    axis : {'x', 'y'}
+        Component.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    data, place = surface.scene.data, surface.place[:, 0]
+    traces = data.velocity.sel(point=surface.names, axis=axis).values
+    most = float(abs(traces).max()) or 1.0
+    apart = float(np.median(np.diff(place)))
+    size, unit = in_unit(most, "m/s")
+    figure = empty_figure((9.5, 6.0))
+    axes = figure.subplots()
+    time = data.time.values
+    for x, trace in zip(place, traces.T, strict=True):
+        moved = x + 0.9 * apart * trace / most
+        axes.plot(moved, time, color=BLUE, lw=0.7)
+        axes.fill_betweenx(time, x, moved, where=moved > x, color=BLUE, alpha=0.35, lw=0)
+    axes.set(xlabel="x (m)", ylabel="time (s)", ylim=(time[-1], time[0]))
+    headline(figure, plain(surface.scene.title),
+             f"velocity along {axis} of the points on the surface; the largest, "
+             f"{most / size:.3g} {unit}, is as wide as 0.9 of the distance of points")  # fmt: skip
     return figure
 
 

@@ -65,6 +65,17 @@ class Surface:
             )
         return "\n".join(lines)
 
+    def section(self, axis: str = "x"):
+        """Velocities of the points over time beside each other; a matplotlib Figure.
+
+        Parameters
+        ----------
+        axis : {'x', 'y'}
+        """
+        from .picture import section_figure
+
+        return section_figure(self, axis)
+
     def plot(self):
         """Amplification by place and frequency, peaks, and the model; a matplotlib Figure."""
         from .picture import surface_figure

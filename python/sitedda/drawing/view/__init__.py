@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib import colormaps
 
+from ...base.errors import InputError
 from ...output.scene import Scene
 from ...report import Page, View, provenance, write_html
 from ...report.style import BOLT, JOINT_MAP, MAGNITUDE, RESTING, SIGNED, STONES
@@ -71,13 +72,44 @@ def _scales(scene: Scene) -> dict:
     }
 
 
+def names_of(*scenes: Scene) -> list[str]:
+    """What tells scenes apart: their titles, or the files of their inputs."""
+    titles = [scene.title for scene in scenes]
+    if len(set(titles)) == len(titles):
+        return titles
+    return [f"{'ab'[i]}: {scene.data.encoding.get('source', title)}".rpartition("/")[2]
+            for i, (scene, title) in enumerate(zip(scenes, titles, strict=True))]  # fmt: skip
+
+
+def check_alike(one: Scene, other: Scene) -> None:
+    """Refuse scenes whose difference means nothing.
+
+    Raises
+    ------
+    InputError
+        If blocks or times of frames differ.
+    """
+    if one.names != other.names:
+        pairs = zip(one.names, other.names, strict=False)
+        apart = next((pair for pair in pairs if pair[0] != pair[1]), None)
+        words = f"{apart[0]!r} is not {apart[1]!r}" if apart else "one has more"
+        raise InputError(f"no difference of {one.blocks} and {other.blocks} blocks: {words}; "
+                         "show them beside each other")  # fmt: skip
+    if one.frames != other.frames or not np.allclose(one.time, other.time, rtol=1e-9):
+        raise InputError(f"no difference of {one.frames} frames up to {one.time[-1]:g} s and "
+                         f"{other.frames} up to {other.time[-1]:g} s: their times differ; show "
+                         "them beside each other")  # fmt: skip
+
+
 def _stops(shades) -> list[list[int]]:
     """A colour map as steps of red, green, blue."""
     return (255 * shades(np.linspace(0, 1, _STOPS))[:, :3]).round().astype(int).tolist()
 
 
-def write_view(source, file, budget: int = BUDGET, color: str | None = None) -> Path:
-    """Write a page that holds the view alone.
+def write_view(
+    source, file, budget: int = BUDGET, color: str | None = None, other=None, difference=False
+) -> Path:
+    """Write a page that holds the view alone, or two views that one cursor moves.
 
     Parameters
     ----------
@@ -88,10 +120,29 @@ def write_view(source, file, budget: int = BUDGET, color: str | None = None) -> 
         Bytes.
     color : str, optional
         See `view`.
+    other : like `source`, optional
+        Shown beside it.
+    difference : bool
+        The colours of the first are its values minus those of the other.
+
+    Raises
+    ------
+    InputError
+        If a difference is asked for where blocks or times of frames differ.
     """
     scene = source if isinstance(source, Scene) else Scene.of(source)
     page = Page(scene.title or "Blocks")
-    page.add("Blocks", view(scene, budget, color))
+    shown = view(scene, budget if other is None else budget // 2, color)
+    if other is None:
+        page.add("Blocks", shown)
+    else:
+        second = other if isinstance(other, Scene) else Scene.of(other)
+        if difference:
+            check_alike(scene, second)
+        beside = view(second, budget // 2, color)
+        shown.meta["pair"] = "difference" if difference else "beside"
+        shown.meta["name"], beside.meta["name"] = names_of(scene, second)
+        page.add("Two runs", shown, beside)
     page.provenance = provenance(
         input=str(scene.data.attrs.get("input_file", "")),
         computed_by=str(scene.data.attrs.get("source", "")),

@@ -28,6 +28,8 @@ export function buildBar(view, bar) {
   view.slider.setAttribute("aria-label", "frame");
   view.slider.addEventListener("input", () => view.show(+view.slider.value));
   view.clock = element("output", bar, "", "clock");
+  button(bar, "picture", "save the picture as PNG", () => view.savePicture()).classList.add("save");
+  button(bar, "data", "save the histories as CSV", () => view.saveData());
   button(bar, "fit", "show the whole model: fit", () => view.fit()).classList.add("fit");
 }
 

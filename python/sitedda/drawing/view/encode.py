@@ -125,6 +125,7 @@ def encode(scene: Scene, budget: int) -> Encoded:
         "removals": _removals(scene, frames),
         "stages": [[name, begin] for name, begin in scene.stage_starts()],
         "stage_frames": _stage_frames(scene, frames),
+        "loops": bool(scene.data.attrs.get("loops", False)),
     }
     _put_bolts(result, scene, frames)
     _put_contacts(result, scene, frames, budget - result.size)

@@ -7,6 +7,7 @@ import {Marks} from "./marks.js";
 import {Model} from "./model.js";
 import {FlatPainter, GlPainter} from "./painters.js";
 import {floats} from "./streams.js";
+import {saveData, savePicture} from "./save.js";
 import {DARK, element, limits, mapped, rgb, roundBelow, short, variable, withUnit} from "./words.js";
 
 export class View {
@@ -87,6 +88,7 @@ export class View {
     this.state.decodedMs = performance.now() - begun;
     this.tell();
     this.show(meta.frame ?? model.frames - 1);
+    this.onDecoded?.();
   }
 
   /** The painter with the shapes of the model, and the camera. */
@@ -119,6 +121,7 @@ export class View {
       words.push(`${this.model.frames.toLocaleString("en")} of `
         + `${m.all_frames.toLocaleString("en")} frames are in this file, to keep it small.`);
     }
+    if (m.loops) words.push("Amplitudes of modes are arbitrary.");
     if (m.coarse) words.push("Velocities and stresses are coarse here, places are not.");
     if (m.no_forces) words.push(`Without ${m.no_forces}.`.replace("contact forces would",
       "contact forces: they would"));
@@ -298,19 +301,28 @@ export class View {
     this.playButton.setAttribute("aria-label", this.playing ? "pause" : "play");
     if (!this.playing) return;
     const t = this.meta.time;
-    if (this.frame === this.model.frames - 1) this.frame = 0;
+    if (this.frame === this.loopEnd()[1]) this.frame = this.loopEnd()[0];
     let now = t[this.frame], last = performance.now();
     const tick = () => {
       if (!this.playing) return;
       const at = performance.now();
       now += (at - last) / 1000 * this.speed;
       last = at;
+      const loop = this.loopEnd();
+      if (now >= t[loop[1]] && loop[0] > 0) now = t[loop[0]];
       const frame = this.frameAt(now);
       if (frame !== this.frame) this.show(frame);
       if (now >= t[t.length - 1]) this.play(false);
       else requestAnimationFrame(tick);
     };
     requestAnimationFrame(tick);
+  }
+
+  /** First and last frame of the mode that is played again and again; else of the run. */
+  loopEnd() {
+    const stages = this.meta.loops ? this.meta.stage_frames : [];
+    const k = stages.findIndex(([, last]) => this.frame <= last);
+    return k < 0 ? [0, this.model.frames - 1] : [k ? stages[k - 1][1] + 1 : 1, stages[k][1]];
   }
 
   // Drawing
@@ -487,6 +499,14 @@ export class View {
     c.stroke();
   }
 
+  savePicture() {
+    savePicture(this);
+  }
+
+  saveData() {
+    saveData(this);
+  }
+
   /** What else stands over the blocks. */
   drawMarks() {}
 
@@ -497,6 +517,7 @@ export class View {
     const time = this.meta.time[this.frame], last = this.meta.time[this.model.frames - 1];
     this.clock.textContent = `${time.toFixed(last < 10 ? 3 : 2)} s`;
     this.legend.draw();
+    this.onState?.();
     this.describe();
     for (const plot of this.plots || []) plot.cursor(time);
     if (this.blockChart) this.blockChart.cursor(time);

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mode shapes of a model as frames that pictures and the view show."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from ..base.arguments import Range
+from ..engine.checking import Modes, modes
+from ..engine.simulation import Simulation
+from ..output.scene import Scene
+from ..report.style import dress, empty_figure, headline
+from .pictures import BlockPicture, head, plain, view_box
+
+_FRAMES = 24  # of a period
+_REACH = 0.06  # of the model's size: the largest displacement of a mode
+_COUNT = Range(1, 50, whole=True)
+_WIDTH = 3.6  # inches of a picture of one
+
+
+def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, Modes]:
+    """One period of each of the lowest modes after the other, each a stage with its frequency.
+
+    Parameters
+    ----------
+    source : path or Simulation
+        Of a model.
+    count : int
+    contacts : str
+        See `sitedda.modes`.
+
+    Returns
+    -------
+    Scene
+        Frame 0 is the model; displacements are shares of the largest of each mode, times 6 % of the
+        model's size.
+    Modes
+    """
+    count = _COUNT.check("count", count)
+    if isinstance(source, Simulation):
+        model, found = Scene.of(source), modes(source, count, contacts)
+    else:
+        with Simulation(source) as simulation:
+            model, found = Scene.of(simulation), modes(simulation, count, contacts)
+    waves = np.cos(2 * np.pi * np.arange(1, _FRAMES + 1) / _FRAMES)
+    moved = [np.zeros((1, model.blocks, 6))]
+    for shape in found.shapes:
+        largest = np.linalg.norm(shape[:, :2], axis=1).max() or 1.0
+        moved.append(_REACH * model.size / largest * waves[:, None, None] * shape)
+    q = model.coordinates(0) + np.concatenate(moved)
+    return _scene(model, q, found), found
+
+
+def _scene(model: Scene, q: np.ndarray, found: Modes) -> Scene:
+    """The model in frames of block coordinates, shape (frames, blocks, 6)."""
+    keep = [n for n in ("block", "block_material", "edge_joint", "block_body", "edge_welded",
+                        "vertex_block") if n in model.data]  # fmt: skip
+    frames = len(q)
+    none = {f"contact_{n}": ("contact", np.zeros(0, dtype=int)) for n in
+            ("frame", "vertex", "edge", "state", "bonded", "gap", "normal_force",
+             "shear_force")}  # fmt: skip
+    still = (("frame", "block", "component"), np.zeros((frames, model.blocks, 3)))
+    data = xr.Dataset(
+        {name: model.data[name] for name in keep}
+        | {
+            "vertices": (("frame", "vertex", "axis"), np.tile(model.vertices(0), (frames, 1, 1))),
+            "block_coordinates": (("frame", "block", "coordinate"), q),
+            "block_rates": (("frame", "block", "coordinate"), np.zeros_like(q)),
+            "block_stress": still,
+            "frame_time": ("frame", np.arange(frames) / _FRAMES),
+            "frame_stage": ("frame", 1 + np.maximum(np.arange(frames) - 1, 0) // _FRAMES),
+        }
+        | none,
+        attrs=model.data.attrs | {"stages": "\n".join(mode_words(found)), "loops": 1},
+    )
+    scene = Scene(data)
+    places = [scene.carried(scene.owner, model.vertices(0), frame) for frame in range(frames)]
+    data["vertices"] = ("frame", "vertex", "axis"), np.stack(places)
+    scene = Scene(data)
+    scene.title = f"Modes of {model.title or 'a model'}"
+    return scene
+
+
+def mode_words(found: Modes) -> list[str]:
+    """Number, frequency, damping and the larger effective mass of each mode."""
+    words = []
+    for i, (frequency, damping) in enumerate(zip(found.frequency, found.damping, strict=True)):
+        axis = int(np.argmax(found.effective_mass[i]))
+        share = 100 * found.effective_mass[i, axis]
+        words.append(f"mode {i + 1}: {frequency:.4g} Hz, damping {100 * damping:.2g} %, "
+                     f"{share:.2g} % of the mass along {'xy'[axis]}")  # fmt: skip
+    return words
+
+
+def draw_modes(source, count: int = 3, contacts: str = "auto") -> Figure:
+    """The lowest modes beside each other, displacements exaggerated; a matplotlib figure.
+
+    Parameters
+    ----------
+    source, count, contacts
+        See `mode_scene`.
+    """
+    scene, found = mode_scene(source, count, contacts)
+    words = mode_words(found)
+    low, high = view_box(scene)
+    columns = min(len(words), 3)
+    rows = -(-len(words) // columns)
+    tall = float(np.clip(_WIDTH * (high - low)[1] / (high - low)[0], 1.2, 6.0))
+    figure = empty_figure((_WIDTH * columns + 0.6, (tall + 1.2) * rows + 0.6))
+    headline(figure, plain(scene.title))
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for i, (axes, line) in enumerate(zip(panels, words, strict=False)):
+        picture = BlockPicture(scene, "displacement", axes=axes, legend=False)
+        picture.show((i + 1) * _FRAMES)
+        picture.note.set_visible(False)
+        title, _, more = line.partition(", ")
+        head(axes, title, more.replace(", ", "\n"), lines=2)
+    for axes in panels[len(words) :]:
+        axes.set_visible(False)
+    return dress(figure)
