@@ -38,7 +38,7 @@ def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, M
         model's size.
     Modes
     """
-    count = _COUNT.check("count", count)
+    count = int(_COUNT.check("count", count))
     if isinstance(source, Simulation):
         model, found = Scene.of(source), modes(source, count, contacts)
     else:

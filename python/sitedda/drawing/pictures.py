@@ -319,8 +319,9 @@ class BlockPicture:
             return [*lines, " "]
         size, unit = in_unit(abs(values[beyond[0]]), kind.unit)
         area = scene.areas()
+        one_of_each = {scene.names[b]: b for b in reversed(beyond)}  # of a body its first cell
         named = [f"{scene.names[b]} ({number(area[b], 3)} m²) {values[b] / size:.3g} {unit}"
-                 for b in beyond]  # fmt: skip
+                 for b in beyond if one_of_each[scene.names[b]] == b]  # fmt: skip
         return [*lines, f"beyond the scale: {_some(named, _MOST_NAMED)}"]
 
 
@@ -583,7 +584,7 @@ def head(axes: Axes, title: str, words: str = "", lines: int = 1):
     axes.set_title(
         title, loc="left", fontsize=12, color=INK, fontweight="bold", pad=11 + 13 * lines
     )
-    return axes.annotate(
+    note = axes.annotate(
         words,
         (0, 1),
         xytext=(0, 8),
@@ -592,6 +593,8 @@ def head(axes: Axes, title: str, words: str = "", lines: int = 1):
         fontsize=9.5,
         color=FAINT,
     )
+    note.set_in_layout(False)  # long words do not make the picture small
+    return note
 
 
 def _some(names: list[str], most: int) -> str:
