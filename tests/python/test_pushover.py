@@ -94,3 +94,47 @@ def test_the_command_prints_draws_and_writes_the_curve(tmp_path, main):
 def test_arguments_that_cannot_be(values, words):
     with pytest.raises(InputError, match=words):
         pushover(tower(), **{"point": "top"} | values)
+
+
+STUDY = """
+model = "tower.nml"
+parameters = {friction = {changes = "joint[dry].friction_angle", values = [8.0, 40.0]}}
+pushover = {point = "top", displacement = 0.05, steps = 20, limits = true}
+"""
+
+
+def test_a_study_pushes_each_of_its_cases(tmp_path, main):
+    """Slides at tan 8°, else rocks at width over height: the peaks, between their limits."""
+    import xarray
+
+    tower().write(tmp_path / "tower.nml")
+    (tmp_path / "push.toml").write_text(STUDY)
+    done = main("study", str(tmp_path / "push.toml"), "--quiet")
+    assert done.returncode == 0, done.stderr
+    table = xarray.load_dataset(tmp_path / "push_study" / "table.nc")
+    alone = pushover(tower(), "top", displacement=0.05, steps=20)
+    assert table.peak_factor.values[1] == alone.peak
+    assert table.peak_factor.values[0] == pytest.approx(math.tan(math.radians(8)), rel=0.02)
+    assert (table.peak_factor <= table.limit_upper * 1.02).all()
+    assert (table.peak_factor >= table.limit_lower * 0.98).all()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('point = "top", ', "", r"\[pushover\] point is missing"),
+        ("limits = true", 'load = "up"', "load = 'up'"),
+        ("steps = 20", "steps = 0", "steps"),
+        ("model =", 'task = "safety"\nmodel =', "leave out task and results"),
+        ("model =", "solve = {}\nmodel =", "are two tasks"),
+        ("limits", "limit", "did you mean 'limits'"),
+    ],
+)
+def test_bad_tables_of_a_pushover(tmp_path, old, new, words):
+    from sitedda.study.settings import read_settings
+
+    tower().write(tmp_path / "tower.nml")
+    file = tmp_path / "push.toml"
+    file.write_text(STUDY.replace(old, new, 1))
+    with pytest.raises(InputError, match=words):
+        read_settings(file)

@@ -35,6 +35,7 @@ _LESS, _MORE = 0.3, 1.5  # change of the excess from step to step
 _SHORTEST = 1e-3  # of the time step, below which a step does not close
 _LOOKS = 20  # times the steps asked for: at most so many are taken
 _STILL = 1e-3  # of the largest displacement of a mode: a block that is held
+_OPEN = "a step does not close"
 _TILT = math.radians(89.0)  # at which a tilting table ends
 
 
@@ -99,6 +100,11 @@ class Pushover:
     def at_peak(self) -> float:
         """Displacement there, m."""
         return float(self.displacement[int(np.argmax(self.factor))])
+
+    @property
+    def closed(self) -> bool:
+        """Whether all of its steps converged."""
+        return not self.ending.startswith(_OPEN)
 
     def __str__(self) -> str:
         """Peak, energies, mechanism and end, a line each."""
@@ -256,7 +262,7 @@ class _Pushed:
                 try:
                     done = run.advance()
                 except (ConvergenceError, SolverError) as trouble:
-                    ending = f"a step does not close: {trouble}"
+                    ending = f"{_OPEN}: {trouble}"
                     break
                 now = run.coordinates
                 change, step = now - before, run.time - time

@@ -17,16 +17,18 @@ from ..input.groups import nearest
 from .axes import Axis, axes_of
 from .figures import check_figures
 from .plan import Plan, make_plan
+from .pushing import PushTo
 from .records import Records
 from .sampling import latin_hypercube, one_at_a_time, saltelli, sobol
 from .slurm import Slurm
 from .solving import SolveFor
 from .workers import check_limits
 
+_TASKS: dict[str, type] = {"solve": SolveFor, "pushover": PushTo}  # tables that say what is done
 _KNOWN = {
     "": ("model", "folder", "table", "task", "results", "time_limit", "memory", "fixed",
-         "parameters", "sample", "records", "solve", "slurm", "figures"),
-    "solve": tuple(one.name for one in fields(SolveFor)),
+         "parameters", "sample", "records", "solve", "pushover", "slurm", "figures"),
+    **{name: tuple(one.name for one in fields(kind)) for name, kind in _TASKS.items()},
     "sample": ("method", "count", "seed", "parameters"),
     "records": ("files", "synthetic", "levels", "measure", "motion", "period", "damping", "format",
                 "quantity", "unit", "time_step"),
@@ -118,17 +120,23 @@ def _settings(values: dict, file: Path, folder: Path | None) -> Settings:
 
 
 def _task(values: dict):
-    """What is done with each case: 'run', 'safety', or `solve_for` of the table [solve]."""
-    if "solve" not in values:
+    """What is done with each case: 'run', 'safety', or what a table [solve] or [pushover] says."""
+    given = [name for name in _TASKS if name in values]
+    if not given:
         return values.get("task", "run")
+    table = given[0]
+    if len(given) > 1:
+        raise InputError(f"[{table}] and [{given[1]}] are two tasks: leave out one")
     if "task" in values or "results" in values:
-        raise InputError("[solve] has its own task and result: leave out task and results")
-    solve = dict(values["solve"])
-    _check_names(solve, "solve")
-    for one in fields(SolveFor):
-        if one.default is MISSING and one.name not in solve:
-            raise InputError(f"[solve] {one.name} is missing")
-    return SolveFor(**solve | {"between": tuple(solve["between"])}).checked()
+        raise InputError(f"[{table}] has its own task and result: leave out task and results")
+    told = dict(values[table])
+    _check_names(told, table)
+    for one in fields(_TASKS[table]):
+        if one.default is MISSING and one.name not in told:
+            raise InputError(f"[{table}] {one.name} is missing")
+    if "between" in told:
+        told["between"] = tuple(told["between"])
+    return _TASKS[table](**told).checked()
 
 
 def _limits(values: dict) -> dict:
@@ -171,8 +179,9 @@ def _axes(values: dict, here: Path) -> list[Axis]:
         axes.append(_sample(values["sample"]))
     if "records" in values:
         axes.append(_records(values["records"], here))
-    if not axes and "solve" not in values:
-        raise InputError("nothing varies: give [parameters], [sample], [records] or [solve]")
+    if not axes and not any(name in values for name in _TASKS):
+        raise InputError("nothing varies: give [parameters], [sample], [records], [solve] or "
+                         "[pushover]")  # fmt: skip
     return axes_of(axes)
 
 

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A pushover of each case of a study."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..base.arguments import COUNT, POSITIVE
+from ..base.errors import InputError
+
+
+@dataclass(frozen=True)
+class PushTo:
+    """What is pushed, and how far; see `sitedda.stability.pushover`.
+
+    Attributes
+    ----------
+    point : str
+        Of the curve: a measured point.
+    load : {'horizontal', 'tilt', 'mode'}
+    sense : {1, -1}
+        Of the load along x.
+    displacement : float, optional
+        At the end, m (a tenth of the point's height).
+    steps : int
+        In that displacement.
+    limits : bool
+        And the limits of dry rigid blocks under a horizontal load.
+    """
+
+    point: str
+    load: str = "horizontal"
+    sense: int = 1
+    displacement: float | None = None
+    steps: int = 200
+    limits: bool = False
+
+    def checked(self) -> PushTo:
+        """Itself, if a pushover could begin with it."""
+        from ..stability.pushover import LOADS
+
+        if self.load not in LOADS or self.sense not in (1, -1):
+            raise InputError(f"[pushover] load = {self.load!r}, sense = {self.sense!r}: use "
+                             f"{', '.join(LOADS)}; 1 or -1")  # fmt: skip
+        COUNT.check("[pushover] steps", self.steps)
+        if self.displacement is not None:
+            POSITIVE.check("[pushover] displacement", self.displacement)
+        return self
+
+    def __call__(self, file) -> dict:
+        """Peak, end, energies (J/m) and, if asked for, limits of an input."""
+        from ..stability import limit_analysis, pushover
+
+        found = pushover(file, self.point, load=self.load, sense=self.sense,
+                         displacement=self.displacement, steps=self.steps)  # fmt: skip
+        results = {
+            "peak_factor": found.peak,
+            "displacement_at_peak_m": found.at_peak,
+            "end_factor": float(found.factor[-1]),
+            "end_displacement_m": float(found.displacement[-1]),
+            "work_j_m": float(found.work[-1]),
+            "slip_loss_j_m": float(found.friction[-1]),
+            "warning": "" if found.closed else found.ending,
+        }
+        if self.limits:
+            limits = limit_analysis(file, direction=(self.sense, 0.0))
+            results |= {"limit_lower": limits.lower.factor, "limit_upper": limits.upper.factor}
+        return results
