@@ -19,14 +19,14 @@ module dda_elements
    use dda_scheme, only: step_type
    use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, worst_point
    use dda_ties, only: ties_type, new_ties
-   use dda_welds, only: welds_type, new_welds, add_face_stress, face_energies
+   use dda_welds, only: welds_type, new_welds, add_face_stress, add_jump_energies
    implicit none
    private
    public :: elements_type, set_elements, register, linear_terms_of, &
       add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
       slope_beyond, worst_of_points, bolt_states, accept_elements, &
       match_velocities, freeze_elements, balance_elements, serialise_elements, face_forces, &
-      follow_free_field, block_stress, body_energies
+      follow_free_field, block_stress, stress_error, body_energies
 
    !> One kind of elements.
    type :: kind_type
@@ -289,21 +289,48 @@ contains
       end do
    end function block_stress
 
+   !> How far the stresses of cells are off, Pa, as a stress along one axis at no other strain whose
+   !> energy is that of the jumps about the cell; 0 of other blocks.
+   function stress_error(elements, blocks) result(stress)
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      real(wp) :: stress(blocks%n), stored
+      integer :: b
+
+      call add_up_jumps(elements, blocks, stress, stored)
+      do b = 1, blocks%n
+         stress(b) = sqrt(2*stress(b)*blocks%stiffness(1, 1, b))/blocks%area(b)
+      end do
+   end function stress_error
+
+   !> What estimates the error of the stress in each cell, and what all faces store, J per metre of
+   !> thickness.
+   subroutine add_up_jumps(elements, blocks, error, stored)
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      real(wp), intent(out) :: error(:), stored    !< [blocks]; all
+      integer :: i
+
+      error = 0.0_wp
+      stored = 0.0_wp
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (welds_type)
+            call add_jump_energies(element, blocks, error, stored)
+         end select
+      end do
+   end subroutine add_up_jumps
+
    !> Of bodies: what estimates the error of their stresses, and what they store in both of them, J
    !> per metre of thickness.
    function body_energies(elements, blocks) result(energies)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks      !< in their present state
-      real(wp) :: energies(2)
-      integer :: i, b
+      real(wp) :: energies(2), error(blocks%n)
+      integer :: b
 
-      energies = 0.0_wp
-      do i = 1, size(elements%kind)
-         select type (element => elements%kind(i)%element)
-         type is (welds_type)
-            energies = energies + face_energies(element, blocks)
-         end select
-      end do
+      call add_up_jumps(elements, blocks, error, energies(2))
+      energies(1) = sum(error)
       do b = 1, blocks%n
          if (blocks%body(b) == 0 .or. blocks%removed(b)) cycle
          associate (strain => blocks%position(4:6, b))

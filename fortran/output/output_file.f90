@@ -189,12 +189,14 @@ module dda_output_file
       variable_type('vertex_block', nf90_int, 'vertex', '1', 'block of a vertex, from 0'), &
       variable_type('joint', nf90_char, 'letter joint', '1', 'name of a joint material')]
 
-   type(variable_type), parameter :: body_variables(3) = [ &
+   type(variable_type), parameter :: body_variables(4) = [ &
       variable_type('edge_welded', nf90_int, 'vertex', '1', &
          '1: the edge that begins at a vertex lies within a body'), &
       variable_type('body', nf90_char, 'letter body', '1', 'name of a body'), &
       variable_type('block_body', nf90_int, 'block', '1', &
-         'body that a block is a cell of, from 1; 0: none')]
+         'body that a block is a cell of, from 1; 0: none'), &
+      variable_type('block_stress_error', nf90_double, 'block frame', 'Pa', &
+         'error of the stress of a cell, estimated by the jumps at its faces')]
 
    !> An output file that is being written.
    type :: output_type
@@ -679,6 +681,7 @@ contains
          call copy('block_rates', [1, 1, f], [6, n, 1])
          call copy('block_stress', [1, 1, f], [3, n, 1])
          call copy('vertices', [1, 1, f], [2, vertices, 1])
+         if (size(simulation%model%body_names) > 0) call copy('block_stress_error', [1, f], [n, 1])
       end associate
       if (contacts == 0) return
       part = spread(real(f - 1, wp), 1, contacts)

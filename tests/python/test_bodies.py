@@ -13,11 +13,13 @@ from test_meshing import CELLS, part
 
 import sitedda
 from sitedda.building import build_file
+from sitedda.drawing.quantities import quantity
 from sitedda.drawing.stress_crosses import TENSION, draw_crosses, largest_stress
 from sitedda.meshing.body import mesh_body
 from sitedda.output import load
 from sitedda.pictures import _words
 from sitedda.scene import Scene
+from sitedda.vtk import blocks_of
 
 YOUNG, DENSITY = 1e10, 2500.0
 
@@ -423,6 +425,26 @@ def test_the_error_of_stresses_is_said_and_falls_with_the_cells(root):
         said.append(model.run().verdict.values["stress_error"])
     assert 1 / 4 < said[0] < 2 / 4
     assert said[1] == pytest.approx(said[0] / 2, rel=0.1)
+
+
+def test_each_cell_has_its_error_of_stress(root, tmp_path):
+    """Of half the η² of its faces: they add up to the verdict's; in files and pictures."""
+    model = sitedda.Model.read(root / "inputs" / "roof_beam.nml")
+    run = model.run(output=tmp_path / "out.nc")
+    scene = Scene.of(run)
+    error, last = run.history.block_stress_error.values[-1], scene.frames - 1
+    material = model["material"][0]
+    modulus = material.young_modulus / (1 - material.poisson_ratio**2)  # plane stress
+    strain = sum(float(run.history[f"energy_{name}"][-1]) for name in ("strain", "welded"))
+    wrong = 0.5 * (scene.areas() * error**2).sum() / modulus
+    share = run.verdict.values["stress_error"]
+    assert wrong == pytest.approx(share**2 * strain, rel=1e-4)
+    np.testing.assert_array_equal(quantity(scene, "stress_error", last), error)
+    np.testing.assert_array_equal(blocks_of(scene, last).cells["error of stress (Pa)"], error)
+    with sitedda.Simulation(model) as begun:
+        assert begun.stress_errors.shape == error.shape
+        np.testing.assert_allclose(begun.stress_errors, error, atol=1e-6 * error.max())
+    sitedda.draw(scene, color="stress_error").figure.savefig(tmp_path / "errors.png")
 
 
 def test_a_body_falls_as_one_block(tmp_path):

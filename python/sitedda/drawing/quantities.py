@@ -45,6 +45,7 @@ _ALL = (
     Quantity("rotation", "rotation, anticlockwise +", "°", True),
     Quantity("compression", "largest compression", "Pa"),
     Quantity("tension", "largest tension", "Pa"),
+    Quantity("stress_error", "error of the stress of cells", "Pa"),
 )
 QUANTITIES = {one.name: one for one in _ALL}
 MOVEMENTS = {
@@ -66,6 +67,8 @@ def quantity(scene: Scene, name: str, frame: int, since: int = 0) -> np.ndarray:
         return np.linalg.norm(scene.rates(frame)[:, :2], axis=1)
     if name == "rotation":
         return np.degrees(scene.coordinates(frame)[:, 2] - scene.coordinates(since)[:, 2])
+    if name == "stress_error":
+        return scene.stress_error(frame)
     largest, smallest = principal_stresses(scene.stress(frame))
     return -smallest if name == "compression" else largest
 

@@ -468,6 +468,14 @@ class Simulation:
         return self._table("stresses").T
 
     @property
+    def stress_errors(self) -> np.ndarray:
+        """How far the stresses of cells are off by the jumps at their faces, shape (blocks,), Pa.
+
+        The stress along an axis, at no other strain, of the energy of the jumps; 0 of other blocks.
+        """
+        return self._table("stress_errors")[0]
+
+    @property
     def polygons(self) -> list[np.ndarray]:
         """Vertices of each block, shape (vertices, 2), m, counter-clockwise."""
         owner = self._table("edges")[:, 0]

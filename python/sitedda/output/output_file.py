@@ -75,6 +75,9 @@ _FAMILIES = (
         edge_welded           number  vertex
     """),
     _kinds("""
+        block_stress_error    real    frame block
+    """),
+    _kinds("""
         stage                 number  time
         frame_stage           number  frame
     """),

@@ -183,6 +183,12 @@ class Scene:
         """Stresses, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa, tension positive."""
         return self._read("block_stress", frame)
 
+    def stress_error(self, frame: int) -> np.ndarray:
+        """How far stresses of cells are off by the jumps at faces, shape (blocks,), Pa; else 0."""
+        if "block_stress_error" not in self.data:
+            return np.zeros(self.blocks)
+        return self._read("block_stress_error", frame)
+
     def displacement(self, frame: int) -> np.ndarray:
         """Displacement of the centroids since the first frame, shape (blocks, 2), m."""
         return self.coordinates(frame)[:, :2] - self.coordinates(0)[:, :2]
@@ -535,6 +541,7 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
         "block_coordinates": (("frame", "block", "coordinate"), simulation.coordinates[None]),
         "block_rates": (("frame", "block", "coordinate"), simulation.rates[None]),
         "block_stress": (("frame", "block", "component"), simulation.stresses[None]),
+        "block_stress_error": (("frame", "block"), simulation.stress_errors[None]),
         "frame_time": ("frame", [simulation.time]),
         "vertex_block": ("vertex", owner),
         "contact_frame": ("contact", np.zeros(len(contacts["vertex"]), dtype=int)),

@@ -59,12 +59,14 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
 def _scales(scene: Scene) -> dict:
     """Quantities, their limits over all frames, and what is no more than rounding."""
     frames = some_of(range(scene.frames)) if not scene.before else []
+    meshed = bool((scene.body > 0).any())
+    shown = [one for one in QUANTITIES.values() if one.name != "stress_error" or meshed]
     found = {}
     if frames:
-        found = {name: asdict(limits_of(scene, name, frames)) for name in QUANTITIES}
+        found = {one.name: asdict(limits_of(scene, one.name, frames)) for one in shown}
         found |= {name: asdict(movement_limits(scene, name, frames)) for name in MOVEMENTS}
     return {
-        "quantities": [asdict(one) for one in QUANTITIES.values()],
+        "quantities": [asdict(one) for one in shown],
         "movements": [asdict(one) for one in MOVEMENTS.values()],
         "ranges": found,
         "floors": rounding(scene),
