@@ -2,12 +2,14 @@
 
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+from PIL import Image
+
+WIDTH = 900  # pixels
 HERE = Path(__file__).resolve().parent
 
 
@@ -23,7 +25,16 @@ def main() -> None:
                 program = [sys.executable, "-m", "sitedda.command", *words[1:]]
                 subprocess.run(program, cwd=folder, check=True)
         for name in wanted:
-            shutil.copy(Path(folder) / name, HERE / "gallery" / name)
+            shrink(Path(folder) / name, HERE / "gallery" / name)
+
+
+def shrink(source: Path, target: Path) -> None:
+    """Keep a picture as wide as a page shows it."""
+    with Image.open(source) as picture:
+        small = picture.convert("RGB")
+        if small.width > WIDTH:
+            small = small.resize((WIDTH, round(small.height * WIDTH / small.width)))
+        small.save(target, optimize=True)
 
 
 if __name__ == "__main__":

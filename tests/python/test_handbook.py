@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The handbook: its code runs and prints what it shows, its links lead somewhere."""
 
+import ast
+import builtins
 import contextlib
 import io
 import re
@@ -69,6 +71,40 @@ def test_every_python_block_is_python(pages):
         for kind, text in BLOCK.findall(page.read_text()):
             if kind == "python":
                 compile(text.replace("…", "..."), str(page), "exec")
+
+
+def test_a_python_block_of_the_handbook_has_all_its_names(pages):
+    """Whoever pastes it alone, but for tutorials and cases, whose blocks go on with each other."""
+    for page in pages:
+        if page.parent.name in ("tutorials", "casebook"):
+            continue
+        for kind, text in BLOCK.findall(page.read_text()):
+            if kind == "python":
+                used, known = names_of(ast.parse(text.replace("…", "...")))
+                assert used <= known, f"{page.name}: {used - known}"
+
+
+def names_of(tree: ast.Module) -> tuple[set[str], set[str]]:
+    """Names that code uses, and those that it has by itself."""
+    used, known = set(), set(dir(builtins))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name):
+            (used if isinstance(node.ctx, ast.Load) else known).add(node.id)
+        elif isinstance(node, ast.arg):
+            known.add(node.arg)
+        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+            known.add(node.name)
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            known |= {(one.asname or one.name).partition(".")[0] for one in node.names}
+    return used, known
+
+
+def test_every_input_is_in_the_gallery_with_its_sentence(root):
+    text = (root / "docs/gallery.md").read_text()
+    for file in (root / "inputs").glob("*.nml"):
+        told = re.search(rf"^### {file.stem}\n\n(.+)\n\n```sh\nsitedda run inputs/{file.name}",
+                         text, re.M)  # fmt: skip
+        assert told and len(told[1]) > 30, file.name
 
 
 def test_every_command_is_one(pages):
