@@ -373,6 +373,8 @@ contains
       call describe(dataset, 'block_files', block_sources(simulation%model))
       call describe(dataset, 'motions', sources_of(simulation%model))
       call describe(dataset, 'step_control', summary(simulation))
+      call describe(dataset, 'contacts_changed', trim(merge('no ', 'yes', &
+         simulation%counters%changes == 0)))
       call describe(dataset, 'changes', simulation%changes)
       call describe(dataset, 'stages', joined(simulation%model%stages%name, new_line('a')))
       audit = audit_warning(simulation)

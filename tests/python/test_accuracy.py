@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import math
+import random
 from dataclasses import replace
 from pathlib import Path
 
@@ -251,12 +252,50 @@ def test_what_cannot_be_run_is_one_sentence(write_input, python_program):
     assert "Traceback" not in done.stderr
 
 
-def test_random_pairs_lie_within_their_bars(capsys):
+@pytest.fixture(scope="module")
+def error_bars():
+    """The study of random cases."""
     path = ROOT / "tests" / "robustness" / "error_bars.py"
     spec = importlib.util.spec_from_file_location("error_bars_study", path)
     study = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(study)
-    assert study.main(["--pairs", "4", "--seed", "3"]) == 0, capsys.readouterr().out
+    return study
+
+
+def test_random_pairs_lie_within_their_bars(capsys, error_bars):
+    assert error_bars.main(["--pairs", "4", "--seed", "3"]) == 0, capsys.readouterr().out
+
+
+@pytest.mark.filterwarnings("ignore::sitedda.PeakWarning")
+def test_a_random_linear_column_lies_within_its_bars(capsys, error_bars):
+    assert error_bars.main(["--columns", "1"]) == 0, capsys.readouterr().out
+
+
+@pytest.mark.filterwarnings("ignore::sitedda.PeakWarning")
+def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
+    """The transfer function gives what runs with Δt/2, Δt/4 and 4 k_n give."""
+    file = write_input(error_bars.column(random.Random(1003))[0])
+    names = [f"{name}[surface]" for name in ("pgv_m_s", "pga_resolved_m_s2", "sa_resolved_m_s2")]
+    run = sitedda.run(file)
+    assert run.history.attrs["contacts_changed"] == "no"
+    found = run.accuracy()
+    assert found.runs == {}
+    runs = sitedda.accuracy(file, names, workers=2)
+    for name in names:
+        one, other = found[name], runs[name]
+        assert one.run == pytest.approx(other.run, rel=1e-12)
+        assert one.finest == pytest.approx(other.finest, rel=1e-2)
+    assert (
+        found["largest_displacement_m"].doubt == "no bar: of a linear run measured points have one"
+    )
+
+
+def test_a_resonance_that_nothing_damps_has_no_limit():
+    file = ROOT / "inputs" / "layered_site.nml"
+    found = sitedda.accuracy(file, changes={"control.steps": 12000})
+    doubt = found["amplification"].doubt
+    assert doubt.startswith("does not converge: 29.16, 58.29, 116.6 at")
+    assert "damping of the time integration alone" in found.cause
 
 
 def test_a_history_that_parts_is_decided_until_then():

@@ -4,6 +4,7 @@
 
 usage: error_bars.py [--pairs 120] [--seed 1] [-v]
        error_bars.py --inputs INPUT.nml ...
+       error_bars.py --columns 20
 
 A pair is a block and a time step.  Each figure that moves (displacement, slip or tilt, at its
 largest and at the end, and the largest velocity) counts as inside where the run at Δt/8 lies within
@@ -11,6 +12,10 @@ the bar, and as outside where it does not.  Figures that are said not to converg
 
 With --inputs the same is counted of all figures of inputs: which have no limit, by the reason that
 is given, and whether the others have the run at Δt/8 within their bars.
+
+With --columns figures of the surface of random linear columns, which have their bars of the exact
+transfer function without other runs, are held against the run at Δt/8, the amplification against
+the transfer function of that step.
 """
 
 from __future__ import annotations
@@ -21,6 +26,8 @@ import random
 import sys
 import tempfile
 from pathlib import Path
+
+import numpy as np
 
 import sitedda
 from sitedda.study.error_bars.figures import BEYOND, BLOW, OPEN
@@ -104,16 +111,82 @@ def judge_inputs(files: list[Path]) -> int:
     return int(bad > 0)
 
 
+def column(dice: random.Random) -> tuple[str, float]:
+    """Bonded layers on a moved base; its Δt, s."""
+    step, bottom, layers, materials = dice.choice([0.5e-3, 1e-3, 2e-3]), 0.0, "", ""
+    for i in range(dice.randint(2, 4)):
+        density, speed = dice.uniform(1700, 2600), dice.uniform(200, 900)
+        modulus = 2.0 * 1.25 * density * speed**2
+        materials += f"""&material name = 'm{i}', density = {density}, young_modulus = {modulus},
+   poisson_ratio = 0.25, damping_ratio = {dice.uniform(0.01, 0.1)}, reference_frequency = 5.0 /
+"""
+        thickness, count = dice.uniform(1.0, 3.0), dice.randint(2, 6)
+        layers += f"""&layers name = 'l{i}', left = 0, bottom = {bottom}, width = 10,
+   thickness = {thickness}, count = {count}, material = 'm{i}' /
+"""
+        bottom += count * thickness
+        last = f"l{i}_{count}"
+    pulse = " ".join(f"{dice.uniform(-2, 2):.4f}" for _ in range(dice.randint(40, 100)))
+    text = f"""
+&control time_step = {step}, duration = 6, analysis = 'plane_strain',
+   integration = '{dice.choice(["dda", "midpoint"])}' /
+&contact normal_stiffness = 1e13 /
+{materials}&joint friction_angle = 45, cohesion = 1e9, tensile_strength = 1e9 /
+&layers name = 'base', left = 0, bottom = -1, width = 10, thickness = 1, material = 'm0' /
+{layers}&fixed_point x = 1, y = -0.5, motion_x = 'quake' /
+&fixed_point x = 9, y = -0.5, motion_x = 'quake' /
+&motion name = 'quake', quantity = 'acceleration', drift_order = 0, time_step = 0.02,
+   values = 0 {pulse} 400*0 /
+&measured_point name = 'base', x = 5, y = -0.5, block = 'base_1' /
+&measured_point name = 'surface', x = 5, y = {bottom}, block = '{last}' /
+&amplification surface = 'surface', base = 'base', lowest = 0.5, highest = 15 /
+"""
+    return text, step
+
+
+SURFACE = ("pgv_m_s[surface]", "pga_resolved_m_s2[surface]", "sa_resolved_m_s2[surface]",
+           "amplification", "amplification_frequency_hz")  # fmt: skip
+
+
+def judge_columns(count: int, seed: int) -> int:
+    """Count figures; status 1 where one is outside its bar or off by more than 1 %."""
+    outside, worst = 0, dict.fromkeys(SURFACE, 0.0)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "column.nml"
+        for number in range(count):
+            text, step = column(random.Random(1000 * seed + number))
+            file.write_text(text)
+            found = sitedda.accuracy(file)
+            truth = dict(sitedda.run(file, time_step=step / FINER).verdict.values)
+            grid = found["amplification_frequency_hz"].finest * np.linspace(0.95, 1.05, 2001)
+            grid = grid[grid <= 15.0]
+            ratio = abs(sitedda.transfer(file, grid, time_step=step / FINER))
+            truth["amplification"] = ratio.max()
+            truth["amplification_frequency_hz"] = grid[ratio.argmax()]
+            for name in SURFACE:
+                away = abs(truth[name] - found[name].finest)
+                worst[name] = max(worst[name], away / truth[name])
+                outside += not away <= found[name].bar
+                if not away <= found[name].bar:
+                    print(f"column {number}: {name} {found[name]}, but {truth[name]:.6g}")
+    print(f"{count * len(SURFACE) - outside} of {count * len(SURFACE)} figures inside their bar")
+    print("farthest off:", ", ".join(f"{n} {100 * v:.2g} %" for n, v in worst.items()))
+    return int(outside > 0 or max(worst.values()) > 0.01)
+
+
 def main(arguments: list[str]) -> int:
     """Count; status 1 if fewer than nine of ten are inside."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pairs", type=int, default=120)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("-v", "--verbose", action="store_true")
+    parser.add_argument("--columns", type=int, default=0)
     parser.add_argument("--inputs", type=Path, nargs="+")
     options = parser.parse_args(arguments)
     if options.inputs:
         return judge_inputs(options.inputs)
+    if options.columns:
+        return judge_columns(options.columns, options.seed)
     counts = {True: dict.fromkeys(("inside", "outside", "no bar"), 0)}
     counts[False] = dict(counts[True])
     with tempfile.TemporaryDirectory() as folder:

@@ -45,10 +45,13 @@ class Run(EndedRun):  # noqa: D101
 
     def accuracy(self, **options):
         """Run the input again with smaller steps and stiffer contacts, see `sitedda.accuracy`."""
-        from ..study.error_bars import accuracy
+        from ..study.error_bars import accuracy, of_linear_run
 
         text = self.history.attrs
-        return accuracy(InputOfRun(Path(text["input_file"]), text["input_text"]), **options)
+        model = InputOfRun(Path(text["input_file"]), text["input_text"])
+        plain = not options.keys() - {"progress", "workers", "folder", "executor"}
+        found = of_linear_run(model, self.history) if plain and self.complete else None
+        return found or accuracy(model, **options)
 
     def report(self, file=None) -> Path:
         """Write the report of the run to one HTML file, beside the output by default."""

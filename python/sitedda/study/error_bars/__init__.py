@@ -3,6 +3,6 @@
 
 from .figures import Accuracy, Figure
 from .keeping import keep_accuracy, kept_accuracy
-from .measure import accuracy
+from .measure import accuracy, of_linear_run
 
-__all__ = ["Accuracy", "Figure", "accuracy", "keep_accuracy", "kept_accuracy"]
+__all__ = ["Accuracy", "Figure", "accuracy", "keep_accuracy", "kept_accuracy", "of_linear_run"]

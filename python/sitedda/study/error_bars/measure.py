@@ -4,16 +4,20 @@
 from __future__ import annotations
 
 import math
+import signal
+import tempfile
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from ...base.errors import SiteddaError
+from ...base.stop import Stop
+from ...engine.simulation import Simulation
 from .bars import bar_of_steps, penalty_error
 from .figures import OPEN, Accuracy, Figure, figure_of, is_count, is_figure
 from .horizon import bands_of, with_horizons
-from .variants import RUN, TWIN, Facts, Variants, facts_of, finer, stiffer, twin
+from .variants import RUN, STEPS, TWIN, Facts, Variants, facts_of, finer, stiffer, twin
 from .variants import ensemble as twins_of
 
-STEPS = (1, 2, 4)  # that Δt is divided by
 # Of what does not converge, by whether something but the time integration damps.
 _CAUSES = (
     "vibrations of blocks and contacts have the damping of the time integration alone, which falls "
@@ -21,6 +25,8 @@ _CAUSES = (
     "gives them one of their own",
     "contacts slip, open and hit at other times with each time step",
 )
+_UNDAMPED = ("a resonance has the damping of the time integration alone, which falls with Δt; "
+             "&material damping_ratio gives it one of its own")  # fmt: skip
 
 
 def accuracy(
@@ -76,6 +82,9 @@ def accuracy(
 
     changes = dict(changes or {}) | more
     facts = facts_of(model, changes)
+    if results == "figures" and not ensemble and facts.is_bonded:
+        if found := _of_linear_run(model, changes, facts):
+            return found
     # The longest first: none is left to be waited for.
     variants = [finer(facts, times) for times in reversed(STEPS)]
     variants += [stiffer(facts)] if facts.penalty else []
@@ -95,9 +104,51 @@ def accuracy(
     figures = _figures(facts, _numbers(table.sel(variant=names)))
     end = float(table.look.values[-1]) if "look" in table else math.nan
     figures = with_horizons(figures, table)
+    return Accuracy(figures, words, end, bands_of(table), _cause(figures, facts))
+
+
+def _of_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
+    """Of an input whose run is linear, from that run alone; else None."""
+    from ...engine.simulation import run_to_end
+    from ...output.output_file import load
+
+    with tempfile.TemporaryDirectory() as folder:
+        with (
+            Simulation(model, output=Path(folder) / "run.nc", changes=changes) as simulation,
+            Stop((signal.SIGINT,)) as stop,
+        ):
+            if not run_to_end(simulation, None, stop):
+                raise KeyboardInterrupt
+            where = simulation.finish()
+        return of_linear_run(model, load(where), changes, facts)
+
+
+def of_linear_run(model, history, changes: Mapping | None = None, facts=None) -> Accuracy | None:
+    """The figures of a run that was linear, by its exact transfer function; else None.
+
+    Parameters
+    ----------
+    model : path or Model
+    history : xarray.Dataset
+        Of its run.
+    changes : mapping, optional
+        Of the input.
+    facts : Facts, optional
+        Of the input with its changes.
+    """
+    from .linear import linear_or_none
+
+    facts = facts or facts_of(model, changes or {})
+    figures = linear_or_none(model, changes or {}, history, facts)
+    if figures is None:
+        return None
+    cause = _cause(figures, facts) and (_CAUSES[1] if facts.is_damped else _UNDAMPED)
+    return Accuracy(figures, end=float(history.time.values[-1]), cause=cause)
+
+
+def _cause(figures: Mapping[str, Figure], facts: Facts) -> str:
     open_ones = any(figure.doubt.startswith(OPEN) for figure in figures.values())
-    cause = _CAUSES[facts.is_damped] if open_ones else ""
-    return Accuracy(figures, words, end, bands_of(table), cause)
+    return _CAUSES[facts.is_damped] if open_ones else ""
 
 
 def _numbers(table) -> list[dict[str, float]]:

@@ -15,6 +15,7 @@ from ...engine.simulation import Simulation
 from ...input.input_text import input_values
 
 RUN, TWIN, ENSEMBLE = "dt", "twin", "twin "  # names; of an ensemble with a number behind
+STEPS = (1, 2, 4)  # that Δt is divided by
 TRIFLE = 1e-9  # of the size of a block, by which twins differ
 _ORDERS = {"midpoint": 2}  # of time integration; of all others 1
 
@@ -79,6 +80,12 @@ class Facts:
     def is_dynamic(self) -> bool:
         """Some stage is."""
         return any(_is_dynamic(one) for one in self.groups.get("stage", [{}]))
+
+    @property
+    def is_bonded(self) -> bool:
+        """All joints hold tension, so that a run may be linear."""
+        return all(any(joint.get(f"{name}tensile_strength", 0.0) > 0.0 for name in ("", "peak_"))
+                   for joint in self.groups.get("joint", []))  # fmt: skip
 
     @property
     def is_damped(self) -> bool:

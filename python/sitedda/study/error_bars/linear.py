@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bars of a linear run by its exact transfer function, without other runs.
+
+Where no contact has changed its state, a motion of the base acts on a measured point by a transfer
+function H of the time step and the penalty stiffness alone.  The point with Δt/2 would have moved
+as it did, times H(Δt/2)/H(Δt) at each frequency.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+from scipy.signal import butter, sosfilt
+
+from ...base.errors import SiteddaError
+from ...engine.checking import transfer
+from ...engine.signals import spectral_acceleration
+from ...engine.simulation import Simulation
+from ...output.verdict import verdict
+from .bars import bar_of_steps, penalty_error
+from .figures import Figure, figure_of, is_figure
+from .variants import STEPS, Facts, finer, stiffer
+
+_NEAR = np.geomspace(0.4, 2.5, 25)  # of the period of a run's largest Sa, where it is looked for
+_DAMPING = 0.05
+_CONTENT = 0.9999  # of the energy of an acceleration, below the highest frequency that counts
+_DIED = 1e-3  # share of the largest acceleration in the last twentieth of a motion
+_GRID = 400  # frequencies at which a peak is looked for
+_REFINED = 4  # times, each around the largest
+NO_BAR = "no bar: of a linear run measured points have one"
+_AXES = ("x", "y")
+
+
+@dataclass(frozen=True)
+class _Point:
+    """A measured point along the axis of its largest velocity.
+
+    Attributes
+    ----------
+    name : str
+    axis : str
+    velocity, acceleration : ndarray, shape (samples,)
+        m/s, m/s²
+    """
+
+    name: str
+    axis: str
+    velocity: np.ndarray
+    acceleration: np.ndarray
+
+
+def is_linear(history, facts: Facts) -> bool:
+    """A run was linear, and moved by its base along one axis alone.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        Of the run.
+    facts : Facts
+        Of its input.
+    """
+    groups = facts.groups
+    control = next(iter(groups.get("control", [])), {})
+    moved = {key[-1] for group in [control, *groups.get("fixed_point", []),
+                                   *groups.get("boundary", [])]
+             for key, value in group.items()
+             if key.startswith(("motion_", "base_motion_")) and value}  # fmt: skip
+    driven = any(name in groups for name in ("load", "edge_load", "stage", "bolt", "water"))
+    steady = not any(control.get("gravity", ())) or control.get("settle", False)
+    return (
+        history.attrs.get("contacts_changed") == "no"
+        and control.get("time_step_control", "fixed") != "adaptive"
+        and all(one.get("law", "linear") == "linear" for one in groups.get("material", []))
+        and steady and not driven and len(moved) == 1 and history.sizes.get("point", 0) > 0
+    )  # fmt: skip
+
+
+def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, Figure]:
+    """The figures of a linear run with their bars.
+
+    Parameters
+    ----------
+    model : path or Model
+    changes : mapping
+        Of the input.
+    history : xarray.Dataset
+        Of the run.
+    facts : Facts
+        Of its input.
+
+    Raises
+    ------
+    SiteddaError
+        If the model has no transfer function.
+    """
+    variants = [finer(facts, times) for times in STEPS]
+    variants += [stiffer(facts)] if facts.penalty else []
+    told = verdict(history)
+    values = told.values
+    names = [name for line in told.figures for name in (line.largest, line.end) if name]
+    if "amplification" in names:
+        names.append("amplification_frequency_hz")
+    found = {name: _without(name, values[name]) for name in names if is_figure(name, values)}
+    step = float(history.time.values[-1]) / (history.sizes["time"] - 1)
+    highest = 0.499 / np.max(history.time_step.values[1:])  # that Δt carries, Hz
+    resolved = min(
+        [0.9 * highest, *map(float, re.findall(r"below ([\d.e+-]+) Hz", str(told.lines)))]
+    )
+    points = _points(history)
+    rest = 1 if all(map(_has_died_out, points)) else 2  # what goes on is not to come round
+    length = next_fast_len(rest * history.sizes["time"], real=True)
+    length += length % 2
+    frequency = rfftfreq(length, step)
+    numbers: list[dict[str, float]] = []
+    before: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    for variant in variants:
+        numbers.append({})
+        with Simulation(model, changes={**changes, **variant.changes}) as simulation:
+            for point in points:
+                velocity, acceleration = _moved(simulation, point, frequency, highest, before)
+                numbers[-1] |= _measured(point, velocity, acceleration, step, resolved, values)
+            for group in facts.groups.get("amplification", []):
+                numbers[-1] |= _peak(simulation, group, highest)
+    for name in numbers[0].keys() & found.keys():
+        scale = values[name] / numbers[0][name] if "[" in name else 1.0
+        one, two, three, *four = (scale * row[name] for row in numbers)
+        penalty = penalty_error(one, four[0]) if four else 0.0
+        bar = bar_of_steps(one, two, three, facts.order)
+        found[name] = figure_of(name, (one, two, three), bar, penalty)
+    return found
+
+
+def _without(name: str, value: float) -> Figure:
+    return Figure(name, value, value, math.nan, math.nan, math.nan, 0.0, NO_BAR)
+
+
+def _points(history) -> list[_Point]:
+    points = []
+    for name in map(str, history.point.values):
+        velocity = history.velocity.sel(point=name).values
+        axis = int(np.argmax(np.abs(velocity).max(axis=0)))
+        acceleration = history.acceleration.sel(point=name).values
+        points.append(_Point(name, _AXES[axis], velocity[:, axis], acceleration[:, axis]))
+    return points
+
+
+def _has_died_out(point: _Point) -> bool:
+    end = point.acceleration[-(len(point.acceleration) // 20 + 1) :]
+    return bool(np.abs(end).max() < _DIED * np.abs(point.acceleration).max())
+
+
+def _moved(simulation, point: _Point, frequency: np.ndarray, highest: float, before: dict):
+    """Velocity and acceleration of a point by the transfer function of a variant.
+
+    What changes is the acceleration; the velocity, which may last, changes by its integral.
+    """
+    length = 2 * (len(frequency) - 1)
+    spectrum = rfft(point.acceleration, length)
+    if point.name not in before:  # the run's own
+        energy = np.cumsum(np.abs(spectrum) ** 2)
+        last = np.searchsorted(energy, _CONTENT * energy[-1])
+        before[point.name] = np.arange(1, min(last + 1, np.searchsorted(frequency, highest))), None
+    where, own = before[point.name]
+    now = transfer(simulation, frequency[where], point.name, None, point.axis)
+    if own is None:
+        before[point.name], own = (where, now), now
+    part = np.zeros_like(spectrum)
+    part[where] = spectrum[where] * (now / own - 1.0)
+    change = irfft(part, length)[: len(point.velocity)]
+    part[where] /= 2j * np.pi * frequency[where]
+    faster = irfft(part, length)[: len(point.velocity)]
+    return point.velocity + faster - faster[0], point.acceleration + change
+
+
+def _measured(point: _Point, velocity, acceleration, step, resolved, values) -> dict[str, float]:
+    """What the verdict says of a point, accelerations below the frequency that blocks carry."""
+    low_pass = butter(4, resolved, fs=1.0 / step, output="sos")  # as the engine's
+    acceleration = sosfilt(low_pass, acceleration)
+    periods = values[f"sa_period_s[{point.name}]"] * _NEAR
+    spectrum = spectral_acceleration(acceleration, step, periods, _DAMPING)
+    found = {
+        "pgv_m_s": np.abs(velocity).max(),
+        "pga_resolved_m_s2": np.abs(acceleration).max(),
+        "arias_resolved_m_s": float(acceleration @ acceleration),
+        "sa_resolved_m_s2": spectrum.max(),
+    }
+    return {f"{name}[{point.name}]": float(value) for name, value in found.items()}
+
+
+def _peak(simulation: Simulation, group: Mapping, highest: float) -> dict[str, float]:
+    """The exact peak of an amplification, as that of a run stands in the verdict."""
+    low, high = group["lowest"], min(group["highest"], highest)
+    surface, base = group.get("surface", "surface"), group.get("base", "base")
+    for _ in range(1 + _REFINED):
+        grid = np.linspace(low, high, _GRID)
+        ratio = abs(transfer(simulation, grid, surface, base, group.get("direction", "x")))
+        top = int(np.argmax(ratio))
+        low, high = grid[max(top - 1, 0)], grid[min(top + 1, _GRID - 1)]
+    return {"amplification": float(ratio[top]), "amplification_frequency_hz": float(grid[top])}
+
+
+def linear_or_none(model, changes: Mapping, history, facts: Facts):
+    """`linear_figures`; None where the run was not linear or has no transfer function."""
+    if not is_linear(history, facts):
+        return None
+    try:
+        return linear_figures(model, changes, history, facts)
+    except SiteddaError:
+        return None
