@@ -254,6 +254,14 @@ def test_nobody_else_reads_the_token_and_no_argument_holds_it(folder, tmp_path):
         assert not server.entrance.exists()
 
 
+@pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
+def test_who_listens_beyond_this_machine_is_told_what_that_means(folder, tmp_path, host):
+    with live(folder, tmp_path / "state", "--host", host) as server:
+        assert server.end() == 0
+        warned = "not encrypted" in server.process.stderr.read()
+        assert warned == (host != "127.0.0.1")
+
+
 def test_wrong_tokens_origins_and_hosts_are_refused(folder, tmp_path):
     async def use(server):
         for said in ("", "{}", "[]", '{"token": 3}', json.dumps({"token": "x" * 43}), "{" * 9000,

@@ -14,6 +14,14 @@ export function limits(values) {
   return [-Infinity, Infinity];
 }
 
+/** Whether a variable belongs to what another one is: law = 'one', 'two'. */
+export function fits({when}, values) {
+  if (!when) return true;
+  const [variable, allowed] = when.split("=");
+  const value = values[variable.trim()] ?? "coulomb";
+  return words(allowed || "").includes(value);
+}
+
 /** From where to where a slider goes. */
 function span(variable, value) {
   const [low, high] = limits(variable.values);
@@ -119,7 +127,7 @@ export class Forms {
     }
     element("p", box, kind.meaning, "note");
     const given = kind.variables.filter((one) => one.name in values);
-    const others = kind.variables.filter((one) => !(one.name in values) && this.fits(one, values));
+    const others = kind.variables.filter((one) => !(one.name in values) && fits(one, values));
     for (const one of given) this.variable(box, name, number, one, values[one.name]);
     if (name === "motion" && this.records.length) this.record(box, number);
     if (others.length) {
@@ -141,14 +149,6 @@ export class Forms {
     if (values.name) return values.name;
     const first = Object.entries(values).find(([, value]) => value);
     return first ? `${first[0]} ${first[1].length > 28 ? "…" : first[1]}` : "";
-  }
-
-  /** Whether a variable belongs to what another one is: law = 'one', 'two'. */
-  fits({when}, values) {
-    if (!when) return true;
-    const [variable, allowed] = when.split("=");
-    const value = values[variable.trim()] ?? "coulomb";
-    return words(allowed || "").includes(value);
   }
 
   variable(box, group, number, one, value) {

@@ -1,6 +1,7 @@
 // The run beside the model: check, rest, run, pause, step, stop; what can be changed; the verdict.
 
 import {element, short} from "/view/words.js";
+import {fits} from "./forms.js";
 import {button, row, settle, table} from "./parts.js";
 
 const OVER = ["done", "stopped", "failed"];
@@ -89,7 +90,8 @@ export class ChangePanel {
       element("strong", head, name.replaceAll("_", " "));
       element("span", head, values.name || (name === "control" ? "" : String(number)));
       const path = name === "control" ? "control" : `${name}[${number}]`;
-      for (const one of kinds.get(name).variables.filter((v) => names.includes(v.name))) {
+      const own = kinds.get(name).variables.filter((v) => names.includes(v.name) && fits(v, values));
+      for (const one of own) {
         const value = values[one.name];
         if (value === null || (value === undefined && name !== "joint")) continue;
         const line = row(box, one.name.replaceAll("_", " "), one.unit, one.meaning);
