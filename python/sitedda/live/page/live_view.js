@@ -125,7 +125,7 @@ export class LiveView extends View {
     this.loading = true;
     this.waiting = [];
     const kept = this.picked >= 0 ? this.model.names[this.picked] : "";
-    this.marks = head.marks;
+    this.symbols = head.marks;
     this.points = head.points;
     this.histories = {time: [], displacement: head.points.flatMap((p) => [`${p}, x`, `${p}, y`])
       .map((label) => ({label, y: []})), energies: []};
@@ -213,7 +213,7 @@ export class LiveView extends View {
 
   /** Supports, boundaries, loads, measured points, water and slivers, as drawn. */
   drawMarks(c, X, Y, ratio) {
-    const {marks} = this;
+    const marks = this.symbols;  // of boundaries, supports, loads
     if (!marks) return;
     const ink = variable("--ink"), size = 7 * ratio;
     c.lineWidth = 1.5 * ratio;
