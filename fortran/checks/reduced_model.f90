@@ -36,6 +36,7 @@ module dda_reduced_model
    integer, parameter :: samples = 16                 !< frequencies, evenly over the band
    integer, parameter :: most_expansions = 60         !< at one of them
    real(wp), parameter :: accuracy = 1.0e-10_wp       !< of K⁻¹ times the residual, relative
+   real(wp), parameter :: rounding = 1.0e-8_wp        !< the same, where no vector may lessen it
    real(wp), parameter :: tolerable = 1.0e-5_wp       !< the same, beyond which there is no answer
    real(wp), parameter :: independent = 1.0e-8_wp     !< least share of a vector that is new
    real(wp), parameter :: shift_share = 0.05_wp       !< √s over the end of the band, rad/s
@@ -103,10 +104,11 @@ contains
       type(weights_type) :: weights
       complex(wp), allocatable :: y(:)
       real(wp), dimension(6, linear%n) :: re, im, d_re, d_im
-      real(wp) :: error
+      real(wp) :: error, before
       integer :: i
       logical :: added(2)
 
+      before = huge(1.0_wp)
       weights = weights_at(linear, frequency)
       do i = 1, most_expansions
          call solve_reduced(reduced, weights, weights%ground, y)
@@ -116,6 +118,8 @@ contains
          error = sqrt(mass_product(linear, d_re, d_re) + mass_product(linear, d_im, d_im)) &
             /max(norm2(abs(y)), tiny(1.0_wp))
          if (error <= accuracy .or. reduced%m == size(reduced%basis, 3)) exit
+         if (error <= rounding .and. error > 0.5_wp*before) exit
+         before = error
          call add_vector(reduced, linear, force, d_re, added(1))
          call add_vector(reduced, linear, force, d_im, added(2))
          if (.not. any(added)) exit

@@ -36,6 +36,7 @@ contains
       call constant_damping_peaks()
       call peak_is_a_maximum()
       call ritz_vectors()
+      call rounding_adds_no_vectors()
       call supports_apart()
       call refusals()
    end subroutine transfer_suite
@@ -226,6 +227,25 @@ contains
             'against a direct solution', absolute=1.0e-6_wp*abs(expected))
       end do
    end subroutine ritz_vectors
+
+   !> Whatever the end of the band is: what rounding leaves of the residual asks for no vectors.
+   subroutine rounding_adds_no_vectors()
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      type(error_type), allocatable :: error
+      integer, parameter :: ends = 200
+      integer :: i, most
+
+      call case('rounding adds no vectors')
+      call linear_of(linear, layered_site(), 'closed')
+      most = 0
+      do i = 1, ends
+         call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 24.0_wp + 2.0_wp*i/ends, error)
+         call check_no_error(error, 'transfer')
+         most = max(most, transfer%reduced%m)
+      end do
+      call check(most <= 40, 'vectors')
+   end subroutine rounding_adds_no_vectors
 
    !> [K + iω̃ C + ω̃ i (1 − 1/z)/Δt M] x = F + iω̃ F_c by LAPACK, dense and complex: DDA with
    !> supports whose dashpots C act on the velocity at the end of the step.

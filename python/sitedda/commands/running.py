@@ -85,11 +85,12 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
     if options.accuracy:
         _keep_accuracy(result, not options.quiet)
     print(f"{result.verdict}\n")
-    for one in amplifications(result.history):
+    found = amplifications(result.history)
+    for one in found:
         print(one)
     print(f"output: {result.output}")
     if not options.no_plot:
-        print(f"picture: {_draw(result, options.file, changes)}")
+        print(f"picture: {_draw(result, options.file, changes, found)}")
     if not options.accuracy:
         print(NO_BARS)
     if options.report:
@@ -124,12 +125,11 @@ def _discrete_transfer(source: Path, changes: dict, found):
         return None
 
 
-def _draw(result: Run, source: Path, changes: dict) -> Path:
+def _draw(result: Run, source: Path, changes: dict, found: list) -> Path:
     """Draw beside the output what its input asks for."""
     from ..facade.plot import run_picture
     from ..report.style import save_picture
 
-    found = amplifications(result.history)
     discrete = _discrete_transfer(source, changes, found[0]) if found else None
     picture = result.output.with_suffix(".png")
     return save_picture(run_picture(result.history, found, discrete), picture, [source], dpi=130)
