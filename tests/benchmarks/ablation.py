@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What each remedy and constant of the iteration saves: python tests/benchmarks/ablation.py BUILD
+
+BUILD is a Meson build folder of this tree, built.  Each variant is the engine with one remedy left
+out, or one constant halved or doubled: its file alone is compiled anew and linked with the objects
+of BUILD, which stays as it is.  All variants run the same cases, each in a process of its own on
+one thread.  Printed for each variant, as ratios to the engine as it is over all cases: open–close
+iterations, factors, applications of the preconditioner, processor time; and the cases that end
+otherwise, or take five times as long.  Counts do not depend on the machine; the time does.
+--quick takes the small cases.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import resource
+import shlex
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from threading import Lock
+
+import xarray as xr
+from compare import SINGLE, resting, settling, shaken
+from layered_site import ROOT, changed
+from speed_models import packing, touching_wall, wall
+
+DYNAMICS, ALGEBRA = ROOT / "fortran" / "dynamics", ROOT / "fortran" / "algebra"
+OPEN_CLOSE = DYNAMICS / "open_close.f90"
+# Files of the iteration; the numbers among their parameters are varied, but those of `_FIXED`.
+FILES = [
+    OPEN_CLOSE,
+    *(DYNAMICS / f"{name}.f90" for name in (
+        "line_search", "contact_evaluation", "friction_bounds", "static_relaxation", "slide_forces",
+        "damage_passes", "contact_terms",
+    )),
+    ALGEBRA / "krylov" / "anderson.f90",
+    ALGEBRA / "krylov" / "conjugate_gradients.f90",
+    ALGEBRA / "cholesky" / "low_rank.f90",
+    ALGEBRA / "solvers" / "lagged_solver.f90",
+    ALGEBRA / "solvers" / "factor_solver.f90",
+    ALGEBRA / "solvers" / "linear_solver.f90",
+]  # fmt: skip
+READING = Lock()  # netCDF has one reader at a time
+_FIXED = ("none", "is_clean", "is_dirty_force", "is_dirty_stiffness", "long")
+_CONSTANT = re.compile(
+    r"^\s+(?:integer|real\(wp\)), parameter :: (\w+) = ([0-9.]+)((?:e[-+]?\d+)?)(_wp)?\b", re.M
+)
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """What a file has instead where the remedy is left out."""
+
+    file: Path
+    old: str
+    new: str
+
+
+REMEDIES = {
+    "prediction of d": Remedy(
+        DYNAMICS / "time_step.f90",
+        "call predict(simulation%blocks, simulation%system%d, next_step(simulation))\n",
+        "simulation%system%d = 0.0_wp\n",
+    ),
+    "loose solves": Remedy(OPEN_CLOSE, "loose = 1.0e-2_wp", "loose = 0.0_wp"),
+    "slide forces followed in part": Remedy(OPEN_CLOSE, "share = 0.05_wp", "share = 0.0_wp"),
+    "Anderson acceleration of slide forces": Remedy(
+        DYNAMICS / "slide_forces.f90",
+        "call accelerate(slides%memory, slides%force(:m), slides%response(:m))",
+        "slides%force(:m) = slides%response(:m)",
+    ),
+    "Illinois": Remedy(DYNAMICS / "line_search.f90", "= 0.5_wp*slope_", "= 1.0_wp*slope_"),
+    "line search": Remedy(
+        OPEN_CLOSE, "alpha = 1.0_wp\n", "alpha = 1.0_wp\n      if (alpha > 0.0_wp) return\n"
+    ),
+    "stiffness retained by contact": Remedy(
+        OPEN_CLOSE, "by_contact = (", "by_contact = n < 0 .and. ("
+    ),
+    "share retained by all": Remedy(
+        OPEN_CLOSE, "iteration%overshoots >= few_overshoots", "n < 0 .and. n >= few_overshoots"
+    ),
+    "draws in cycles": Remedy(
+        OPEN_CLOSE, "do c = 1, n\n         if (.not. (may", "do c = 1, 0\n         if (.not. (may"
+    ),
+    "bounds from outside": Remedy(
+        OPEN_CLOSE, "= iteration%last_resort .and.", "= .false. .and. iteration%last_resort .and."
+    ),
+    "runaways stick": Remedy(
+        OPEN_CLOSE, "if (runaway > 0) then", "if (runaway > huge(1) - 1) then"
+    ),
+    "closings slide first": Remedy(
+        DYNAMICS / "contact_evaluation.f90", "most_closings = 8", "most_closings = 8000"
+    ),
+    "static relaxation": Remedy(
+        DYNAMICS / "static_relaxation.f90", "many_changes = 2000", "many_changes = huge(1)"
+    ),
+    "low-rank update": Remedy(
+        ALGEBRA / "cholesky" / "low_rank.f90", "done = changes%n <=", "done = changes%n == 0*"
+    ),
+    "kept factor": Remedy(
+        ALGEBRA / "solvers" / "lagged_solver.f90", "worth_a_factor = 8 ", "worth_a_factor = -1 "
+    ),
+}  # fmt: skip
+
+
+def cases(quick: bool) -> dict[str, tuple]:
+    """What writes the input of each case, and its steps."""
+    found = {}
+    for ms, steps in ((1, 120), (5, 60)):
+        for blocks in (200, 400, 800) if quick else (200, 300, 400, 600, 800, 1000):
+            name = f"{blocks} at {ms} ms"
+            found[f"shaken {name}"] = (partial(shaken, blocks, ms * 1e-3), steps)
+            if quick and blocks == 800:
+                continue
+            less = steps // 4
+            found[f"settling {name}"] = (partial(settling, touching_wall, blocks, ms * 1e-3), less)
+            found[f"packing {name}"] = (partial(settling, packing, blocks, ms * 1e-3), less)
+    for blocks in (1000,) if quick else (1000, 3000, 10_000):
+        found[f"sudden {blocks}"] = (partial(settling, touching_wall, blocks, 1e-3), 5)
+        found[f"rest {blocks}"] = (partial(resting, blocks), 1)
+    if not quick:
+        found["quiet 3000"] = (partial(settling, wall, 3000, 1e-3), 60)
+        found["shaken 10000"] = (partial(shaken, 10_000, 1e-3), 160)
+    return found
+
+
+@dataclass
+class Engine:
+    """An executable of which one file may differ."""
+
+    build: Path
+    folder: Path
+
+    def variant(self, source: Path, text: str) -> Path:
+        """The executable with this text in place of a source file."""
+        name = source.relative_to(ROOT)
+        commands = json.loads((self.build / "compile_commands.json").read_text())
+        (command,) = (
+            c["command"] for c in commands
+            if c["file"].endswith(str(name)) and "sitedda_engine" in c["output"]
+        )  # fmt: skip
+        changed_file, made = self.folder / source.name, self.folder / "changed.o"
+        changed_file.write_text(text)
+        words = shlex.split(command)
+        words[words.index("-o") + 1] = str(made)
+        words[words.index("-c") + 1] = str(changed_file)
+        words = [f"-J{self.folder}" if w.startswith("-J") else w for w in words]
+        own = next((w[2:] for w in shlex.split(command) if w.startswith("-J")), ".")
+        subprocess.run([*words, f"-I{own}"], cwd=self.build, check=True, capture_output=True)
+        listed = subprocess.run(
+            ["ninja", "-t", "commands", "sitedda-native"], cwd=self.build, check=True,
+            capture_output=True, text=True,
+        ).stdout.splitlines()  # fmt: skip
+        words = shlex.split(listed[-1])
+        program = self.folder / "native"
+        words[words.index("-o") + 1] = str(program)
+        words.insert(words.index("-o") + 2, str(made))  # before the library, which has it too
+        subprocess.run(words, cwd=self.build, check=True, capture_output=True)
+        return program
+
+
+def run(program: Path, file: Path, before: dict | str = "") -> dict | str:
+    """Counts of one run, or the words that it ends with."""
+    output = program.with_name(file.with_suffix(".nc").name)
+    command = [str(program), "run", str(file), "--quiet", "-o", str(output)]
+    process = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+        env=os.environ | SINGLE,
+    )  # fmt: skip
+    if isinstance(before, dict):
+        limit = 1 + int(5 * before["seconds"])
+        resource.prlimit(process.pid, resource.RLIMIT_CPU, (limit, limit))
+    said = process.stderr.read().strip()
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if os.WIFSIGNALED(status):
+        return "takes too long"
+    if status:
+        return said.splitlines()[-1][:70] if said else f"status {process.returncode}"
+    with READING, xr.open_dataset(output) as data:
+        work = list(map(int, re.findall(r"\d+", data.attrs["solver"])))
+        iterations = int(data.iterations.sum())
+    output.unlink()
+    return {
+        "iterations": iterations,
+        "factors": work[1],
+        "applications": work[2],
+        "seconds": used.ru_utime + used.ru_stime,
+    }
+
+
+def variants(words: list[str]) -> dict[str, tuple[Path, str]]:
+    """File and new text of each variant whose name has one of the words."""
+    found = {}
+    for name, remedy in REMEDIES.items():
+        text = remedy.file.read_text()
+        if remedy.old not in text:
+            raise SystemExit(f"{remedy.file}: expected {remedy.old!r}")
+        found[f"without: {name}"] = (remedy.file, text.replace(remedy.old, remedy.new))
+    for file in FILES:
+        text = file.read_text()
+        for match in _CONSTANT.finditer(text):
+            name, number, power, kind = match.groups()
+            if name in _FIXED or float(number) == 0:
+                continue
+            for word, factor in (("halved", 0.5), ("doubled", 2.0)):
+                value = float(number) * factor
+                said = f"{value!r}{power}_wp" if kind else str(max(1, int(value)))
+                label = f"{file.stem}: {name} {word}"
+                start, end = match.span(2)[0], match.end()
+                found[label] = (file, text[:start] + said + text[end:])
+    return {k: v for k, v in found.items() if not words or any(w in k for w in words)}
+
+
+def row(name: str, results: dict, before: dict) -> str:
+    """A row of the table: ratios of sums over the cases that end in both, and the others."""
+    both = [c for c in before if isinstance(before[c], dict) and isinstance(results[c], dict)]
+    ratios = []
+    for key in ("iterations", "factors", "applications", "seconds"):
+        total = sum(before[c][key] for c in both)
+        ratios.append(sum(results[c][key] for c in both) / total if total else float("nan"))
+    others = [f"{c}: {results[c]}" for c in before if c not in both and results[c] != before[c]]
+    numbers = " | ".join(f"{ratio:.3f}" for ratio in ratios)
+    return f"| {name} | {numbers} | {'; '.join(others)} |"
+
+
+def main() -> None:
+    """Run the engine as it is, then every variant."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("build", type=Path)
+    parser.add_argument("--quick", action="store_true", help="small cases, minutes in all")
+    parser.add_argument("--only", nargs="*", default=[], metavar="WORD", help="variants with it")
+    parser.add_argument("--jobs", type=int, default=1, help="cases at once")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        files = {}
+        for i, (name, (text, steps)) in enumerate(cases(options.quick).items()):
+            files[name] = folder / f"{i}.nml"
+            files[name].write_text(changed(text(), steps, 1))
+        engine = Engine(options.build.resolve(), folder)
+
+        def measured(program: Path, before: dict) -> dict:
+            with ThreadPoolExecutor(options.jobs) as pool:
+                waited = {
+                    name: pool.submit(run, program, file, before.get(name, ""))
+                    for name, file in files.items()
+                }
+            return {name: one.result() for name, one in waited.items()}
+
+        own = folder / "own"
+        own.mkdir()
+        (own / "native").symlink_to(options.build.resolve() / "sitedda-native")
+        before = measured(own / "native", {})
+        for name, result in before.items():
+            print(f"{name:30s} {result}", flush=True)
+        print("\n| variant | iterations | factors | applications | time | ends otherwise |")
+        print("| --- | --- | --- | --- | --- | --- |")
+        for name, (file, text) in variants(options.only).items():
+            print(row(name, measured(engine.variant(file, text), before), before), flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

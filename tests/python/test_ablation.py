@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The ablation of the iteration: what it leaves out and changes is still there."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+import ablation
+
+
+def test_every_remedy_and_constant_is_found_in_its_file():
+    found = ablation.variants([])
+    assert sum(name.startswith("without") for name in found) == len(ablation.REMEDIES)
+    for name, (file, text) in found.items():
+        before = file.read_text().splitlines()
+        changed = [
+            pair for pair in zip(before, text.splitlines(), strict=False) if len(set(pair)) > 1
+        ]
+        assert changed, name
+        if not name.startswith("without"):
+            assert len(changed) == 1 and f":: {name.split()[1]} = " in changed[0][0], name
