@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
+from matplotlib.transforms import ScaledTranslation
 
 from ..base.arguments import ANY
 from ..base.numbers import in_unit, number
@@ -74,6 +75,7 @@ BROKEN = 4  # state of a bolt
 _MOST_DRAWN_OUTLINES = 30000
 _MOST_LABELS = 24  # of measured points
 _MOST_NAMED = 3  # blocks beyond the ends of a scale
+_FLAT = 0.25  # height over width: a legend is below, not beside
 _TICK = 0.32  # inches of a colour bar for each tick
 
 
@@ -219,7 +221,7 @@ class BlockPicture:
         self.note = head(axes, plain(scene.title or "Untitled"), lines=len(self._words(frame)))
         beside = bool(handles) and self.legend and not self.alone
         if self.bars and self.legend:
-            color_bars(axes, self.bars, 0.6 if beside else 1.0)
+            color_bars(axes, self.bars, 0.6 if beside and not _is_flat(axes) else 1.0)
         if handles and self.legend:
             _legend(axes, handles, self.alone)
         dress(axes.figure)
@@ -336,13 +338,17 @@ def _legend(axes: Axes, handles: list, alone: bool) -> None:
     if alone:
         axes.figure.legend(handles=handles, loc="outside right center", frameon=False, fontsize=9)
     else:
-        axes.legend(
-            handles=handles,
-            loc="upper left",
-            bbox_to_anchor=(1.0, 1.0),
-            frameon=False,
-            fontsize=8.5,
-        )
+        look = {"loc": "upper left", "frameon": False, "fontsize": 8.5}
+        if _is_flat(axes):  # colour bars need all of its height
+            under = axes.transAxes + ScaledTranslation(0, -0.55, axes.figure.dpi_scale_trans)
+            look |= {"bbox_transform": under, "ncols": 2}
+        corner = (0.0, 0.0) if _is_flat(axes) else (1.0, 1.0)
+        axes.legend(handles=handles, bbox_to_anchor=corner, **look)
+
+
+def _is_flat(axes: Axes) -> bool:
+    """A view that is much wider than it is tall."""
+    return np.ptp(axes.get_ylim()) < _FLAT * np.ptp(axes.get_xlim())
 
 
 def deformed(scene: Scene, frame: int, factor: float) -> np.ndarray:
