@@ -89,6 +89,7 @@ contains
       report%block_size = [huge(1.0_wp), 0.0_wp]
       report%speed = [huge(1.0_wp), 0.0_wp]
       do b = 1, blocks%n
+         if (blocks%removed(b)) cycle
          associate (shape => blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))
             side = minval(maxval(shape, 2) - minval(shape, 2))
          end associate
@@ -297,7 +298,8 @@ contains
       real(wp), parameter :: deepest = 0.01_wp, noisiest = 1.0e-3_wp
       real(wp) :: depth, noise, weight
 
-      weight = norm2(simulation%model%control%gravity)*minval(simulation%blocks%mass)
+      weight = norm2(simulation%model%control%gravity)*minval(simulation%blocks%mass, &
+         mask=.not. simulation%blocks%removed)
       if (weight == 0.0_wp .or. linear%closed == 0) return
       depth = linear%penetration/report%block_size(1)
       noise = simulation%iteration%noise/weight

@@ -190,24 +190,32 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(null_space_type) :: free
       integer, parameter :: most_mechanisms = 100
-      integer :: wanted, found, i
+      integer :: wanted, found, left, i
 
       mechanisms = 0
       rigid = 0
       call find_rigid_modes(linear, free, error)
       if (allocated(error)) return
-      rigid = free%dimension
+      rigid = free%dimension - 3*removed_blocks(linear)
+      left = 6*linear%n - free%dimension
       do
-         wanted = min(count + mechanisms, 6*linear%n - rigid)
+         wanted = min(count + mechanisms, left)
          call lowest_eigenvalues(linear%stiffness, linear%mass, wanted, pairs, error, free)
          if (allocated(error)) return
          call take_energies(linear, pairs, mechanisms)
          found = pairs%n - mechanisms
          if (found >= count .or. pairs%n < wanted .or. mechanisms > most_mechanisms) exit
-         if (wanted >= 6*linear%n - rigid) exit
+         if (wanted >= left) exit
       end do
       call select_pairs(pairs, [(i, i=mechanisms + 1, pairs%n)])
    end subroutine find_elastic
+
+   !> Blocks that a stage has removed: they have no mass in the run, and nothing touches them.
+   pure integer function removed_blocks(linear)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+
+      removed_blocks = count(.not. linear%block_mass > 0.0_wp)
+   end function removed_blocks
 
    !> ω² = Σ k (stretch)² + strain energies of each mass-normalised vector, sorted.
    subroutine take_energies(linear, pairs, mechanisms)

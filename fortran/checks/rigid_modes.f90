@@ -70,6 +70,7 @@ contains
    end function root_of
 
    !> Two translations and the rotation of each part about its centre of mass, mass-orthonormal.
+   !> Blocks that a stage has removed are parts of their own, with the mass that they had.
    subroutine rigid_motions(linear, free, motion)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(null_space_type), intent(in) :: free  !< rigid motions of loose parts
@@ -81,7 +82,7 @@ contains
       centre = 0.0_wp
       inertia = 0.0_wp
       do b = 1, linear%n
-         associate (g => free%group(b), m => linear%block_mass(b))
+         associate (g => free%group(b), m => linear%mass(1, 1, b))
             mass(g) = mass(g) + m
             centre(:, g) = centre(:, g) + m*linear%position(:, b)
          end associate
@@ -90,7 +91,7 @@ contains
       do b = 1, linear%n
          associate (g => free%group(b))
             arm = linear%position(:, b) - centre(:, g)
-            inertia(g) = inertia(g) + linear%mass(3, 3, b) + linear%block_mass(b)*dot_product(arm, &
+            inertia(g) = inertia(g) + linear%mass(3, 3, b) + linear%mass(1, 1, b)*dot_product(arm, &
                arm)
          end associate
       end do

@@ -173,3 +173,12 @@ def test_a_run_is_refused_by_a_check_that_fails(program, write_input, tmp_path):
 def test_a_check_of_bad_input_is_status_1(program, write_input):
     done = program("check", write_input(tower(time_step=-1.0)))
     assert done.returncode == 1 and "time_step" in done.stderr
+
+
+def test_a_block_that_a_stage_removes_is_no_part_of_what_is_checked(root):
+    """Its mass of 0 made all modes NaN, block sizes over speeds 0 s, and no bounds of a penalty."""
+    text = str(sitedda.check(root / "inputs" / "tunnel_roof.nml"))
+    modes = finding(text, "lowest modes")
+    assert modes.startswith("ok") and "move freely" not in modes
+    assert "dx/v = 0 s" not in finding(text, "CFL")
+    assert finding(text, "penalty bounds").startswith("ok")
