@@ -71,7 +71,7 @@ module dda_equilibrium
    integer(long), parameter :: most_iterations = 20000  !< open–close iterations in all
    !> iterations in which the largest unbalanced force is not halved, and times blocks in all beyond
    !> these; walls that come to rest take 50
-   integer(long), parameter :: iterations_in_vain = 200, work_in_vain = 2000000
+   integer(long), parameter :: iterations_in_vain = 200, work_in_vain = 500000
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the weight
    real(wp), parameter :: together = 4.0_wp        !< tolerances of contact forces add up to
    real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< of the weight, to be left unbalanced

@@ -2,6 +2,7 @@
 !> Eigenvalues of random block systems against dense LAPACK; operators that are hard for Lanczos.
 module test_eigen
    use dda_kinds, only: wp
+   use dda_arnoldi, only: operator_type, largest_pairs
    use dda_block_matrix, only: block_matrix_type, set_pattern
    use dda_deflation, only: null_space_type
    use dda_dense_eigen, only: block_eigen, is_above
@@ -14,6 +15,12 @@ module test_eigen
    implicit none
    private
    public :: eigen_suite
+
+   !> A diagonal matrix whose largest values lie closer together than an iteration can tell.
+   type, extends(operator_type) :: crowded_type
+   contains
+      procedure :: apply => apply_crowded
+   end type crowded_type
 
    interface
       !> LAPACK: all eigenvalues of A x = λ B x with B positive definite.
@@ -46,6 +53,7 @@ contains
       call known_null_space()
       call repeatable()
       call refusals()
+      call bound_of_work()
    end subroutine eigen_suite
 
    !> A chain of springs with random rows, and some more between any two; mass and strains of random
@@ -232,6 +240,31 @@ contains
          call check_close(pairs%value(1), values(6*n), 'the largest', relative=1.0e-10_wp)
       end do
    end subroutine multiple_eigenvalues
+
+   !> 1 − (i/n)²: the two largest differ by n⁻² of the whole.  3,000 restarts took minutes where
+   !> there are many blocks.
+   subroutine bound_of_work()
+      integer, parameter :: n = 20000
+      type(crowded_type) :: operator
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: values(:), vectors(:,:), residuals(:)
+
+      call case('eigenvalues that an iteration cannot tell apart')
+      call largest_pairs(operator, n, 1, 1.0e-10_wp, values, vectors, residuals, error)
+      call check_fails(error, 'they lie too close together', 'crowded')
+      call check(operator%products < 5000, 'the work is bound by the size')
+   end subroutine bound_of_work
+
+   subroutine apply_crowded(self, x, y)
+      class(crowded_type), intent(inout) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(out) :: y(:)
+      integer :: i
+
+      do i = 1, size(x)
+         y(i) = (1.0_wp - (real(i, wp)/size(x))**2)*x(i)
+      end do
+   end subroutine apply_crowded
 
    !> A null space that is given is left out, dense or not.
    subroutine known_null_space()

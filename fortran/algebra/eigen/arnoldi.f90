@@ -40,6 +40,8 @@ module dda_arnoldi
    end type iteration_type
 
    integer, parameter :: least_basis = 20
+   !> restarts times size, beyond a hundred restarts; modes of models that rest take few
+   real(wp), parameter :: affordable = 5.0e6_wp
 
 contains
 
@@ -64,7 +66,7 @@ contains
          return
       end if
       call prepare(iteration, n, count, tolerance)
-      iteration%iparam(3) = 3000
+      iteration%iparam(3) = int(min(3000.0_wp, 100.0_wp + affordable/n))
       if (present(most_restarts)) iteration%iparam(3) = most_restarts
       iteration%resid = irregular_vector(n, salt)
       call require_for_blas(error)
@@ -118,7 +120,8 @@ contains
       if (info == 1) then
          call fail(error, error_solver, 'ARPACK has converged '//to_text(iteration%iparam(5))// &
             ' of '//to_text(iteration%count)//' eigenvalues to '//to_text(iteration%tolerance)// &
-            ' after '//to_text(iteration%iparam(3))//' restarts; ask for a looser tolerance')
+            ' after '//to_text(iteration%iparam(3))//' restarts: they lie too close together, '// &
+            'or too far below the largest')
       else if (info /= 0) then
          call fail(error, error_solver, 'ARPACK dsaupd failed with info = '//to_text(info))
       end if
