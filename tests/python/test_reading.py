@@ -112,6 +112,8 @@ DAMAGES = {
     "block_coordinates": replaced("block_coordinates", (0, 0, 0), np.nan),
     "block_stress": replaced("block_stress", (0, 0, 0), 1e300),
     "frame_time": replaced("frame_time", 0, 1e6),
+    "block_material": replaced("block_material", 0, 99_999),
+    "edge_joint": replaced("edge_joint", 0, 99_999),
     "time": lambda variables, _: variables["time"].__setitem__(0, "i4"),
     "block_rates": lambda variables, _: variables["block_rates"].__setitem__(
         1, ("frame", "coordinate_2", "block_2")
@@ -213,6 +215,28 @@ SHOWN = {
     "surface": ["--lowest", "10", "--highest", "50", "-o", "o.png"],
     "export": ["--vtk", "o"],
 }
+
+
+def test_a_site_needs_a_block_at_each_of_its_points(main, tmp_path):
+    site = sitedda.Model.read(INPUTS / "layered_site.nml")
+    site.control(duration=0.5)
+    whole = site.run(tmp_path / "site.nc").output
+    lost = damage(whole, tmp_path / "d.nc", replaced("point_place", (0, 1), 99_999.0))
+    done = main("site", lost, "-o", tmp_path / "o.png")
+    assert done.returncode in (1, 5) and "no block lies at the measured point" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_boundaries_of_one_name_are_drawn_by_their_number(tmp_path):
+    from sitedda.facade.panels import curves_of
+    from sitedda.output.output_file import load
+
+    ridge = sitedda.Model.read(INPUTS / "ridge.nml")
+    ridge.control(duration=0.1)
+    history = load(sitedda.run(ridge, output=tmp_path / "ridge.nc").output)
+    assert history.sizes["boundary"] > 1
+    history = history.assign_coords(boundary=["one"] * history.sizes["boundary"])
+    assert all(np.ndim(moved) == 1 for _, moved, *_ in curves_of(history))
 
 
 @pytest.mark.parametrize("command", SHOWN)

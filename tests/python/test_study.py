@@ -430,3 +430,12 @@ def test_namelist_text_is_kept(tmp_path):
     text = (case_folder(plan.folder, plan.keys[0]) / "model.nml").read_text()
     name = text.partition("../../../files/")[2].partition("'")[0]
     assert np.loadtxt(plan.folder / "files" / name).size == 5000
+
+
+def test_a_result_with_a_name_that_netcdf_cannot_hold_is_damaged(tmp_path):
+    from sitedda.study.store import write_result
+
+    write_result(tmp_path, "complete", numbers={"x" * 250: 1.0})
+    assert read_result(tmp_path) is not None
+    write_result(tmp_path, "complete", numbers={"x" * 300: 1.0})
+    assert read_result(tmp_path) is None

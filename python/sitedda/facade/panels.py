@@ -158,8 +158,8 @@ def curves_of(history) -> list[tuple]:
         pair = (point[n].values[:, axis] for n in ("displacement", "acceleration"))
         found.append((f"{name}, {'xy'[axis]}", *pair, {"color": color}))
     seen = []
-    for name in history.boundary.values if "boundary" in history.coords else ():
-        boundary = history.sel(boundary=name)
+    for i, name in enumerate(history.boundary.values if "boundary" in history.coords else ()):
+        boundary = history.isel(boundary=i)
         axis = main_axis(boundary.incoming_velocity)
         moved, acceleration = (
             boundary[f"incoming_{n}"].values[:, axis] for n in ("displacement", "acceleration")

@@ -259,6 +259,11 @@ def _check_order(data: xr.Dataset) -> None:
     for name in ("stage", "frame_stage"):
         if name in data.variables and (read(data, name) > stages).any():
             raise damaged(data, name, f"there are {stages} stages")
+    groups = input_values(data.attrs)
+    for name, group in (("block_material", "material"), ("edge_joint", "joint")):
+        given = len(groups.get(group, []))
+        if given and name in data.variables and (read(data, name) >= given).any():
+            raise damaged(data, name, f"there are {given} groups &{group}")
 
 
 def damaged(data: xr.Dataset, name: str, why: str) -> OutputError:

@@ -78,4 +78,7 @@ def _rectangles(history: xr.Dataset) -> np.ndarray:
 
 def _block_at(boxes: np.ndarray, place: np.ndarray) -> int:
     inside = np.all((boxes[:, :2] - 1e-9 <= place) & (place <= boxes[:, 2:] + 1e-9), axis=1)
+    if not inside.any():
+        x, y = place
+        raise ValueError(f"no block lies at the measured point ({x:g}, {y:g}) m")
     return int(np.flatnonzero(inside)[0])

@@ -40,6 +40,7 @@ INPUT, OUTPUT, WORDS, FAILED = "model.nml", "out.nc", "words.txt", "failed.txt"
 _KEY = re.compile(r"[0-9a-f]{32}")
 _ENDING = re.compile(r"\.[A-Za-z0-9]{1,8}")
 _MOST = 1 << 30  # bytes of a JSON file that are read
+_LONGEST = 250  # characters of the name of a result, which netCDF limits
 _READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # a pipe in its place is an empty file
 
 
@@ -155,6 +156,8 @@ def _is_result(found: dict) -> bool:
     if not isinstance(found.get("status"), str) or not _is_number(found.get("seconds", 0.0)):
         return False
     if not isinstance(numbers, dict) or not isinstance(shapes, dict):
+        return False
+    if any(len(name) > _LONGEST for name in (*numbers, *shapes)):
         return False
     return all(map(_is_number, numbers.values())) and all(map(_is_shape, shapes.values()))
 
