@@ -99,9 +99,13 @@ class Verdict:
     def _cell(self, key: str, unit: str) -> str:
         if not key:
             return ""
-        scale, bar = SHOWN.get(unit, 1.0), self.bars and self.bars.figures.get(key)
+        scale = SHOWN.get(unit, 1.0)
+        bar = self.bars.figures.get(key) if self.bars else None
         value = self.values.get(key, math.nan)
-        text = with_bar(bar.finest * scale, bar.bar * scale) if bar else number(value * scale)
+        text = number(value * scale)
+        if bar:  # without one it is the run's own number
+            shown = bar.finest if math.isfinite(bar.bar) else value
+            text = with_bar(shown * scale, bar.bar * scale)
         return f"{text} {unit}".strip()
 
     def __str__(self) -> str:
