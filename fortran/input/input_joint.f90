@@ -7,6 +7,7 @@ module dda_input_joint
    use dda_input_group, only: group_type, input_error, require, is_set, value_or
    use dda_input_groups, only: joint_values, read_values
    use dda_input_text, only: parse_group, split_groups
+   use dda_input_strength, only: reduce_solid
    use dda_joint_law, only: strength_type
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
@@ -63,11 +64,11 @@ contains
       new%shear_stiffness = value_or(own%shear_stiffness_per_area, 0.0_wp)
    end subroutine read_contacts
 
-   !> The variables of a group &joint with which all strength is divided by a factor, as its law
-   !> says.
+   !> The variables of a group &joint or &material with which all strength is divided by a factor,
+   !> as its law says.
    subroutine reduced_strengths(file, text, factor, strengths, error)
       character(len=*), intent(in) :: file  !< path, for messages
-      character(len=*), intent(in) :: text  !< one group &joint
+      character(len=*), intent(in) :: text  !< one group &joint or &material
       real(wp), intent(in) :: factor        !< above 0
       type(strength_type), allocatable, intent(out) :: strengths(:)  !< names and values
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -79,7 +80,12 @@ contains
       call split_groups(file, text, groups, error)
       if (allocated(error)) return
       call parse_group(text, groups(1), error)
-      if (.not. allocated(error)) call read_joint(groups(1), joint, error)
+      if (allocated(error)) return
+      if (groups(1)%name == 'material') then
+         call reduce_solid(groups(1), factor, strengths, error)
+         return
+      end if
+      call read_joint(groups(1), joint, error)
       if (allocated(error)) return
       call new_joint_law(slot, joint, 1.0_wp, 1.0_wp)
       strengths = slot%law%reduced(joint, factor)

@@ -4,14 +4,15 @@ module dda_input_strength
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
    use dda_input_group, only: group_type, input_error, is_set, value_or
-   use dda_input_groups, only: material_values
+   use dda_input_groups, only: material_values, read_values
+   use dda_joint_law, only: reduced_type => strength_type
    use dda_material, only: material_type
    use dda_mohr_coulomb_solid, only: mohr_coulomb_solid_type
    use dda_text, only: to_text
    use dda_yield_return, only: strength_type
    implicit none
    private
-   public :: check_strength, solid_of
+   public :: check_strength, solid_of, reduce_solid
 
    real(wp), parameter :: degree = pi/180.0_wp
    real(wp), parameter :: rounding = 1.0e-9_wp  !< of a tension: decimal digits of an input
@@ -72,6 +73,47 @@ contains
       apex = huge(1.0_wp)
       if (angle > 0.0_wp) apex = cohesion/tan(degree*angle)
    end function apex
+
+   !> The strengths of a group &material over a factor: c, tan φ, T, and a dilation of at most φ.
+   subroutine reduce_solid(group, factor, strengths, error)
+      type(group_type), intent(in) :: group  !< &material
+      real(wp), intent(in) :: factor         !< above 0
+      type(reduced_type), allocatable, intent(out) :: strengths(:)  !< names and values
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(material_values) :: own
+
+      allocate (strengths(0))
+      call read_values(group, own, error)
+      if (allocated(error) .or. own%law /= 'mohr_coulomb') return
+      associate (angle => reduced(own%friction_angle))
+         strengths = [reduced_type('cohesion', own%cohesion/factor), &
+            reduced_type('friction_angle', angle), &
+            reduced_type('dilation_angle', min(own%dilation_angle, angle))]
+      end associate
+      call add('tensile_strength', own%tensile_strength, own%tensile_strength/factor)
+      call add('residual_cohesion', own%residual_cohesion, own%residual_cohesion/factor)
+      call add('residual_tensile_strength', own%residual_tensile_strength, &
+         own%residual_tensile_strength/factor)
+      call add('residual_friction_angle', own%residual_friction_angle, &
+         reduced(own%residual_friction_angle))
+
+   contains
+
+      !> An angle whose tangent is divided.
+      pure real(wp) function reduced(angle)
+         real(wp), intent(in) :: angle  !< degrees
+
+         reduced = atan(tan(degree*angle)/factor)/degree
+      end function reduced
+
+      !> One more strength, if it is given.
+      subroutine add(name, given, value)
+         character(len=*), intent(in) :: name   !< of the variable
+         real(wp), intent(in) :: given, value   !< as given, divided
+
+         if (is_set(given)) strengths = [strengths, reduced_type(name, value)]
+      end subroutine add
+   end subroutine reduce_solid
 
    !> The law that a group describes.
    pure type(mohr_coulomb_solid_type) function solid_of(own, material) result(law)

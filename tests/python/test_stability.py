@@ -14,7 +14,7 @@ from lattices import lattice
 import sitedda
 from sitedda.boundary_marks import SIGNS
 from sitedda.command import main
-from sitedda.engine import engine_names, reduced_joint
+from sitedda.engine import engine_names, reduced_group
 from sitedda.model import Model
 from sitedda.schema import GROUPS
 from sitedda.stability import bisect
@@ -177,7 +177,7 @@ def choices(group: str, name: str) -> list[str]:
 def test_every_law_says_what_of_it_a_factor_divides(factor):
     assert choices("joint", "law") == list(OF_LAWS)
     divided = {
-        law: reduced_joint(f"&joint name = 'j', law = '{law}', {values} /", factor)
+        law: reduced_group(f"&joint name = 'j', law = '{law}', {values} /", factor)
         for law, values in OF_LAWS.items()
     }
     for law, values in OF_LAWS.items():
@@ -196,13 +196,13 @@ def test_every_law_says_what_of_it_a_factor_divides(factor):
 
 
 def test_a_friction_angle_stays_below_a_right_angle():
-    found = reduced_joint("&joint name = 'j' friction_angle = 80 /", 1e-3)
+    found = reduced_group("&joint name = 'j' friction_angle = 80 /", 1e-3)
     assert found == {"friction_angle": 89.0, "cohesion": 0.0, "tensile_strength": 0.0}
 
 
 def test_a_joint_that_is_none_is_refused_by_its_variable():
     with pytest.raises(sitedda.InputError, match="friction_angle = 95"):
-        reduced_joint("&joint name = 'j' friction_angle = 95 /", 2.0)
+        reduced_group("&joint name = 'j' friction_angle = 95 /", 2.0)
 
 
 def test_every_kind_of_boundary_has_a_sign_and_a_kind_at_rest():

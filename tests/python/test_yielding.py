@@ -195,3 +195,28 @@ def test_a_tunnel_wall_moves_as_salencon_says():
     moved = 100 * np.hypot(*history.displacement.values[-1, 0])
     assert moved == pytest.approx(12.167e-3, rel=0.045)
     assert np.abs(history.energy_balance).max() < 1e-9 * history.energy_plastic.values[-1]
+
+
+@pytest.mark.parametrize("angle", [0.0, 25.0])
+def test_safety_divides_the_strength_of_solids(angle):
+    """A block of 20 kN/m³, 1 m high, bears 10 kPa in the mean: 2 (c/F) tan(45° + φ_F/2)."""
+    cohesion = 6e3
+    model = sitedda.Model()
+    model.control(time_step=1.0, gravity=[0.0, -10.0], analysis="plane_strain")
+    model.contact(normal_stiffness=1e9)
+    model.material(
+        name="soil", density=2000.0, young_modulus=1e8, poisson_ratio=0.3, law="mohr_coulomb",
+        cohesion=cohesion, friction_angle=angle,
+    )  # fmt: skip
+    model.joint(name="joint", friction_angle=30.0)
+    model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
+    model.fixed_point(x=0.0, y=0.0)
+    model.fixed_point(x=1.0, y=0.0, direction="y")
+
+    def excess(factor):
+        reduced = np.arctan(np.tan(np.radians(angle)) / factor)
+        return 2 * cohesion / factor * np.tan(np.pi / 4 + reduced / 2) - 10e3
+
+    found = sitedda.safety(model, tolerance=2e-3)
+    assert excess(0.997 * found.low) > 0 > excess(1.003 * found.high)
+    assert not found.warning

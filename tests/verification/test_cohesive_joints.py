@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import sitedda
-from sitedda.engine import reduced_joint
+from sitedda.engine import reduced_group
 from sitedda.validation.model import (
     block,
     contact,
@@ -237,7 +237,7 @@ def test_strength_is_divided_and_openings_stay():
         "&joint name = 'j', law = 'cohesive', friction_angle = 30, cohesion = 2e6, "
         "tensile_strength = 1e6, fracture_energy = 50, normal_stiffness_per_area = 1e11 /"
     )
-    found = reduced_joint(text, 2.0)
+    found = reduced_group(text, 2.0)
     assert found["tensile_strength"] == 5e5 and found["cohesion"] == 1e6
     assert found["fracture_energy"] == 25.0 and found["shear_fracture_energy"] == 250.0
 

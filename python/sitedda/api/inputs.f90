@@ -12,7 +12,7 @@ module api_inputs
    use dda_text, only: joined
    implicit none
    private
-   public :: parse_input, parsed_input, make_changes, changed_text, reduced_joint
+   public :: parse_input, parsed_input, make_changes, changed_text, reduced_group
 
    type(group_type), allocatable :: parsed(:)     !< of the text that was parsed last
    character(len=:), allocatable :: changed       !< text that was changed last
@@ -125,8 +125,8 @@ contains
       bytes = [(iachar(changed(i:i)), i=1, n)]
    end subroutine changed_text
 
-   !> The variables of a group &joint with which all its strength is divided by a factor.
-   subroutine reduced_joint(text, factor, names, values)
+   !> The variables of a &joint or &material with which all its strength is divided by a factor.
+   subroutine reduced_group(text, factor, names, values)
       character(len=*), intent(in) :: text
       real(c_double), intent(in) :: factor
       character(len=2048), intent(out) :: names  !< with blanks between
@@ -136,6 +136,6 @@ contains
       call reduced_strengths('model', text, factor, strengths, error)
       names = joined(strengths%name, ' ')
       values(:size(strengths)) = strengths%value
-   end subroutine reduced_joint
+   end subroutine reduced_group
 
 end module api_inputs

@@ -29,7 +29,7 @@ __all__ = [
     "checked",
     "commit",
     "engine_names",
-    "reduced_joint",
+    "reduced_group",
     "version",
 ]
 
@@ -83,8 +83,8 @@ def engine_names(what: str) -> tuple[str, ...]:
     return tuple(api.engine_names(what).decode().split())
 
 
-def reduced_joint(text: str, factor: float) -> dict[str, float]:
-    """The variables of a group &joint with which all its strength is divided by a factor.
+def reduced_group(text: str, factor: float) -> dict[str, float]:
+    """The variables of a &joint or &material with which all its strength is divided by a factor.
 
     Parameters
     ----------
@@ -93,5 +93,5 @@ def reduced_joint(text: str, factor: float) -> dict[str, float]:
     factor : float
         Above 0.
     """
-    names, values = checked(api.reduced_joint, text.encode(), factor)
+    names, values = checked(api.reduced_group, text.encode(), factor)
     return dict(zip(names.decode().split(), map(float, values), strict=False))

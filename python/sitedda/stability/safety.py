@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Factor of safety by strength reduction, and the mechanism in which a model fails.
 
-A model *stands* at a factor F if, with tan φ, c and T of all joints divided by F, each of its
+A model *stands* at a factor F if, with tan φ, c and T of all joints, and of all materials of law
+'mohr_coulomb', divided by F, each of its
 static stages comes to rest (`docs/method.md`, statics), and no block has moved farther from where
 it rests with strong joints than a share of the usual block's radius.  The factor of safety is where
 that ends, by bisection; it may lie below 1.

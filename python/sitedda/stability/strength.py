@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Models whose joint strength is divided by a factor, brought to rest or let go."""
+"""Models whose strength is divided by a factor, brought to rest or let go."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.core import engine_names, reduced_joint
+from ..base.core import engine_names, reduced_group
 from ..base.errors import ConvergenceError, SolverError
 from ..build.model import Group, Model
 from ..engine.simulation import Simulation
@@ -127,16 +127,23 @@ def _hold(load: Group, names: tuple[str, ...], ends: bool) -> None:
 
 
 def weakened(model: Model, factor: float) -> Model:
-    """A copy of a model with the strengths of all joints divided by a factor."""
+    """A copy of a model with the strengths of all joints and solids divided by a factor."""
     weak = model.copy()
-    for joint in weak.of_kind("joint"):
-        joint(**_divided(joint, factor))
+    for kind, group in _strong(weak):
+        group(**_divided(kind, group, factor))
     return weak
 
 
-def _divided(joint: Group, factor: float) -> dict:
-    """The strengths of a joint divided by a factor, as its law has them."""
-    return reduced_joint(group_text("joint", joint.as_dict()), factor)
+def _strong(model: Model) -> list[tuple[str, Group]]:
+    """Joints, and materials that yield, with their kinds."""
+    solids = [one for one in model.of_kind("material") if one.law == "mohr_coulomb"]
+    joints = model.of_kind("joint")
+    return [*(("joint", one) for one in joints), *(("material", one) for one in solids)]
+
+
+def _divided(kind: str, group: Group, factor: float) -> dict:
+    """The strengths of a joint or a material divided by a factor, as its law has them."""
+    return reduced_group(group_text(kind, group.as_dict()), factor)
 
 
 def come_to_rest(model: Model, factor: float) -> Rest:
@@ -176,16 +183,16 @@ def released(model: Model, factor: float, held: float | None, time_step: float, 
     moving = weakened(model, factor if held is None else held)
     moving.control(time_step=time_step, time_step_control="adaptive", dynamic_factor=0.0)
     moving.control(integration="backward_euler")
-    names = []
+    names: dict[str, list[str]] = {"joint": [], "material": []}
     if held is None:
         moving.clear("stage")
     else:
-        for joint in moving.of_kind("joint"):
-            weak = f"{joint.name} weaker"
-            names.append(f"{joint.name} -> {weak}")
-            values = _divided(joint, factor / held)
-            moving.joint(**joint.as_dict() | values | {"name": weak})
-    changes = ", ".join(names) or None
-    moving.stage(name="strength is lost", steps=steps, change_joints=changes)
+        for kind, group in _strong(moving):
+            weak = f"{group.name} weaker"
+            names[kind].append(f"{group.name} -> {weak}")
+            values = group.as_dict() | _divided(kind, group, factor / held) | {"name": weak}
+            getattr(moving, kind)(**values)
+    changes = {f"change_{kind}s": ", ".join(old) or None for kind, old in names.items()}
+    moving.stage(name="strength is lost", steps=steps, **changes)
     with Simulation(moving) as simulation:
         yield simulation
