@@ -219,4 +219,4 @@ def test_safety_divides_the_strength_of_solids(angle):
 
     found = sitedda.safety(model, tolerance=2e-3)
     assert excess(0.997 * found.low) > 0 > excess(1.003 * found.high)
-    assert not found.warning
+    assert "half the size" in found.warning and "does not move far" not in found.warning

@@ -70,15 +70,16 @@ def draw_profile(axes: Axes, found) -> None:
     axes : matplotlib.axes.Axes
     found : Beside
     """
-    profile, column = found.response.profile(), found.response.column
+    column = found.response.column
+    ends = np.cumsum([0.0, *(layer.thickness for layer in column.layers)])
+    theory = abs(found.response.acceleration(ends)).max(axis=1)
     depth, peak = found.points
-    axes.plot(profile.acceleration, profile.depth, color=ORANGE, ls="--", label="1-D column")
+    axes.plot(theory, ends, color=ORANGE, ls="--", label="1-D column")
     axes.plot(peak, depth, "o", color=BLUE, ms=5, clip_on=False, label="this run", zorder=4)
-    most = 1.1 * max(float(profile.acceleration.max()), float(peak.max()))
+    most = 1.1 * max(float(theory.max()), float(peak.max()))
     axes.set(xlabel="peak acceleration (m/s²)", ylabel="depth (m)", xlim=(0, most),
              ylim=(column.depth, 0))  # fmt: skip
     waves = axes.twiny()
-    ends = np.cumsum([0.0, *(layer.thickness for layer in column.layers)])
     speeds = [layer.shear_velocity for layer in column.layers]
     waves.stairs(speeds, ends, orientation="horizontal", baseline=None, color=GREY, lw=1.1)
     waves.set_xlabel("$V_s$ (m/s), grey", color=GREY, fontsize=9)

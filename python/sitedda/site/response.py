@@ -124,12 +124,12 @@ class ColumnResponse(SiteResponse):
         parts = field(self.column, self._waves(frequencies), depths, self.bottom, self.kind)
         return frequencies, parts
 
-    def _histories(self, depths: ArrayLike, part: int, order: int) -> NDArray[np.float64]:
-        """Histories of a part of the field, its spectrum divided by (iω)^order."""
-        frequencies, parts = self._field(depths)
+    def _histories(self, found, part: int, order: int) -> NDArray[np.float64]:
+        """Histories of a part of what `_field` found, its spectrum divided by (iω)^order."""
+        frequencies, parts = found
         omega = 2j * np.pi * frequencies
-        whole = np.zeros((len(depths), self.motion.frequencies.size), dtype=complex)
         ratio = parts[part]
+        whole = np.zeros((len(ratio), self.motion.frequencies.size), dtype=complex)
         if part == 0 and order == 2:  # displacement relative to the reference motion
             ratio = ratio - 1
         whole[:, 1 : 1 + frequencies.size] = (
@@ -144,29 +144,29 @@ class ColumnResponse(SiteResponse):
         values = np.asarray(frequencies, dtype=float)
         return field(self.column, self._waves(values), [depth], self.bottom, self.kind)[0][0]
 
-    def acceleration(self, depth: float = 0.0) -> NDArray[np.float64]:
-        """Acceleration at a depth (m), m/s², shape (samples,)."""
-        return self._histories([depth], 0, 0)[0]
+    def acceleration(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
+        """Acceleration at a depth or depths (m), m/s², shape (..., samples)."""
+        return self._at(depth, 0, 0)
 
-    def velocity(self, depth: float = 0.0) -> NDArray[np.float64]:
-        """Velocity at a depth (m), m/s, shape (samples,); from rest."""
+    def velocity(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
+        """Velocity at a depth or depths (m), m/s, shape (..., samples); from rest."""
         return running_integral(self.acceleration(depth), self.motion.time_step)
 
-    def displacement(self, depth: float = 0.0) -> NDArray[np.float64]:
-        """Displacement relative to the reference motion, m, shape (samples,)."""
-        return self._histories([depth], 0, 2)[0]
+    def displacement(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
+        """Displacement relative to the reference motion, m, shape (..., samples)."""
+        return self._at(depth, 0, 2)
 
     def strain(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear strain at a depth or depths (m), dimensionless, shape (..., samples)."""
-        return self._at(depth, 1)
+        return self._at(depth, 1, 2)
 
     def stress(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear stress at a depth or depths (m), Pa, shape (..., samples)."""
-        return self._at(depth, 2)
+        return self._at(depth, 2, 2)
 
-    def _at(self, depth: ArrayLike, part: int) -> NDArray[np.float64]:
+    def _at(self, depth: ArrayLike, part: int, order: int) -> NDArray[np.float64]:
         depths = np.asarray(depth, dtype=float)
-        found = self._histories(depths.ravel(), part, 2)
+        found = self._histories(self._field(depths.ravel()), part, order)
         return found.reshape(*depths.shape, -1)
 
     def profile(self) -> xr.Dataset:
@@ -183,9 +183,10 @@ class ColumnResponse(SiteResponse):
 
         _, interfaces = self.column.cut_at([])
         middles = (interfaces[:-1] + interfaces[1:]) / 2
-        accelerations = self._histories(interfaces, 0, 0)
+        faces, inner = self._field(interfaces), self._field(middles)
+        accelerations = self._histories(faces, 0, 0)
         velocities = running_integral(accelerations, self.motion.time_step)
-        displacements = self._histories(interfaces, 0, 2)
+        displacements = self._histories(faces, 0, 2)
 
         def peaks(name, values, unit):
             return (name, np.abs(values).max(axis=1), {"units": unit})
@@ -195,8 +196,8 @@ class ColumnResponse(SiteResponse):
                 "acceleration": peaks("depth", accelerations, "m/s^2"),
                 "velocity": peaks("depth", velocities, "m/s"),
                 "displacement": peaks("depth", displacements, "m"),
-                "strain": peaks("middle", self._histories(middles, 1, 2), "1"),
-                "stress": peaks("middle", self._histories(middles, 2, 2), "Pa"),
+                "strain": peaks("middle", self._histories(inner, 1, 2), "1"),
+                "stress": peaks("middle", self._histories(inner, 2, 2), "Pa"),
             },
             coords={
                 "depth": ("depth", interfaces, {"units": "m"}),

@@ -17,8 +17,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..base.arguments import POSITIVE, TOLERANCE
+from ..build.model import Model
 from .bodies import Bodies
-from .strength import Rest, come_to_rest, released, static_model
+from .strength import Rest, come_to_rest, released, static_model, yielding
 
 _LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # factors that are looked at
 _BEYOND = 1.02  # over the factor at failure, of the motion that the mechanism is taken from
@@ -155,7 +156,7 @@ class Safety:
         if self.low == 0.0:
             return f"fails at any strength: also with {1 / self.high:g} times that given"
         return (
-            f"factor of safety {self.factor:.4g}: stands with the strength of all joints divided "
+            f"factor of safety {self.factor:.4g}: stands with all strengths divided "
             f"by {self.low:.6g}, fails at {self.high:.6g}"
         )
 
@@ -262,7 +263,7 @@ def safety(
     displacement: float = 0.05,
     changes: Mapping | None = None,
 ) -> Safety:
-    """Factor by which the strength of all joints may be divided before a model fails.
+    """Factor by which all strengths, of joints and materials, may be divided before a model fails.
 
     Parameters
     ----------
@@ -300,13 +301,13 @@ def safety(
         return Safety(low, math.inf, tuple(trials.done), None)
     low, high = bisect(trials.stands, low, high, tolerance)
     mechanism = _mechanism(trials, _BEYOND * high, trials.undisturbed())
-    return Safety(low, high, tuple(trials.done), mechanism, _doubt(mechanism))
+    return Safety(low, high, tuple(trials.done), mechanism, _doubts(mechanism, trials.model))
 
 
 def mechanism(
     source, factor: float = 1.0, *, displacement: float = 0.05, changes: Mapping | None = None
 ) -> Mechanism:
-    """How a model moves with the strength of all joints divided by one factor.
+    """How a model moves with all strengths, of joints and materials, divided by one factor.
 
     Parameters
     ----------
@@ -358,11 +359,17 @@ def _verdicts(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
     return tuple(np.where(still, "stable", np.where(turns, "topples", "slides")).tolist())
 
 
-def _doubt(mechanism: Mechanism) -> str:
-    """A warning if the static failure is not confirmed by the motion."""
-    if mechanism.moves:
-        return ""
-    return (
-        "just beyond the failure of the static stages the model does not move far when it is let "
-        "go: the stages may have failed for another reason than strength; see the trials"
-    )
+def _doubts(mechanism: Mechanism, model: Model) -> str:
+    """What speaks against a result: no motion confirms the failure, cells are too strong."""
+    said = []
+    if not mechanism.moves:
+        said.append(
+            "just beyond the failure of the static stages the model does not move far when it is "
+            "let go: the stages may have failed for another reason than strength; see the trials"
+        )
+    if yielding(model):
+        said.append(
+            "cells that yield are too strong where they are large: compare the factor with that of "
+            "cells of half the size"
+        )
+    return "; ".join(said)

@@ -136,9 +136,13 @@ def weakened(model: Model, factor: float) -> Model:
 
 def _strong(model: Model) -> list[tuple[str, Group]]:
     """Joints, and materials that yield, with their kinds."""
-    solids = [one for one in model.of_kind("material") if one.law == "mohr_coulomb"]
     joints = model.of_kind("joint")
-    return [*(("joint", one) for one in joints), *(("material", one) for one in solids)]
+    return [*(("joint", one) for one in joints), *(("material", one) for one in yielding(model))]
+
+
+def yielding(model: Model) -> list[Group]:
+    """Materials with a strength of their own."""
+    return [one for one in model.of_kind("material") if one.law == "mohr_coulomb"]
 
 
 def _divided(kind: str, group: Group, factor: float) -> dict:
