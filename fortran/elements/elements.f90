@@ -17,7 +17,8 @@ module dda_elements
    use dda_motion, only: motion_type
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
-   use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, worst_point
+   use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, &
+      largest_plastic_strain, worst_point
    use dda_ties, only: ties_type, new_ties
    use dda_welds, only: welds_type, new_welds, add_face_stress, add_jump_energies
    implicit none
@@ -26,7 +27,7 @@ module dda_elements
       add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
       slope_beyond, worst_of_points, bolt_states, accept_elements, &
       match_velocities, freeze_elements, balance_elements, serialise_elements, face_forces, &
-      follow_free_field, block_stress, stress_error, body_energies
+      follow_free_field, block_stress, stress_error, plastic_strain, body_energies
 
    !> One kind of elements.
    type :: kind_type
@@ -302,6 +303,22 @@ contains
          stress(b) = sqrt(2*stress(b)*blocks%stiffness(1, 1, b))/blocks%area(b)
       end do
    end function stress_error
+
+   !> The largest plastic strain within each block, of those whose material yields.
+   function plastic_strain(elements, blocks) result(strain)
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      real(wp) :: strain(blocks%n)
+      integer :: i
+
+      strain = 0.0_wp
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (strain_points_type)
+            strain = largest_plastic_strain(element, blocks)
+         end select
+      end do
+   end function plastic_strain
 
    !> What estimates the error of the stress in each cell, and what all faces store, J per metre of
    !> thickness.

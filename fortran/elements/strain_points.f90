@@ -35,7 +35,8 @@ module dda_strain_points
    use dda_welds, only: deformations_of, derivatives_of
    implicit none
    private
-   public :: strain_points_type, new_strain_points, add_point_stress, worst_point
+   public :: strain_points_type, new_strain_points, add_point_stress, &
+      largest_plastic_strain, worst_point
 
    real(wp), parameter :: tolerance = 1.0e-11_wp     !< of a stress, over the largest
    real(wp), parameter :: rounding = 1.0e-15_wp      !< of the elastic stress of a strain
@@ -308,6 +309,25 @@ contains
          end associate
       end if
    end subroutine respond
+
+   !> The largest plastic strain of all points of each block.
+   pure function largest_plastic_strain(self, blocks) result(strain)
+      class(strain_points_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks        !< in their present state
+      real(wp) :: strain(blocks%n), own
+      integer :: p, k
+
+      strain = 0.0_wp
+      do p = 1, self%n
+         if (.not. acts(self, p, blocks) .or. .not. has_law(self, self%material(p))) cycle
+         own = self%slot(self%material(p))%law%plastic_strain(self%state(:, p))
+         do k = 1, count(self%block(:, p) > 0)
+            associate (b => self%block(k, p))
+               strain(b) = max(strain(b), own)
+            end associate
+         end do
+      end do
+   end function largest_plastic_strain
 
    !> Before a step: strains at its start, and c about an increment.
    subroutine prepare(self, blocks, step, d)

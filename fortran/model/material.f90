@@ -21,6 +21,7 @@ module dda_material
       class(material_law_type), allocatable :: law  !< none: linear elastic
    contains
       procedure :: has_law
+      procedure :: yields
    end type material_type
 
    !> Joint material: its law by name, and what laws are made of (see `docs/joints.md`).
@@ -62,6 +63,14 @@ contains
 
       has_law = allocated(material%law)
    end function has_law
+
+   !> The law of the material bounds its stresses.
+   elemental logical function yields(material)
+      class(material_type), intent(in) :: material  !< as read
+
+      yields = .false.
+      if (allocated(material%law)) yields = material%law%limits_jumps()
+   end function yields
 
    !> Young's modulus and Poisson's ratio from the velocities of S and P waves in the solid.
    pure subroutine set_velocities(material, shear_velocity, pressure_velocity)

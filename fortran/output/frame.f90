@@ -7,7 +7,7 @@ module dda_frame
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
    use dda_contact_table, only: contact_columns, take_column
-   use dda_elements, only: block_stress, stress_error
+   use dda_elements, only: block_stress, plastic_strain, stress_error
    use dda_errors, only: error_type
    use dda_journal, only: journal_type, begin_row, append_numbers, row_frame
    use dda_simulation, only: simulation_type
@@ -20,7 +20,8 @@ module dda_frame
 contains
 
    !> Time, stage; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; where there
-   !> are bodies, errors of stresses [n]; contacts [contacts, columns].
+   !> are bodies, errors of stresses [n]; where
+   !> a material yields, plastic strains [n]; contacts [contacts, columns].
    subroutine append_frame(journal, simulation, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       type(simulation_type), intent(in) :: simulation  !< at its present time
@@ -34,6 +35,8 @@ contains
             simulation%blocks), simulation%model%origin, error)
          if (size(simulation%model%body_names) > 0) call append_numbers(journal, &
             stress_error(simulation%elements, simulation%blocks), simulation%blocks%n, error)
+         if (any(simulation%model%materials%yields())) call append_numbers(journal, &
+            plastic_strain(simulation%elements, simulation%blocks), simulation%blocks%n, error)
          do i = 1, contact_columns(simulation)
             call append_column(journal, contacts, i, error)
          end do

@@ -198,6 +198,10 @@ module dda_output_file
       variable_type('block_stress_error', nf90_double, 'block frame', 'Pa', &
          'error of the stress of a cell, estimated by the jumps at its faces')]
 
+   type(variable_type), parameter :: yield_variables(1) = [ &
+      variable_type('block_plastic_strain', nf90_double, 'block frame', '1', &
+         'largest plastic strain in a block, as the law of its material counts it')]
+
    !> An output file that is being written.
    type :: output_type
       type(dataset_type) :: dataset
@@ -336,6 +340,7 @@ contains
          call define_family(dataset, 'measured_joint', size(model%measured_joints), joint_variables)
          call define_family(dataset, 'bolt', size(model%bolts), bolt_variables)
          call define_family(dataset, 'body', size(model%body_names), body_variables)
+         if (any(model%materials%yields())) call define_variables(dataset, yield_variables)
          call define_family(dataset, 'through', points_between(model%bolts), through_variables)
          call define_family(dataset, 'boundary_edge', size(model%boundary_edges), edge_variables)
          call define_family(dataset, 'boundary', size(model%boundary_motions), motion_variables)
@@ -684,6 +689,8 @@ contains
          call copy('block_stress', [1, 1, f], [3, n, 1])
          call copy('vertices', [1, 1, f], [2, vertices, 1])
          if (size(simulation%model%body_names) > 0) call copy('block_stress_error', [1, f], [n, 1])
+         if (any(simulation%model%materials%yields())) &
+            call copy('block_plastic_strain', [1, f], [n, 1])
       end associate
       if (contacts == 0) return
       part = spread(real(f - 1, wp), 1, contacts)

@@ -48,6 +48,21 @@ def test_a_block_yields_at_the_strength_of_mohr_and_coulomb(confining, strength,
     assert np.abs(history.energy_balance).max() < 1e-9 * lost[-1]
 
 
+def test_outputs_and_pictures_show_plastic_strain(tmp_path):
+    """Without dilation two principal plastic strains are opposite: κ is twice what is not elastic."""
+    run = squeezed_block(0.0, dilation_angle=0.0).run()
+    kept = run.history.block_plastic_strain.values[:, 0]
+    elastic = 2 * COHESION * 3**0.5 * (1 - 0.21**2) / 7e12
+    assert kept[0] == 0 and np.all(np.diff(kept) >= 0)
+    assert kept[-1] == pytest.approx(2 * (1e-5 - elastic), rel=2e-3)
+    with sitedda.Simulation(squeezed_block(0.0, dilation_angle=0.0)) as simulation:
+        while not simulation.advance():
+            pass
+        assert simulation.plastic_strains[0] == kept[-1]
+    run.draw(color="plastic_strain").figure.savefig(tmp_path / "yielded.png")
+    assert "plastic_strain" in str(run.view(tmp_path / "yielded.html").read_bytes())
+
+
 @pytest.mark.parametrize("dilation", [0.0, 10.0, 30.0])
 @pytest.mark.parametrize("integration", ["midpoint", "theta", "dda"])
 def test_yielding_loses_what_it_takes(integration, dilation):

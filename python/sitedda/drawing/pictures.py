@@ -101,9 +101,9 @@ def draw(
         s; the nearest frame is drawn.  Default: the last one.
     color : str, optional
         What the blocks are coloured by: 'material', 'displacement', 'displacement_x',
-        'displacement_y', 'velocity', 'rotation', 'compression', 'tension' or 'stress_error';
-        by compression and tension, cells of bodies have crosses of their principal stresses.
-        Default: material for a model, displacement for an output.
+        'displacement_y', 'velocity', 'rotation', 'compression', 'tension', 'stress_error' or
+        'plastic_strain'; by compression and tension, cells of bodies have crosses of their
+        principal stresses.  Default: material for a model, displacement for an output.
     contacts : {'force', 'chain', 'slip', 'opening'}, optional
         Resultant contact forces of neighbours, as arrows that meet where they touch or as chains
         from centroid to centroid, or slip or opening of the joints since the start.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..output.scene import Scene, principal_stresses
+from ..output.scene import OWN_QUANTITIES, Scene, principal_stresses
 
 _SHARE = 0.01  # of the area: what the colours may leave beyond their ends
 _FAR = 1.5  # times the limit by area: nearer values are within the scale
@@ -46,6 +46,7 @@ _ALL = (
     Quantity("compression", "largest compression", "Pa"),
     Quantity("tension", "largest tension", "Pa"),
     Quantity("stress_error", "error of the stress of cells", "Pa"),
+    Quantity("plastic_strain", "largest plastic strain", "%"),
 )
 QUANTITIES = {one.name: one for one in _ALL}
 MOVEMENTS = {
@@ -67,8 +68,8 @@ def quantity(scene: Scene, name: str, frame: int, since: int = 0) -> np.ndarray:
         return np.linalg.norm(scene.rates(frame)[:, :2], axis=1)
     if name == "rotation":
         return np.degrees(scene.coordinates(frame)[:, 2] - scene.coordinates(since)[:, 2])
-    if name == "stress_error":
-        return scene.stress_error(frame)
+    if name in OWN_QUANTITIES:
+        return scene.own_quantity(name, frame) * (100.0 if name == "plastic_strain" else 1.0)
     largest, smallest = principal_stresses(scene.stress(frame))
     return -smallest if name == "compression" else largest
 
@@ -169,6 +170,7 @@ def rounding(scene: Scene) -> dict[str, float]:
         "m": share * scene.size,
         "m/s": share * np.sqrt(_GRAVITY * scene.size),
         "°": np.degrees(share),
+        "%": 100.0 * share,
         "Pa": _STILL * weight,
         "N/m": _STILL * weight * scene.size,
     }

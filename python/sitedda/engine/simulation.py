@@ -476,6 +476,14 @@ class Simulation:
         return self._table("stress_errors")[0]
 
     @property
+    def plastic_strains(self) -> np.ndarray:
+        """Largest plastic strain within each block, shape (blocks,); 0 where nothing has yielded.
+
+        It is the sum over steps that law 'mohr_coulomb' softens by.
+        """
+        return self._table("plastic_strains")[0]
+
+    @property
     def polygons(self) -> list[np.ndarray]:
         """Vertices of each block, shape (vertices, 2), m, counter-clockwise."""
         owner = self._table("edges")[:, 0]

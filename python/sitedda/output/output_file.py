@@ -78,6 +78,9 @@ _FAMILIES = (
         block_stress_error    real    frame block
     """),
     _kinds("""
+        block_plastic_strain  real    frame block
+    """),
+    _kinds("""
         stage                 number  time
         frame_stage           number  frame
     """),

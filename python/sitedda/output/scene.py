@@ -19,6 +19,9 @@ from ..input.input_text import input_values
 from .output_file import damaged, open_output, read
 
 PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie on each other
+# Of each block as `block_…` of an output: of cells the error of their stress (Pa), of materials that
+# yield the largest plastic strain.
+OWN_QUANTITIES = ("stress_error", "plastic_strain")
 _LOST = 1.0  # sizes of the first view that a block may be outside of it
 _SLACK = 0.01  # of the duration, that a time asked for may be beyond the frames
 
@@ -183,11 +186,16 @@ class Scene:
         """Stresses, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa, tension positive."""
         return self._read("block_stress", frame)
 
-    def stress_error(self, frame: int) -> np.ndarray:
-        """How far stresses of cells are off by the jumps at faces, shape (blocks,), Pa; else 0."""
-        if "block_stress_error" not in self.data:
+    @property
+    def own_quantities(self) -> list[str]:
+        """Those of `OWN_QUANTITIES` that the model has."""
+        return [name for name in OWN_QUANTITIES if f"block_{name}" in self.data]
+
+    def own_quantity(self, name: str, frame: int) -> np.ndarray:
+        """One of `OWN_QUANTITIES`, shape (blocks,); 0 where the model does not have it."""
+        if name not in self.own_quantities:
             return np.zeros(self.blocks)
-        return self._read("block_stress_error", frame)
+        return self._read(f"block_{name}", frame)
 
     def displacement(self, frame: int) -> np.ndarray:
         """Displacement of the centroids since the first frame, shape (blocks, 2), m."""
@@ -541,7 +549,6 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
         "block_coordinates": (("frame", "block", "coordinate"), simulation.coordinates[None]),
         "block_rates": (("frame", "block", "coordinate"), simulation.rates[None]),
         "block_stress": (("frame", "block", "component"), simulation.stresses[None]),
-        "block_stress_error": (("frame", "block"), simulation.stress_errors[None]),
         "frame_time": ("frame", [simulation.time]),
         "vertex_block": ("vertex", owner),
         "contact_frame": ("contact", np.zeros(len(contacts["vertex"]), dtype=int)),
@@ -553,6 +560,8 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
         "block_body": ("block", simulation.block_bodies),
         "edge_welded": ("vertex", simulation.welded_edges),
     }
+    own = {"stress_error": simulation.stress_errors, "plastic_strain": simulation.plastic_strains}
+    frame |= {f"block_{k}": (("frame", "block"), v[None]) for k, v in own.items() if v.any()}
     edges = simulation.boundary_edges
     if len(edges["edge"]):
         frame["boundary_edge"] = ("boundary_edge", edges.pop("edge"))

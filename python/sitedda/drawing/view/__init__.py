@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib import colormaps
 
 from ...base.errors import InputError
-from ...output.scene import Scene
+from ...output.scene import OWN_QUANTITIES, Scene
 from ...report import Page, View, provenance, write_html
 from ...report.style import BOLT, JOINT_MAP, MAGNITUDE, RESTING, SIGNED, STONES
 from ..forces import force_scale
@@ -59,8 +59,8 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
 def _scales(scene: Scene) -> dict:
     """Quantities, their limits over all frames, and what is no more than rounding."""
     frames = some_of(range(scene.frames)) if not scene.before else []
-    meshed = bool((scene.body > 0).any())
-    shown = [one for one in QUANTITIES.values() if one.name != "stress_error" or meshed]
+    absent = set(OWN_QUANTITIES) - set(scene.own_quantities)
+    shown = [one for one in QUANTITIES.values() if one.name not in absent]
     found = {}
     if frames:
         found = {one.name: asdict(limits_of(scene, one.name, frames)) for one in shown}

@@ -199,8 +199,8 @@ def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channe
     else:
         parts = (stress[..., k] for k in range(3))
         colors = {"speed": speed} | dict(zip(("sx", "sy", "txy"), parts, strict=True))
-    if (scene.body > 0).any():
-        colors["stress_error"] = np.stack([scene.stress_error(f) for f in frames])
+    for name in scene.own_quantities:
+        colors[name] = np.stack([scene.own_quantity(name, f) for f in frames])
     steps = _COARSE if lean else _FINE
     return channels + [Channel.rooted(name, values, steps) for name, values in colors.items()]
 

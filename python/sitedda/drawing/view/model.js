@@ -155,7 +155,8 @@ export class Model {
       case "rotation": return this.at("turn", frame, b) * 180 / Math.PI;
       case "compression": return -this.stresses(frame, b)[1];
       case "tension": return this.stresses(frame, b)[0];
-      case "stress_error": return this.at("stress_error", frame, b);
+      case "stress_error": return this.at(name, frame, b);
+      case "plastic_strain": return 100 * this.at(name, frame, b);
       default: return 0;
     }
   }
