@@ -319,7 +319,8 @@ contains
 
       strain = 0.0_wp
       do p = 1, self%n
-         if (.not. acts(self, p, blocks) .or. .not. has_law(self, self%material(p))) cycle
+         if (.not. acts(self, p, blocks)) cycle
+         if (.not. has_law(self, self%material(p))) cycle
          own = self%slot(self%material(p))%law%plastic_strain(self%state(:, p))
          do k = 1, count(self%block(:, p) > 0)
             associate (b => self%block(k, p))

@@ -80,8 +80,8 @@ contains
       end associate
    end function unknown_group
 
-   !> The message for a variable that a group does not have: the closest one of the group, the group
-   !> that has it, or all of the group.
+   !> The message for a variable that a group does not have: the groups that have it, or the closest
+   !> one and all of the group.
    pure function unknown_variable(group, name) result(message)
       character(len=*), intent(in) :: group           !< that exists
       character(len=*), intent(in) :: name            !< as the input has it
@@ -94,7 +94,7 @@ contains
       homes = groups_with(name)
       message = 'there is no variable '//quoted(name)//' in this group; '
       if (size(homes) > 0) then
-         message = message//'it belongs to &'//trim(input_groups(homes(1))%name)
+         message = message//'it belongs to &'//joined(input_groups(homes)%name, ', &')
          return
       end if
       i = closest(name, own%name)

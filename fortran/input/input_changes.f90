@@ -52,7 +52,7 @@ contains
 
       do i = 1, size(changes)
          if (.not. allocated(error)) call split_groups(file, text, groups, error)
-         if (.not. allocated(error)) call find(changes(i), groups, error)
+         if (.not. allocated(error)) call find(changes(i), groups, text, error)
          if (.not. allocated(error)) call make(changes(i), groups, text, error)
       end do
    end subroutine change_text
@@ -102,9 +102,10 @@ contains
    end subroutine refuse
 
    !> Group, name and variable of a path.
-   subroutine find(change, groups, error)
+   subroutine find(change, groups, text, error)
       type(change_type), intent(inout) :: change  !< with its path and value
       type(group_type), intent(in) :: groups(:)   !< of the text
+      character(len=*), intent(in) :: text        !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: dot, last
 
@@ -119,7 +120,7 @@ contains
          last = index(path, '.', back=.true.)
          change%name = lower_case(trim(adjustl(path(last + 1:))))
          if (dot == 0) then
-            call find_home(change, groups, error)
+            call find_home(change, groups, text, error)
          else
             change%group = lower_case(trim(path(:dot - 1)))
             if (path(dot:dot) == '[') then
@@ -136,12 +137,14 @@ contains
    end subroutine find
 
    !> The one group that a variable without a group can mean.
-   subroutine find_home(change, groups, error)
+   subroutine find_home(change, groups, text, error)
       type(change_type), intent(inout) :: change  !< with the name of its variable
       type(group_type), intent(in) :: groups(:)   !< of the text
+      character(len=*), intent(in) :: text        !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_entry_type), allocatable :: homes(:)
       character(len=2*len(input_variables%name)), allocatable :: paths(:)
+      logical, allocatable :: given(:)
       integer :: i, g
 
       homes = input_groups(groups_with(change%name))
@@ -149,6 +152,9 @@ contains
       if (.not. all(homes%built)) homes = pack(homes, .not. homes%built .or. &
          [(any([(groups(i)%name == homes(g)%name, i=1, size(groups))]), g=1, size(homes))])
       if (any(homes%name == 'control')) homes = pack(homes, homes%name == 'control')
+      ! Of several groups those count in which the text gives the variable.
+      given = [(is_given(text, groups, homes(g)%name, change%name), g=1, size(homes))]
+      if (any(given)) homes = pack(homes, given)
       if (size(homes) == 1) then
          change%group = trim(homes(1)%name)
       else if (size(homes) > 1) then
@@ -166,6 +172,27 @@ contains
             input_variables%name, ''), error)
       end if
    end subroutine find_home
+
+   !> A group of that name gives the variable in the text.
+   pure logical function is_given(text, groups, group, variable)
+      character(len=*), intent(in) :: text              !< of the input
+      type(group_type), intent(in) :: groups(:)         !< of the text
+      character(len=*), intent(in) :: group, variable   !< names
+      type(group_type) :: one
+      type(error_type), allocatable :: error
+      type(span_type), allocatable :: spans(:)
+      integer :: i
+
+      is_given = .false.
+      do i = 1, size(groups)
+         if (groups(i)%name /= group) cycle
+         one = groups(i)
+         spans = [span_type ::]
+         call parse_group(text, one, error, spans)
+         if (allocated(error)) return
+         if (any(input_variables(spans%variable)%name == variable)) is_given = .true.
+      end do
+   end function is_given
 
    !> A hint at the name that is spelt most like another; otherwise what is said of the known ones.
    pure function meant(word, words, otherwise) result(hint)

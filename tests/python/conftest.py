@@ -81,8 +81,9 @@ def main(capfd, monkeypatch):
 
 
 @pytest.fixture
-def write_input(tmp_path):
-    """Write groups, or a text, as an input file in the test's own folder."""
+def write_input(tmp_path, monkeypatch):
+    """Write groups, or a text, as an input file in the test's own folder, the working folder."""
+    monkeypatch.chdir(tmp_path)
 
     def write(groups, name: str = "model.nml") -> Path:
         file = tmp_path / name

@@ -93,7 +93,7 @@ def test_a_changed_contact_rule_reaches_the_run(write_input):
     ("text", "words"),
     [
         ("&control time_stop = 1 /", ["'time_stop'", "is 'time_step' meant?"]),
-        ("&control friction_angle = 3 /", ["'friction_angle'", "it belongs to &joint"]),
+        ("&control friction_angle = 3 /", ["'friction_angle'", "it belongs to &material, &joint"]),
         ("&control qqqqqq = 3 /", ["'qqqqqq'", "known are time_step, steps"]),
         ("&controll steps = 3 /", ["&controll", "is &control meant?"]),
         ("&qqqqqq steps = 3 /", ["&qqqqqq", "known are &run, &control"]),

@@ -28,7 +28,7 @@ GRAVITY = 9.81
 
 def test_a_run_ends_complete_and_keeps_no_file(write_input, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    result = sitedda.run(write_input(tower(steps=30)))
+    result = sitedda.run(write_input(tower(steps=30)), False)
     assert result.complete
     assert result.output is None
     assert "30 steps" in result.summary
@@ -499,7 +499,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 import sitedda
 def last(_):
-    return float(sitedda.run({str(file)!r}).history.displacement[-1, 1, 0])
+    return float(sitedda.run({str(file)!r}, False).history.displacement[-1, 1, 0])
 with ThreadPoolExecutor(8) as pool:
     found = set(pool.map(last, range(80)))
 sys.exit(0 if len(found) == 1 else 7)

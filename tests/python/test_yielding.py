@@ -49,7 +49,7 @@ def test_a_block_yields_at_the_strength_of_mohr_and_coulomb(confining, strength,
 
 
 def test_outputs_and_pictures_show_plastic_strain(tmp_path):
-    """Without dilation two principal plastic strains are opposite: κ is twice what is not elastic."""
+    """Without dilation two principal plastic strains are opposite: κ is twice one of them."""
     run = squeezed_block(0.0, dilation_angle=0.0).run()
     kept = run.history.block_plastic_strain.values[:, 0]
     elastic = 2 * COHESION * 3**0.5 * (1 - 0.21**2) / 7e12

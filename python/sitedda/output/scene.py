@@ -19,8 +19,8 @@ from ..input.input_text import input_values
 from .output_file import damaged, open_output, read
 
 PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie on each other
-# Of each block as `block_…` of an output: of cells the error of their stress (Pa), of materials that
-# yield the largest plastic strain.
+# `block_…` of some outputs: the error of the stress of cells (Pa), the largest plastic strain of
+# blocks that yield.
 OWN_QUANTITIES = ("stress_error", "plastic_strain")
 _LOST = 1.0  # sizes of the first view that a block may be outside of it
 _SLACK = 0.01  # of the duration, that a time asked for may be beyond the frames

@@ -196,7 +196,9 @@ def released(model: Model, factor: float, held: float | None, time_step: float, 
             names[kind].append(f"{group.name} -> {weak}")
             values = group.as_dict() | _divided(kind, group, factor / held) | {"name": weak}
             getattr(moving, kind)(**values)
-    changes = {f"change_{kind}s": ", ".join(old) or None for kind, old in names.items()}
-    moving.stage(name="strength is lost", steps=steps, **changes)
+    joints, materials = (", ".join(old) or None for old in names.values())
+    moving.stage(
+        name="strength is lost", steps=steps, change_joints=joints, change_materials=materials
+    )
     with Simulation(moving) as simulation:
         yield simulation
