@@ -7,19 +7,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from ..report.style import BLUE, COLORS, GROUND, INK, ORANGE, RED, STONE, bare, canvas, draw_blocks
+from . import model as nml
 from .case import Outcome, Table, at_most, case, observed_order, relative
-from .model import (
-    GRAVITY,
-    STIFF,
-    block,
-    contact,
-    control,
-    held,
-    joint,
-    material,
-    rectangle,
-    simulation,
-)
 
 DENSITY = 2500.0  # kg/m³
 
@@ -48,12 +37,12 @@ def bounce(short: bool) -> Outcome:
         table.append((dt, omega * dt, peak, expected, abs(peak / expected - 1), 1 - peak))
         if dt == 1e-4:
             fall = time < 0.4
-            error = np.abs(height[fall] - (1 - 0.5 * GRAVITY * time[fall] ** 2)).max()
+            error = np.abs(height[fall] - (1 - 0.5 * nml.GRAVITY * time[fall] ** 2)).max()
             rows.append(at_most("fall, largest error in 0.4 s", error, 1e-10, "m"))
             rows.append(
                 relative("height of the first rebound, Δt 0.1 ms", expected, peak, 2e-3, "m")
             )
-            gain = (total - total[0]).max() / (DENSITY * GRAVITY)
+            gain = (total - total[0]).max() / (DENSITY * nml.GRAVITY)
             rows.append(at_most("energy above the start, of m g h", gain, 1e-6))
             rows.append(at_most("audit", audit, 1e-6))
     tables = [] if short else [_bounce_table(steps, table)]
@@ -77,27 +66,25 @@ def _rebound(time, height) -> float:
 
 def _drop(time_step: float, stiffness: float):
     """Time (s), gap under the block (m), total energy (J/m) and audit residual over m g h."""
-    body = rectangle(-0.5, 1.0, 1.0, 1.0)
-    text = "".join(
-        (
-            control(time_step, round(1.6 / time_step), max_displacement_ratio=0.02),
-            contact(stiffness),
-            material("stiff", DENSITY, STIFF),
-            joint("j", 30.0),
-            held("floor", rectangle(-2, -1, 4, 1), "stiff"),
-            block("block", body, "stiff"),
-        )
+    body = nml.rectangle(-0.5, 1.0, 1.0, 1.0)
+    text = nml.text(
+        nml.control(time_step, round(1.6 / time_step), max_displacement_ratio=0.02),
+        nml.contact(stiffness),
+        nml.material("stiff", DENSITY, nml.STIFF),
+        nml.joint("j", 30.0),
+        nml.held("floor", nml.rectangle(-2, -1, 4, 1), "stiff"),
+        nml.block("block", body, "stiff"),
     )
     kinds = ("kinetic", "strain", "contact", "support", "gravity")
     time, height, total = [0.0], [1.0], [0.0]
-    with simulation(text) as fall:
+    with nml.simulation(text) as fall:
         while not fall.done:
             fall.advance()
             energies = fall.energies
             time.append(fall.time)
             height.append(fall.coordinates[1, 1] - 0.5)
             total.append(sum(energies[kind] for kind in kinds) - energies["initial"])
-        audit = abs(energies["balance"]) / (DENSITY * GRAVITY)
+        audit = abs(energies["balance"]) / (DENSITY * nml.GRAVITY)
     return np.array(time), np.array(height), np.array(total), audit
 
 
@@ -166,7 +153,7 @@ def rotation(short: bool) -> Outcome:
 
 def _spinners():
     ell = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
-    return {"rectangle": rectangle(0, 0, 2, 1), "L": ell}
+    return {"rectangle": nml.rectangle(0, 0, 2, 1), "L": ell}
 
 
 def _area(polygon) -> float:
@@ -181,21 +168,19 @@ def _edges(polygon) -> np.ndarray:
 def _spin(shape, turns: int, steps_per_turn: int) -> dict:
     """Spin a body of E = 10 GPa at one turn a second while it flies away at 1 m/s."""
     rate = 2 * np.pi
-    text = "".join(
-        (
-            control(
-                1 / steps_per_turn,
-                turns * steps_per_turn,
-                gravity=(0, 0),
-                max_displacement_ratio=1.0,
-            ),
-            contact(1e10),
-            material("rock", DENSITY, 1e10, 0.2, velocity=(1.0, 0.5, rate)),
-            joint("j", 30.0),
-            block("body", shape),
-        )
+    text = nml.text(
+        nml.control(
+            1 / steps_per_turn,
+            turns * steps_per_turn,
+            gravity=(0, 0),
+            max_displacement_ratio=1.0,
+        ),
+        nml.contact(1e10),
+        nml.material("rock", DENSITY, 1e10, 0.2, velocity=(1.0, 0.5, rate)),
+        nml.joint("j", 30.0),
+        nml.block("body", shape),
     )
-    with simulation(text) as flight:
+    with nml.simulation(text) as flight:
         start = flight.polygons[0]
         area, edges = _area(start), _edges(start)
         path, changes = [start], []
@@ -295,25 +280,23 @@ WIDTH, HEIGHT, SPEED, TABLE = 1.0, 0.4, 2.0, 2.0  # m, m, m/s, m
 
 def _slide_off(time_step: float) -> dict:
     """A stiff block slides at 2 m/s off a table 2 m high; friction only on the floor."""
-    body = rectangle(-1.0, TABLE, WIDTH, HEIGHT)
-    text = "".join(
-        (
-            control(time_step, round(3.0 / time_step), max_displacement_ratio=0.02),
-            contact(1e11),
-            material("stiff", DENSITY, STIFF),
-            material("moving", DENSITY, STIFF, velocity=(SPEED, 0.0, 0.0)),
-            joint("rough", 45.0),
-            joint("smooth", 0.0),
-            held("table", rectangle(-3, 0, 3, TABLE), "stiff", "smooth"),
-            held("floor", rectangle(-3, -0.5, 9, 0.5), "stiff", "rough"),
-            block("block", body, "moving", "rough"),
-        )
+    body = nml.rectangle(-1.0, TABLE, WIDTH, HEIGHT)
+    text = nml.text(
+        nml.control(time_step, round(3.0 / time_step), max_displacement_ratio=0.02),
+        nml.contact(1e11),
+        nml.material("stiff", DENSITY, nml.STIFF),
+        nml.material("moving", DENSITY, nml.STIFF, velocity=(SPEED, 0.0, 0.0)),
+        nml.joint("rough", 45.0),
+        nml.joint("smooth", 0.0),
+        nml.held("table", nml.rectangle(-3, 0, 3, TABLE), "stiff", "smooth"),
+        nml.held("floor", nml.rectangle(-3, -0.5, 9, 0.5), "stiff", "rough"),
+        nml.block("block", body, "moving", "rough"),
     )
     kinds = ("kinetic", "strain", "contact", "support", "gravity")
     found: dict = {
         key: [] for key in ("time", "x", "y", "angle", "polygon", "low", "total", "kinetic")
     }
-    with simulation(text) as flight:
+    with nml.simulation(text) as flight:
         while not flight.done:
             flight.advance()
             energies, polygon = flight.energies, flight.polygons[2]
@@ -338,7 +321,7 @@ def _slide_off(time_step: float) -> dict:
     found["left"] = kinetic[-1] / kinetic[touch - 1]
     found["depth"] = max(0.0, -low[-1])
     found["audit"] = abs(energies["balance"] / energies["gravity"])
-    found["gain"] = max(found["total"]) / (DENSITY * WIDTH * HEIGHT * GRAVITY * TABLE)
+    found["gain"] = max(found["total"]) / (DENSITY * WIDTH * HEIGHT * nml.GRAVITY * TABLE)
     return found
 
 
@@ -360,8 +343,8 @@ def _tipping_block() -> dict:
         s, angle, ds, turn = z
         matrix = [[1, -half], [-half, s**2 + half**2 + inertia]]
         load = [
-            s * turn**2 - GRAVITY * np.sin(angle),
-            -2 * s * ds * turn - GRAVITY * (s * np.cos(angle) - half * np.sin(angle)),
+            s * turn**2 - nml.GRAVITY * np.sin(angle),
+            -2 * s * ds * turn - nml.GRAVITY * (s * np.cos(angle) - half * np.sin(angle)),
         ]
         return [ds, turn, *np.linalg.solve(matrix, load)]
 
@@ -369,7 +352,7 @@ def _tipping_block() -> dict:
         """Force across the face over the mass: n · (x'' + g)."""
         s, angle, ds, turn = z
         _, _, _, bend = rates(t, z)
-        return 2 * ds * turn + s * bend - half * turn**2 + GRAVITY * np.cos(angle)
+        return 2 * ds * turn + s * bend - half * turn**2 + nml.GRAVITY * np.cos(angle)
 
     def off(t, z):
         """Rear corner passes the edge, or the force vanishes."""
@@ -386,7 +369,7 @@ def _tipping_block() -> dict:
     times, path, angles = start + tip.t, place, angle
     flight = np.linspace(0, 1.0, 20001)[1:]
     px = place[0, -1] + speed[0, -1] * flight
-    py = place[1, -1] + speed[1, -1] * flight - 0.5 * GRAVITY * flight**2
+    py = place[1, -1] + speed[1, -1] * flight - 0.5 * nml.GRAVITY * flight**2
     pa = angle[-1] + turn[-1] * flight
     reach = 0.5 * (WIDTH * np.abs(np.sin(pa)) + HEIGHT * np.abs(np.cos(pa)))
     last = int(np.argmax(py < reach)) + 1
@@ -401,7 +384,7 @@ def _tipping_block() -> dict:
 
 def _edge_figure(run, truth):
     figure, (left, right) = canvas(width_ratios=[3, 2])
-    draw_blocks(left, [rectangle(-2, 0, 2, TABLE), rectangle(-2, -0.3, 6, 0.3)], GROUND)
+    draw_blocks(left, [nml.rectangle(-2, 0, 2, TABLE), nml.rectangle(-2, -0.3, 6, 0.3)], GROUND)
     shown = [int(i) for i in np.linspace(0, np.searchsorted(run["time"], truth["t"][-1]), 10)]
     draw_blocks(left, [run["polygon"][i] for i in shown], STONE, alpha=0.7)
     draw_blocks(left, run["polygon"][-1:], ORANGE, alpha=0.8)

@@ -8,20 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..report.style import BLUE, COLORS, INK, canvas
+from . import model as nml
 from .case import Outcome, Table, at_most, case, true
-from .model import (
-    GRAVITY,
-    block,
-    contact,
-    control,
-    held,
-    joint,
-    material,
-    motion,
-    rectangle,
-    simulation,
-    turned,
-)
 
 DENSITY = 2500.0  # kg/m³
 STORED = ("kinetic", "strain", "contact", "support")
@@ -64,18 +52,16 @@ def _bounce(omega, asked, phase, stiff) -> tuple[float, float, float]:
     time_step = 1e-3
     penalty = 0.5 * DENSITY * (omega / time_step) ** 2
     modulus = penalty / 40 if stiff else max(1e12, 1e3 * penalty)
-    text = "".join(
-        (
-            control(time_step, 12, gravity=(0.0, 0.0), max_displacement_ratio=0.05),
-            contact(penalty),
-            material("ground", DENSITY, modulus, 0.2),
-            material("stone", DENSITY, modulus, 0.2, velocity=(0.0, -1.0, 0.0)),
-            joint("joint", 30.0, restitution=asked),
-            held("base", rectangle(-3, -0.5, 6, 0.5), "ground"),
-            block("body", rectangle(-0.5, (2 + phase) * time_step, 1.0, 1.0), "stone"),
-        )
+    text = nml.text(
+        nml.control(time_step, 12, gravity=(0.0, 0.0), max_displacement_ratio=0.05),
+        nml.contact(penalty),
+        nml.material("ground", DENSITY, modulus, 0.2),
+        nml.material("stone", DENSITY, modulus, 0.2, velocity=(0.0, -1.0, 0.0)),
+        nml.joint("joint", 30.0, restitution=asked),
+        nml.held("base", nml.rectangle(-3, -0.5, 6, 0.5), "ground"),
+        nml.block("body", nml.rectangle(-0.5, (2 + phase) * time_step, 1.0, 1.0), "stone"),
     )
-    with simulation(text) as run:
+    with nml.simulation(text) as run:
         first = sum(run.energies[name] for name in STORED)
         highest = first
         while not run.done:
@@ -134,32 +120,30 @@ def _rock(penalty, time_step, duration=1.9, angle=None, pulse=None, scale=1.0):
     slender = np.arctan2(width, height)
     angle = 0.5 * slender if angle is None else angle
     duration *= np.sqrt(scale)
-    body = rectangle(-0.5 * width, 0.0, width, height)
+    body = nml.rectangle(-0.5 * width, 0.0, width, height)
     shaking = ""
     if angle:
-        body = turned(body, -angle, (0.5 * width, 0.0))
+        body = nml.turned(body, -angle, (0.5 * width, 0.0))
     if pulse:
         samples = np.arange(0.0, duration, 0.25 * time_step) < pulse[1]
-        shaking = pulse[0] * GRAVITY * np.tan(slender) * samples[: int(4 * 0.4 / time_step)]
-        shaking = motion("shaking", shaking, 0.25 * time_step)
-    text = "".join(
-        (
-            control(
-                time_step,
-                round(duration / time_step),
-                base_motion_x="shaking" if pulse else None,
-                max_displacement_ratio=0.02,
-            ),
-            contact(penalty),
-            material("stiff", DENSITY, 1e12),
-            joint("rough", 75.0, restitution=0.0),
-            shaking,
-            held("base", rectangle(-3, -0.5, 6, 0.5), "stiff"),
-            block("tower", body, "stiff"),
-        )
+        shaking = pulse[0] * nml.GRAVITY * np.tan(slender) * samples[: int(4 * 0.4 / time_step)]
+        shaking = nml.motion("shaking", shaking, 0.25 * time_step)
+    text = nml.text(
+        nml.control(
+            time_step,
+            round(duration / time_step),
+            base_motion_x="shaking" if pulse else None,
+            max_displacement_ratio=0.02,
+        ),
+        nml.contact(penalty),
+        nml.material("stiff", DENSITY, 1e12),
+        nml.joint("rough", 75.0, restitution=0.0),
+        shaking,
+        nml.held("base", nml.rectangle(-3, -0.5, 6, 0.5), "stiff"),
+        nml.block("tower", body, "stiff"),
     )
     time, turn = [0.0], [angle]
-    with simulation(text) as tower:
+    with nml.simulation(text) as tower:
         while not tower.done and abs(turn[-1]) < 1.2:
             tower.advance(1)
             time.append(tower.time)
@@ -254,7 +238,7 @@ class _Corner:
 
     def outline(self) -> np.ndarray:
         """Vertices about the centre of mass."""
-        return turned(rectangle(*(-0.5 * self.size), *self.size), self.tilt)
+        return nml.turned(nml.rectangle(*(-0.5 * self.size), *self.size), self.tilt)
 
     def contact(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows n, t of the velocities of the lowest corner, and its 2 × 2 matrix of softness."""
@@ -286,18 +270,16 @@ class _Corner:
         outline[:, 1] -= outline[:, 1].min()
         outline[:, 1] -= (2 + random.random()) * time_step * (self.contact()[0] @ self.before)[0]
         scheme = str(random.choice(["dda", "midpoint", "theta"]))
-        text = "".join(
-            (
-                control(time_step, 8, (0.0, 0.0), integration=scheme, max_displacement_ratio=0.05),
-                contact(penalty),
-                material("ground", DENSITY, modulus, 0.2),
-                material("stone", DENSITY, modulus, 0.2, velocity=self.before),
-                joint("joint", np.degrees(np.arctan(self.friction)), restitution=self.restitution),
-                held("base", rectangle(-6.0, -1.0, 12.0, 1.0), "ground"),
-                block("body", outline, "stone"),
-            )
+        text = nml.text(
+            nml.control(time_step, 8, (0.0, 0.0), integration=scheme, max_displacement_ratio=0.05),
+            nml.contact(penalty),
+            nml.material("ground", DENSITY, modulus, 0.2),
+            nml.material("stone", DENSITY, modulus, 0.2, velocity=self.before),
+            nml.joint("joint", np.degrees(np.arctan(self.friction)), restitution=self.restitution),
+            nml.held("base", nml.rectangle(-6.0, -1.0, 12.0, 1.0), "ground"),
+            nml.block("body", outline, "stone"),
         )
-        with simulation(text) as run:
+        with nml.simulation(text) as run:
             first = run.energies["kinetic"]
             run.advance(8)
             error = run.rates[1, :3] - self.after

@@ -14,21 +14,8 @@ from ..engine.records import read_record
 from ..engine.spectra import amplification, find_peak
 from ..facade.run import run
 from ..report.style import BLUE, COLORS, INK, RED, canvas
+from . import model as nml
 from .case import Outcome, Table, absolute, at_most, case, relative
-from .model import (
-    STIFF,
-    block,
-    contact,
-    control,
-    group,
-    held,
-    joint,
-    material,
-    measured,
-    motion,
-    rectangle,
-    simulation,
-)
 from .packing import pile_text
 from .rocking import SLENDER, tower_text
 from .settlement import PENALTIES, STORED, TIME_STEPS, wall_text
@@ -60,25 +47,23 @@ def column_text(layers: int, rock, steps, shaking: str, **more) -> str:
         Other variables of ``&control``.
     """
     points = [(x, y) for y in (-0.25, -0.75) for x in (2.5, 12.5)]
-    return "".join(
-        (
-            control(*steps, gravity=(0, 0), **more),
-            contact(PENALTY * rock[1]),
-            material("rock", *rock),
-            joint("glued", 50.0, **GLUE),
-            shaking,
-            held("base", rectangle(0, -1, WIDTH, 1), points=points, motion_x="shaking"),
-            group("layers", name="layer", width=WIDTH, thickness=1.0, count=layers),
-            measured("base", (WIDTH / 2, -0.5), "base"),
-            measured("surface", (WIDTH / 2, float(layers))),
-            group("amplification", surface="surface", base="base", lowest=1.0, highest=25.0),
-        )
+    return nml.text(
+        nml.control(*steps, gravity=(0, 0), **more),
+        nml.contact(PENALTY * rock[1]),
+        nml.material("rock", *rock),
+        nml.joint("glued", 50.0, **GLUE),
+        shaking,
+        nml.held("base", nml.rectangle(0, -1, WIDTH, 1), points=points, motion_x="shaking"),
+        nml.group("layers", name="layer", width=WIDTH, thickness=1.0, count=layers),
+        nml.measured("base", (WIDTH / 2, -0.5), "base"),
+        nml.measured("surface", (WIDTH / 2, float(layers))),
+        nml.group("amplification", surface="surface", base="base", lowest=1.0, highest=25.0),
     )
 
 
 def recorded() -> str:
     """The group ``&motion`` of the shipped record."""
-    return group(
+    return nml.group(
         "motion",
         name="shaking",
         file=str(record_file()),
@@ -229,7 +214,7 @@ def transfer_error(changes: dict) -> tuple:
     step = 1e-3
     time = np.arange(0.0, 0.06, step)
     pulse = np.exp(-0.5 * ((time - 0.03) / 0.0025) ** 2) * np.sin(2 * np.pi * 60 * (time - 0.03))
-    shaking = motion("shaking", pulse, step)
+    shaking = nml.motion("shaking", pulse, step)
     text = column_text(5, ROCK, (step, 3000), shaking, **changes)
 
     with tempfile.TemporaryDirectory() as folder:
@@ -262,7 +247,7 @@ def audited(text: str, every: int = 1) -> Audited:
     What changed hands is the most that gravity has done or that was kinetic.
     """
     time, total, balance, handed = [0.0], [0.0], [0.0], 0.0
-    with simulation(text) as model:
+    with nml.simulation(text) as model:
         while not model.done:
             model.advance(every)
             energies = model.energies
@@ -283,23 +268,21 @@ def audited(text: str, every: int = 1) -> Audited:
 
 def collision_text(time_step: float, **more) -> str:
     """A block of 1 m x 1 m that flies at 1 m/s onto a held one, slightly turned, and away."""
-    flying = rectangle(0.011, 0.0, 1.0, 1.0) @ np.array([[1.0, 0.02], [-0.02, 1.0]])
-    return "".join(
-        (
-            control(
-                time_step,
-                round(0.5 / time_step),
-                gravity=(0, 0),
-                max_displacement_ratio=0.02,
-                **more,
-            ),
-            contact(40 * 5e9),
-            material("still", 2500.0, STIFF),
-            material("flying", 2500.0, 5e9, 0.2, velocity=(-1.0, 0.0, 0.0)),
-            joint("dry", 30.0),
-            held("wall", rectangle(-1.03, -1.0, 1.0, 3.0), "still"),
-            block("stone", flying, "flying"),
-        )
+    flying = nml.rectangle(0.011, 0.0, 1.0, 1.0) @ np.array([[1.0, 0.02], [-0.02, 1.0]])
+    return nml.text(
+        nml.control(
+            time_step,
+            round(0.5 / time_step),
+            gravity=(0, 0),
+            max_displacement_ratio=0.02,
+            **more,
+        ),
+        nml.contact(40 * 5e9),
+        nml.material("still", 2500.0, nml.STIFF),
+        nml.material("flying", 2500.0, 5e9, 0.2, velocity=(-1.0, 0.0, 0.0)),
+        nml.joint("dry", 30.0),
+        nml.held("wall", nml.rectangle(-1.03, -1.0, 1.0, 3.0), "still"),
+        nml.block("stone", flying, "flying"),
     )
 
 

@@ -13,23 +13,8 @@ from scipy.optimize import brentq
 from scipy.special import erf
 
 from ..report.style import BLUE, COLORS, GREEN, ORANGE, canvas
+from . import model as nml
 from .case import Outcome, Table, absolute, at_most, case, observed_order, relative
-from .model import (
-    GRAVITY,
-    block,
-    contact,
-    control,
-    group,
-    held,
-    history,
-    joint,
-    material,
-    measured,
-    motion,
-    rectangle,
-    residual,
-    turned,
-)
 
 DENSITY, YOUNG = 2650.0, 60e9  # kg/m³, Pa, ν = 0
 PENALTY = 100 * YOUNG  # N/m
@@ -88,31 +73,32 @@ class Bar:
         """Input: `way` (m) every `spacing` (s) at the end, joints at the sides of some blocks."""
         angle = law.pop("friction_angle", 45.0)
         parts = [
-            control(self.time_step, steps, (0, 0), integration="midpoint"),
-            contact(PENALTY, fixed_point_ratio=10.0),
-            material("rock", DENSITY, self.stiffer()),
-            joint("glued", 60.0, **GLUE),
-            joint("joint", angle, **law),
-            motion("wave", way, spacing, "displacement"),
+            nml.control(self.time_step, steps, (0, 0), integration="midpoint"),
+            nml.contact(PENALTY, fixed_point_ratio=10.0),
+            nml.material("rock", DENSITY, self.stiffer()),
+            nml.joint("glued", 60.0, **GLUE),
+            nml.joint("joint", angle, **law),
+            nml.motion("wave", way, spacing, "displacement"),
         ]
         for i in range(self.before + self.after):
-            outline = rectangle(i * self.size, 0.0, self.size, 1.0)
+            outline = nml.rectangle(i * self.size, 0.0, self.size, 1.0)
             sides = ["glued"] * 3 + ["joint" if i in joints else "glued"]
-            parts.append(group("block", name=f"b{i}", vertices=outline, edge_joints=sides))
+            parts.append(nml.group("block", name=f"b{i}", vertices=outline, edge_joints=sides))
             if self.wave == "S":
                 parts += [
-                    group("fixed_point", x=x, y=y, block=f"b{i}", direction="x") for x, y in outline
+                    nml.group("fixed_point", x=x, y=y, block=f"b{i}", direction="x")
+                    for x, y in outline
                 ]
         along = "x" if self.wave == "P" else "y"
         drive = {"direction": along, f"motion_{along}": "wave"}
-        parts += [group("fixed_point", x=0.0, y=y, block="b0", **drive) for y in (0.0, 1.0)]
+        parts += [nml.group("fixed_point", x=0.0, y=y, block="b0", **drive) for y in (0.0, 1.0)]
         for name, i in (("before", self.before // 2), ("after", self.before + self.after // 2)):
-            parts.append(measured(name, ((i + 0.5) * self.size, 0.5), f"b{i}"))
+            parts.append(nml.measured(name, ((i + 0.5) * self.size, 0.5), f"b{i}"))
         return "".join(parts)
 
     def run(self, *arguments, **law):
         """History, and the velocities (m/s) before and after the joints."""
-        data = history(self.text(*arguments, **law))
+        data = nml.history(self.text(*arguments, **law))
         axis = 0 if self.wave == "P" else 1
         return data, *(data.velocity.sel(point=p).values[:, axis] for p in ("before", "after"))
 
@@ -180,7 +166,7 @@ def elastic_joint(short: bool) -> Outcome:
             rows.append(relative(f"|T|, {name}", abs(theory), abs(passed), 1e-2))
             rows.append(relative(f"|R|, {name}", abs(xi * theory), abs(back), 1e-2))
             rows.append(relative(f"ωτ, {name}", np.arctan(xi.real), -np.angle(passed), 1e-2))
-        rows.append(at_most(f"audit, {wave}", residual(data), 1e-6))
+        rows.append(at_most(f"audit, {wave}", nml.residual(data), 1e-6))
     tables = [] if short else [_block_sizes()]
     figure, axes = canvas()
     for wave, (xi, passed, back) in drawn.items():
@@ -251,7 +237,7 @@ def joints_in_series(short: bool) -> Outcome:
             name = f"|T|, {count} joints, d/λ = {spacing:g}"
             rows.append(relative(name, theory, abs(passed[at]), 2e-2))
             if spacing == spacings[0] and count == 2:
-                rows.append(at_most("audit", residual(data), 1e-6))
+                rows.append(at_most("audit", nml.residual(data), 1e-6))
     if not short:
         edges = _stop_band(*(kept[0.5, count] for count in (2, 4)))
         begins = brentq(lambda r: np.cos(np.pi * r) - 0.5 * r * np.sin(np.pi * r) + 1, 0.5, 0.95)
@@ -341,7 +327,7 @@ def plastic_joint(short: bool) -> Outcome:
         energy = bar.impedance * np.sum(base_after**2) * bar.time_step
         work = float(data.energy_friction[-1]) / energy
         rows.append(relative(f"friction, a = {share:g}", _clipped(share)[2] ** 2, work, 5e-3))
-        rows.append(at_most(f"audit, a = {share:g}", residual(data), 1e-6))
+        rows.append(at_most(f"audit, a = {share:g}", nml.residual(data), 1e-6))
         drawn = data.time.values, base_after, after, share
     return Outcome(rows, _slip_figure(drawn, speed, rows))
 
@@ -409,7 +395,7 @@ def closing_joint(short: bool) -> Outcome:
         theory = _closing(bar, speed, period, stiffness, closure)
         name = f"peak v/v₀, v₀ = {speed:g} m/s"
         rows.append(relative(name, theory.y[0].max() / speed, after.max() / speed, 1e-2))
-        rows.append(at_most(f"audit, v₀ = {speed:g} m/s", residual(data), 1e-6))
+        rows.append(at_most(f"audit, v₀ = {speed:g} m/s", nml.residual(data), 1e-6))
         lines.append((speed, data.time.values, after, theory))
     figure, (axes,) = canvas(columns=1)
     for (speed, times, after, theory), color in zip(lines, COLORS, strict=False):
@@ -457,42 +443,40 @@ def released_slope(short: bool) -> Outcome:
         )
     ):
         slope = np.radians(angle)
-        shape = turned(rectangle(0, 0, 2, 1), -slope)
-        push = 0.8 * GRAVITY * 2 * DENSITY * np.array([np.cos(slope), -np.sin(slope)])
-        text = "".join(
-            (
-                control(1e-3, 1000, settle=True, max_displacement_ratio=0.05),
-                contact(1e10),
-                material("rock", DENSITY, 1e12),
-                joint("j", peak, law="mohr_coulomb", residual_friction_angle=rest),
-                held("base", turned(rectangle(-2, -1, 40, 1), -slope), "rock", "j"),
-                block("top", shape, "rock", "j"),
-                group(
-                    "load",
-                    x=shape.mean(axis=0)[0],
-                    y=shape.mean(axis=0)[1],
-                    block="top",
-                    time=(0.2, 0.21, 0.3, 0.31),
-                    force_x=push[0] * np.array([0, 1, 1, 0]),
-                    force_y=push[1] * np.array([0, 1, 1, 0]),
-                ),
-                measured("top", shape.mean(axis=0), "top"),
-            )
+        shape = nml.turned(nml.rectangle(0, 0, 2, 1), -slope)
+        push = 0.8 * nml.GRAVITY * 2 * DENSITY * np.array([np.cos(slope), -np.sin(slope)])
+        text = nml.text(
+            nml.control(1e-3, 1000, settle=True, max_displacement_ratio=0.05),
+            nml.contact(1e10),
+            nml.material("rock", DENSITY, 1e12),
+            nml.joint("j", peak, law="mohr_coulomb", residual_friction_angle=rest),
+            nml.held("base", nml.turned(nml.rectangle(-2, -1, 40, 1), -slope), "rock", "j"),
+            nml.block("top", shape, "rock", "j"),
+            nml.group(
+                "load",
+                x=shape.mean(axis=0)[0],
+                y=shape.mean(axis=0)[1],
+                block="top",
+                time=(0.2, 0.21, 0.3, 0.31),
+                force_x=push[0] * np.array([0, 1, 1, 0]),
+                force_y=push[1] * np.array([0, 1, 1, 0]),
+            ),
+            nml.measured("top", shape.mean(axis=0), "top"),
         )
-        data = history(text)
+        data = nml.history(text)
         along = data.displacement.sel(point="top").values @ np.array(
             [np.cos(slope), -np.sin(slope)]
         )
         time = data.time.values
         free = time >= 0.35
         fit = np.polyfit(time[free] - 0.35, along[free], 2)
-        theory = GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(rest)))
+        theory = nml.GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(rest)))
         label = f"{angle:g}°, φ {peak:g}° to {rest:g}°"
         rows.append(
             absolute(f"way before the push, {label}", 0.0, along[time < 0.2][-1], 1e-6, "m")
         )
         rows.append(relative(f"acceleration, {label}", theory, 2 * fit[0], 1e-3, "m/s²"))
-        rows.append(at_most(f"audit, {label}", residual(data), 1e-6))
+        rows.append(at_most(f"audit, {label}", nml.residual(data), 1e-6))
         lines.append((label, time, along))
     figure, (axes,) = canvas(columns=1)
     for (label, time, along), color in zip(lines, COLORS, strict=False):

@@ -24,6 +24,11 @@ def group(name: str, /, **values) -> str:
     return group_text(name, values)
 
 
+def text(*groups: str) -> str:
+    """An input of groups."""
+    return "".join(groups)
+
+
 def control(time_step: float, steps: int, gravity: Sequence[float] = (0.0, -GRAVITY), **more):
     """``&control``: Δt (s), number of steps, gravity (m/s²)."""
     return group("control", time_step=time_step, steps=int(steps), gravity=gravity, **more)

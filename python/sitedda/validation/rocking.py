@@ -7,26 +7,13 @@ import numpy as np
 from scipy.integrate import quad, solve_ivp
 
 from ..report.style import BLUE, COLORS, GROUND, INK, RED, STONE, bare, canvas, draw_blocks
+from . import model as nml
 from .case import Outcome, Table, at_most, case, observed_order, relative, true
-from .model import (
-    GRAVITY,
-    STIFF,
-    block,
-    contact,
-    control,
-    held,
-    joint,
-    material,
-    motion,
-    rectangle,
-    simulation,
-    turned,
-)
 
 WIDTH, HEIGHT, DENSITY = 0.5, 2.0, 2500.0  # m, m, kg/m³
 SLENDER = np.arctan2(WIDTH, HEIGHT)  # Housner's α
 RADIUS = 0.5 * np.hypot(WIDTH, HEIGHT)  # R, m
-RATE = np.sqrt(3 * GRAVITY / (4 * RADIUS))  # p, rad/s
+RATE = np.sqrt(3 * nml.GRAVITY / (4 * RADIUS))  # p, rad/s
 RATIO = 1 - 1.5 * np.sin(SLENDER) ** 2  # angular velocity after over before an impact
 PENALTY = 1e14  # N/m: an impact ends within a step, as Housner assumes
 
@@ -85,7 +72,7 @@ def _rock(t, duration, state, sign, base, step):
 
     def rates(time, z):
         away = SLENDER * sign - z[0]
-        push = base(time) / GRAVITY
+        push = base(time) / nml.GRAVITY
         return [z[1], -(RATE**2) * (np.sin(away) + push * np.cos(away))]
 
     def impact(_, z):
@@ -110,7 +97,7 @@ def _rock(t, duration, state, sign, base, step):
 def _wait_for_uplift(t, duration, base, step):
     """First time at which |a| > g tan α, and the sense of turning."""
     while t < duration:
-        if abs(base(t)) > GRAVITY * np.tan(SLENDER):
+        if abs(base(t)) > nml.GRAVITY * np.tan(SLENDER):
             return t, -np.sign(base(t))
         t += 0.1 * step
     return duration, 1.0
@@ -123,36 +110,34 @@ def tower_text(
     time_step, duration, angle=0.0, base=None, penalty=PENALTY, sampled=2e-3, **more
 ) -> str:
     """A stiff block on a stiff base; the acceleration of the base (m/s²) acts as body force."""
-    body = rectangle(-0.5 * WIDTH, 0.0, WIDTH, HEIGHT)
+    body = nml.rectangle(-0.5 * WIDTH, 0.0, WIDTH, HEIGHT)
     if angle:
-        body = turned(body, -angle, (0.5 * WIDTH, 0.0))
+        body = nml.turned(body, -angle, (0.5 * WIDTH, 0.0))
     shaking = ""
     if base is not None:
         times = np.arange(0.0, duration + sampled, sampled)
-        shaking = motion("shaking", [base(t) for t in times], sampled)
-    return "".join(
-        (
-            control(
-                time_step,
-                round(duration / time_step),
-                base_motion_x="shaking" if shaking else None,
-                max_displacement_ratio=0.01,
-                **more,
-            ),
-            contact(penalty),
-            material("stiff", DENSITY, STIFF),
-            joint("rough", 75.0),
-            shaking,
-            held("base", rectangle(-3, -0.5, 6, 0.5), "stiff"),
-            block("tower", body, "stiff"),
-        )
+        shaking = nml.motion("shaking", [base(t) for t in times], sampled)
+    return nml.text(
+        nml.control(
+            time_step,
+            round(duration / time_step),
+            base_motion_x="shaking" if shaking else None,
+            max_displacement_ratio=0.01,
+            **more,
+        ),
+        nml.contact(penalty),
+        nml.material("stiff", DENSITY, nml.STIFF),
+        nml.joint("rough", 75.0),
+        shaking,
+        nml.held("base", nml.rectangle(-3, -0.5, 6, 0.5), "stiff"),
+        nml.block("tower", body, "stiff"),
     )
 
 
 def _rocked(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
     """Time (s), angle (rad, clockwise positive) and audit residual."""
     time, turn = [0.0], [angle]
-    with simulation(tower_text(time_step, duration, angle, base, penalty)) as tower:
+    with nml.simulation(tower_text(time_step, duration, angle, base, penalty)) as tower:
         while not tower.done:
             tower.advance(max(1, round(5e-4 / time_step)))
             time.append(tower.time)
@@ -231,9 +216,11 @@ def _ratio(run) -> float:
 
 def _decay_figure(run, time, theory, impacts):
     figure, (left, right) = canvas(width_ratios=[1, 3])
-    draw_blocks(left, [rectangle(-1, -0.2, 2, 0.2)], GROUND)
+    draw_blocks(left, [nml.rectangle(-1, -0.2, 2, 0.2)], GROUND)
     draw_blocks(
-        left, [turned(rectangle(-WIDTH / 2, 0, WIDTH, HEIGHT), -theory[0], (WIDTH / 2, 0))], STONE
+        left,
+        [nml.turned(nml.rectangle(-WIDTH / 2, 0, WIDTH, HEIGHT), -theory[0], (WIDTH / 2, 0))],
+        STONE,
     )
     bare(left)
     right.plot(time, theory / SLENDER, color=INK, lw=3, alpha=0.3, label="Housner")
@@ -260,7 +247,7 @@ def rocking_onset(short: bool) -> Outcome:
         return max(0.0, slope * (t - 1.0))
 
     last, time, force = 0.0, [], []
-    with simulation(tower_text(2e-3, duration, 0.0, base)) as tower:
+    with nml.simulation(tower_text(2e-3, duration, 0.0, base)) as tower:
         owner = np.repeat(np.arange(2), [len(p) for p in tower.polygons])
         left_corner = int(np.flatnonzero(owner == 1)[0])
         while not tower.done:
@@ -271,7 +258,7 @@ def rocking_onset(short: bool) -> Outcome:
             time.append(tower.time)
             force.append([pressing.get(left_corner, 0.0), pressing.get(left_corner + 1, 0.0)])
         audit = abs(tower.energies["balance"] / tower.energies["input"])
-    limit = GRAVITY * np.tan(SLENDER)
+    limit = nml.GRAVITY * np.tan(SLENDER)
     rows = [relative("acceleration at uplift", limit, base(last), 5e-3, "m/s²")]
     rows.append(at_most("audit", audit, 1e-6))
     figure, (axes,) = canvas(1, size=(8, 4))
@@ -322,11 +309,13 @@ def overturning(short: bool) -> Outcome:
             base, duration = _one_cycle(side * limit, ratio)
             run = _rocked(2e-4, duration, 0.0, base, 1e13)
             fell = bool(abs(run[1]).max() > 0.5 * np.pi - 0.3)
-            label = f"ω/p {ratio:g}, {side:g} of the limit {limit / GRAVITY:.3f} g: it overturns"
+            label = (
+                f"ω/p {ratio:g}, {side:g} of the limit {limit / nml.GRAVITY:.3f} g: it overturns"
+            )
             rows.append(true(label, falls, fell))
             rows.append(at_most(f"audit, ω/p {ratio:g}, {side:g}", run[2], 1e-6))
             drawn.append((ratio, side, run, housner(duration, 0.0, base)))
-        limit_row = limit / (GRAVITY * np.tan(SLENDER))
+        limit_row = limit / (nml.GRAVITY * np.tan(SLENDER))
         rows.append(at_most(f"limit at ω/p {ratio:g} over g tan α (shown)", limit_row, None))
     return Outcome(rows, _overturning_figure(drawn, len(ratios)))
 
@@ -350,7 +339,7 @@ def _overturns(amplitude, ratio) -> bool:
 
 def _least_amplitude(ratio) -> float:
     """Least overturning amplitude, m/s²: first by steps of 4 %, then by bisection."""
-    high = 1.02 * GRAVITY * np.tan(SLENDER)
+    high = 1.02 * nml.GRAVITY * np.tan(SLENDER)
     while not _overturns(high, ratio):
         high *= 1.04
     low = high / 1.04
@@ -394,7 +383,7 @@ def pulse_duration(width: float, height: float, acceleration: float) -> float:
         Of the floor, m/s², above g tan α.
     """
     slender, rate = _slenderness(width, height)
-    share = acceleration / GRAVITY
+    share = acceleration / nml.GRAVITY
     last = slender - np.arcsin(np.sin(slender) - (1 - np.cos(slender)) / share)
 
     def time_per_root(root):  # θ = root², as θ' begins with √θ
@@ -409,13 +398,13 @@ def pulse_duration(width: float, height: float, acceleration: float) -> float:
 def housner_duration(width: float, height: float, acceleration: float) -> float:
     """The same by Housner's linear equation: cosh pt = 1 + 1/(2 q (q − 1)), q = a/(g tan α)."""
     slender, rate = _slenderness(width, height)
-    ratio = acceleration / (GRAVITY * np.tan(slender))
+    ratio = acceleration / (nml.GRAVITY * np.tan(slender))
     return float(np.arccosh(1 + 0.5 / (ratio * (ratio - 1))) / rate)
 
 
 def _slenderness(width, height):
     """α (rad) and p (rad/s)."""
-    return np.arctan2(width, height), np.sqrt(1.5 * GRAVITY / np.hypot(width, height))
+    return np.arctan2(width, height), np.sqrt(1.5 * nml.GRAVITY / np.hypot(width, height))
 
 
 def pulse_text(width, height, pulse, way, time_step, duration, **more) -> str:
@@ -424,22 +413,20 @@ def pulse_text(width, height, pulse, way, time_step, duration, **more) -> str:
     Two samples, of a duration that is no multiple of Δt: the pulse ends within a step.
     """
     acceleration, lasts = pulse
-    base = rectangle(-3, -0.5, 6, 0.5)
-    return "".join(
-        (
-            control(
-                time_step,
-                round(duration / time_step),
-                base_motion_x="pulse" if way == "body force" else None,
-                **more,
-            ),
-            contact(1e12),
-            material("stiff", DENSITY, STIFF),
-            joint("rough", 75.0),
-            motion("pulse", [acceleration, acceleration], lasts),
-            held("base", base, "stiff", motion_x="pulse" if way == "floor" else None),
-            block("tower", rectangle(-0.5 * width, 0.0, width, height), "stiff"),
-        )
+    base = nml.rectangle(-3, -0.5, 6, 0.5)
+    return nml.text(
+        nml.control(
+            time_step,
+            round(duration / time_step),
+            base_motion_x="pulse" if way == "body force" else None,
+            **more,
+        ),
+        nml.contact(1e12),
+        nml.material("stiff", DENSITY, nml.STIFF),
+        nml.joint("rough", 75.0),
+        nml.motion("pulse", [acceleration, acceleration], lasts),
+        nml.held("base", base, "stiff", motion_x="pulse" if way == "floor" else None),
+        nml.block("tower", nml.rectangle(-0.5 * width, 0.0, width, height), "stiff"),
     )
 
 
@@ -458,7 +445,7 @@ def pulse_limit(width, height, acceleration, way, time_step=1e-3, share=5e-4, **
         text = pulse_text(
             width, height, (acceleration, lasts), way, time_step, lasts + 12 / rate, **more
         )
-        with simulation(text) as tower:
+        with nml.simulation(text) as tower:
             while not tower.done:
                 tower.advance(20)
                 turn = abs(tower.coordinates[1, 2])
@@ -493,7 +480,7 @@ def pulses(short: bool) -> Outcome:
     for width, height in shapes:
         slender = np.arctan2(width, height)
         for ratio in (3.0,) if short else (1.5, 3.0):
-            acceleration = ratio * GRAVITY * np.tan(slender)
+            acceleration = ratio * nml.GRAVITY * np.tan(slender)
             exact = pulse_duration(width, height, acceleration)
             linear = housner_duration(width, height, acceleration)
             (floor, audit), (force, other) = (

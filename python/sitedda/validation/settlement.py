@@ -10,19 +10,8 @@ import numpy as np
 
 from ..base.errors import ConvergenceError
 from ..report.style import BLUE, COLORS, GROUND, RED, STONE, bare, canvas, draw_blocks
+from . import model as nml
 from .case import Outcome, Table, at_most, case
-from .model import (
-    GRAVITY,
-    STIFF,
-    contact,
-    control,
-    group,
-    held,
-    joint,
-    material,
-    rectangle,
-    simulation,
-)
 
 YOUNG, DENSITY = 5e9, 2500.0  # Pa, kg/m³
 WALLS = {50: (5, 9), 200: (10, 19), 1000: (20, 49)}  # blocks: bricks in a full course, courses
@@ -79,26 +68,24 @@ def settlement(short: bool) -> Outcome:
 def wall_text(size: int, penalty: float, time_step: float, steps: int, **more) -> str:
     """A running-bond wall of about `size` blocks on a held base; `more` goes to ``&control``."""
     bricks, courses = WALLS[size]
-    return "".join(
-        (
-            control(time_step, steps, **more),
-            contact(penalty * YOUNG),
-            material("base", DENSITY, STIFF),
-            material("stone", DENSITY, YOUNG, 0.2),
-            joint("dry", 35.0),
-            held("base", rectangle(-1, -1, bricks * BRICK[0] + 2, 1), "base"),
-            group(
-                "wall",
-                name="brick",
-                material="stone",
-                left=0.0,
-                bottom=0.0,
-                brick_length=BRICK[0],
-                brick_height=BRICK[1],
-                bricks=bricks,
-                courses=courses,
-            ),
-        )
+    return nml.text(
+        nml.control(time_step, steps, **more),
+        nml.contact(penalty * YOUNG),
+        nml.material("base", DENSITY, nml.STIFF),
+        nml.material("stone", DENSITY, YOUNG, 0.2),
+        nml.joint("dry", 35.0),
+        nml.held("base", nml.rectangle(-1, -1, bricks * BRICK[0] + 2, 1), "base"),
+        nml.group(
+            "wall",
+            name="brick",
+            material="stone",
+            left=0.0,
+            bottom=0.0,
+            brick_length=BRICK[0],
+            brick_height=BRICK[1],
+            bricks=bricks,
+            courses=courses,
+        ),
     )
 
 
@@ -117,7 +104,7 @@ class Settled(NamedTuple):
 def _settle(size: int, penalty: float, time_step: float, steps: int) -> Settled:
     """One wall at one penalty and Δt."""
     courses = WALLS[size][1]
-    with simulation(wall_text(size, penalty, time_step, steps)) as wall:
+    with nml.simulation(wall_text(size, penalty, time_step, steps)) as wall:
         time, total, work, balance, iterations = [0.0], [0.0], [0.0], [0.0], 0
         blocks = len(wall.block_names) - 1
         trouble = ""
@@ -133,7 +120,7 @@ def _settle(size: int, penalty: float, time_step: float, steps: int) -> Settled:
         except ConvergenceError as error:
             trouble = str(error)
         picture = wall.polygons
-    weight = DENSITY * GRAVITY * BRICK[0] * BRICK[1]
+    weight = DENSITY * nml.GRAVITY * BRICK[0] * BRICK[1]
     column = weight * courses  # N/m on the lowest brick
     elastic = blocks * weight * column * (0.5 / (penalty * YOUNG) + 0.5 / YOUNG)
     scale = max(max(work), elastic)

@@ -8,37 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError
-from ..report.style import (
-    BLUE,
-    COLORS,
-    GROUND,
-    INK,
-    ORANGE,
-    RED,
-    STONE,
-    bare,
-    canvas,
-    draw_blocks,
-)
+from ..report import style
+from . import model as nml
 from .case import Outcome, Table, at_most, case, observed_order, relative
-from .model import (
-    GRAVITY,
-    STIFF,
-    block,
-    contact,
-    control,
-    group,
-    held,
-    history,
-    joint,
-    material,
-    measured,
-    motion,
-    rectangle,
-    residual,
-    simulation,
-    turned,
-)
 
 ROCK = {"density": 2643.0, "young_modulus": 4.788e9, "poisson_ratio": 0.25}  # paper table I
 RECORD = "LomaPrieta1989_USGS1002_APEEL2_133.smc"
@@ -60,22 +32,20 @@ def _incline(
 ) -> str:
     """A block of 1 m x 0.5 m on a held wedge that falls towards +x by `slope` degrees."""
     angle = -np.radians(slope)
-    wedge = turned(rectangle(-1.0, -1.0, 9.0, 1.0), angle)
-    rider = turned(rectangle(0.0, 0.0, 1.0, 0.5), angle)
+    wedge = nml.turned(nml.rectangle(-1.0, -1.0, 9.0, 1.0), angle)
+    rider = nml.turned(nml.rectangle(0.0, 0.0, 1.0, 0.5), angle)
     steps = round(duration / time_step)
-    return "".join(
-        (
-            control(time_step, steps, **settings),
-            contact(stiffness),
-            material("base", 2643.0, STIFF),
-            material("rock", **ROCK),
-            joint("plane", friction_angle),
-            more,
-            held("wedge", wedge, "base"),
-            block("block", rider, "rock"),
-            measured("centre", rider.mean(axis=0), "block"),
-            group("output", history_interval=max(1, steps // samples)),
-        )
+    return nml.text(
+        nml.control(time_step, steps, **settings),
+        nml.contact(stiffness),
+        nml.material("base", 2643.0, nml.STIFF),
+        nml.material("rock", **ROCK),
+        nml.joint("plane", friction_angle),
+        more,
+        nml.held("wedge", wedge, "base"),
+        nml.block("block", rider, "rock"),
+        nml.measured("centre", rider.mean(axis=0), "block"),
+        nml.group("output", history_interval=max(1, steps // samples)),
     )
 
 
@@ -89,7 +59,7 @@ def _along(data, slope: float) -> np.ndarray:
 def _free_slip(friction_angle: float, slope: float, time):
     """½ g (sin α − cos α tan φ) t², m."""
     angle, mu = np.radians(slope), np.tan(np.radians(friction_angle))
-    return 0.5 * GRAVITY * (np.sin(angle) - np.cos(angle) * mu) * np.asarray(time) ** 2
+    return 0.5 * nml.GRAVITY * (np.sin(angle) - np.cos(angle) * mu) * np.asarray(time) ** 2
 
 
 # ---------------------------------------------------------------- incline
@@ -107,13 +77,15 @@ def incline(short: bool) -> Outcome:
     rows, runs = [], {}
     for factor in (1, 50):
         for friction in (0.0, 10.0, 20.0):
-            data = history(_incline(friction, factor * young, 1e-3, 1.0))
+            data = nml.history(_incline(friction, factor * young, 1e-3, 1.0))
             runs[factor, friction] = data
             name = f"slip after 1 s, φ {friction:g}°, penalty {factor} E"
             expected = _free_slip(friction, 30.0, 1.0)
             rows.append(relative(name, expected, _along(data, 30.0)[-1], 1e-6, "m"))
-            rows.append(at_most(f"audit, φ {friction:g}°, {factor} E", residual(data), 1e-6))
-        data = history(_incline(35.0, factor * young, 1e-3, 6.0 if short else 60.0, samples=600))
+            rows.append(at_most(f"audit, φ {friction:g}°, {factor} E", nml.residual(data), 1e-6))
+        data = nml.history(
+            _incline(35.0, factor * young, 1e-3, 6.0 if short else 60.0, samples=600)
+        )
         runs[factor, 35.0] = data
         moved = _along(data, 30.0)
         drift = np.ptp(moved[data.time.values > 1.0])
@@ -126,7 +98,7 @@ def incline(short: bool) -> Outcome:
 
 def _elastic_settlement(friction_angle: float, stiffness: float) -> float:
     """Bound on the settlement down the slope: weight over shear springs, and the sheared block."""
-    weight = ROCK["density"] * 0.5 * GRAVITY * np.sin(np.radians(30.0))
+    weight = ROCK["density"] * 0.5 * nml.GRAVITY * np.sin(np.radians(30.0))
     shear_modulus = 0.5 * ROCK["young_modulus"] / (1 + ROCK["poisson_ratio"])
     return 2.0 * weight * (2.5 / (2 * stiffness) + 0.5 / shear_modulus)
 
@@ -135,12 +107,12 @@ def _incline_tables(young: float) -> list[Table]:
     expected = _free_slip(20.0, 30.0, 1.0)
     factors = (0.04, 0.2, 1, 5, 50, 300)
     by_penalty = [
-        abs(_along(history(_incline(20.0, f * young, 1e-3, 1.0)), 30.0)[-1] / expected - 1)
+        abs(_along(nml.history(_incline(20.0, f * young, 1e-3, 1.0)), 30.0)[-1] / expected - 1)
         for f in factors
     ]
     steps = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 1e-4)
     by_step = [
-        abs(_along(history(_incline(20.0, young, dt, 1.0)), 30.0)[-1] / expected - 1)
+        abs(_along(nml.history(_incline(20.0, young, dt, 1.0)), 30.0)[-1] / expected - 1)
         for dt in steps
     ]
     return [
@@ -162,24 +134,24 @@ def _incline_tables(young: float) -> list[Table]:
 
 
 def _incline_figure(runs, tables):
-    figure, (left, right) = canvas()
-    for color, friction in zip(COLORS, (0.0, 10.0, 20.0), strict=False):
+    figure, (left, right) = style.canvas()
+    for color, friction in zip(style.COLORS, (0.0, 10.0, 20.0), strict=False):
         data = runs[1, friction]
-        left.plot(data.time, _free_slip(friction, 30.0, data.time), color=INK, lw=1)
+        left.plot(data.time, _free_slip(friction, 30.0, data.time), color=style.INK, lw=1)
         slip = _along(data, 30.0)[::10]
         left.plot(data.time[::10], slip, "o", ms=4, color=color, label=f"φ {friction:g}°")
-    left.plot([], [], color=INK, lw=1, label="formula")
+    left.plot([], [], color=style.INK, lw=1, label="formula")
     left.set(xlabel="time (s)", ylabel="slip (m)", title="Slip on 30°, penalty E, Δt 1 ms")
     left.legend(frameon=False)
     if tables:
         factors, errors = zip(*tables[0].rows, strict=True)
-        right.loglog(factors, errors, "o-", color=BLUE, label="φ 20°, Δt 1 ms")
-        right.axhline(1e-6, color=RED, lw=1, ls="--", label="allowed")
+        right.loglog(factors, errors, "o-", color=style.BLUE, label="φ 20°, Δt 1 ms")
+        right.axhline(1e-6, color=style.RED, lw=1, ls="--", label="allowed")
         right.set(
             xlabel="penalty / E", ylabel="relative error", title="Error of the slip after 1 s"
         )
     else:
-        for factor, color in ((1, BLUE), (50, ORANGE)):
+        for factor, color in ((1, style.BLUE), (50, style.ORANGE)):
             data = runs[factor, 35.0]
             right.plot(data.time, 1e6 * _along(data, 30.0), color=color, label=f"{factor} E")
         right.set(xlabel="time (s)", ylabel="displacement (µm)", title="φ 35°: it sticks")
@@ -214,8 +186,8 @@ def rigid_slide(time, base, slope: float, friction_angle: float) -> tuple[np.nda
     passes zero and the driving force is within the friction.
     """
     angle, mu = np.radians(slope), np.tan(np.radians(friction_angle))
-    push = GRAVITY * np.sin(angle) - base * np.cos(angle)
-    bound = mu * (GRAVITY * np.cos(angle) + base * np.sin(angle))
+    push = nml.GRAVITY * np.sin(angle) - base * np.cos(angle)
+    bound = mu * (nml.GRAVITY * np.cos(angle) + base * np.sin(angle))
     push, bound = 0.5 * (push[1:] + push[:-1]), 0.5 * (bound[1:] + bound[:-1])
     step = time[1] - time[0]
     slip, velocity = np.zeros(len(time)), np.zeros(len(time))
@@ -295,7 +267,7 @@ def newmark(short: bool) -> Outcome:
             np.abs(got - np.interp(data.time, fine, slip)).max() / slip[-1],
             5e-3,
         ),
-        at_most("audit", residual(data), 1e-6),
+        at_most("audit", nml.residual(data), 1e-6),
     ]
     tables = []
     if not short:
@@ -317,7 +289,7 @@ def newmark(short: bool) -> Outcome:
 
 def _newmark_run(time_step, duration, slope, friction, scale, stiffness=ROCK["young_modulus"]):
     """History and slip (m) of the engine; the record acts in the frame of the base."""
-    shaking = group(
+    shaking = nml.group(
         "motion",
         name="record",
         file=str(record_file()),
@@ -330,23 +302,25 @@ def _newmark_run(time_step, duration, slope, friction, scale, stiffness=ROCK["yo
     text = _incline(
         friction, stiffness, time_step, duration, slope, 2000, shaking, base_motion_x="record"
     )
-    data = history(text)
+    data = nml.history(text)
     return data, _along(data, slope)
 
 
 def _newmark_figure(fine, base, slip, velocity, data, got, slope, friction):
-    figure, (top, middle, below) = canvas(1, 3, size=(9, 7), sharex=True)
-    top.plot(fine[::10], -base[::10] / GRAVITY, color="0.45", lw=0.6)
+    figure, (top, middle, below) = style.canvas(1, 3, size=(9, 7), sharex=True)
+    top.plot(fine[::10], -base[::10] / nml.GRAVITY, color="0.45", lw=0.6)
     limit = np.tan(np.radians(friction - slope))
-    top.axhline(limit, color=RED, lw=1, ls="--", label=f"yield {limit:.3f} g")
+    top.axhline(limit, color=style.RED, lw=1, ls="--", label=f"yield {limit:.3f} g")
     top.set(ylabel="downslope push k (–)", title="Loma Prieta 1989, APEEL array 2, doubled")
     along = np.array([np.cos(np.radians(slope)), -np.sin(np.radians(slope))])
     speed = data.velocity.sel(point="centre").values @ along
-    middle.plot(fine[::10], velocity[::10], color=INK, lw=2.2, alpha=0.35, label="rigid block")
-    middle.plot(data.time, speed, color=BLUE, lw=0.8, label="engine")
+    middle.plot(
+        fine[::10], velocity[::10], color=style.INK, lw=2.2, alpha=0.35, label="rigid block"
+    )
+    middle.plot(data.time, speed, color=style.BLUE, lw=0.8, label="engine")
     middle.set(ylabel="slip velocity (m/s)")
-    below.plot(fine[::10], slip[::10], color=INK, lw=2.2, alpha=0.35, label="rigid block")
-    below.plot(data.time, got, color=BLUE, lw=1, label="engine")
+    below.plot(fine[::10], slip[::10], color=style.INK, lw=2.2, alpha=0.35, label="rigid block")
+    below.plot(data.time, got, color=style.BLUE, lw=1, label="engine")
     below.set(xlabel="time (s)", ylabel="slip (m)")
     for axes in (top, middle, below):
         axes.legend(frameon=False)
@@ -366,7 +340,7 @@ def _newmark_figure(fine, base, slip, velocity, data, got, slope, friction):
 )
 def shaking_base(short: bool) -> Outcome:
     """Relative displacement against the integrated rigid block."""
-    amplitude, friction, duration = 0.4 * GRAVITY, 10.0, 4.0
+    amplitude, friction, duration = 0.4 * nml.GRAVITY, 10.0, 4.0
     steps = (2.5e-4,) if short else (1e-3, 5e-4, 2.5e-4)
     time = np.arange(0.0, duration + 5e-4, 1e-3)
     shaking = amplitude * np.sin(2 * np.pi * time)
@@ -382,7 +356,7 @@ def shaking_base(short: bool) -> Outcome:
     rows = [
         at_most("largest error of the slip over its peak, Δt 0.25 ms, 50 E", errors[-1], 5e-3),
         relative("slip at the end", slip[-1], _relative_slip(data)[-1], 5e-3, "m"),
-        at_most("audit", residual(data), 1e-6),
+        at_most("audit", nml.residual(data), 1e-6),
     ]
     tables = []
     if not short:
@@ -399,22 +373,20 @@ def shaking_base(short: bool) -> Outcome:
 
 def _shaken(time_step: float, duration: float, friction: float, shaking):
     """Run a block of 1 m x 0.5 m on a base with the acceleration `shaking` every 1 ms."""
-    rider = rectangle(-0.5, 0.0, 1.0, 0.5)
-    text = "".join(
-        (
-            control(time_step, round(duration / time_step)),
-            contact(50 * ROCK["young_modulus"]),
-            material("base", 2643.0, STIFF),
-            material("rock", **ROCK),
-            joint("plane", friction),
-            motion("shaking", shaking, 1e-3),
-            held("base", rectangle(-6, -1, 12, 1), "base", motion_x="shaking"),
-            block("block", rider, "rock"),
-            measured("centre", rider.mean(axis=0), "block"),
-            measured("base", (0.0, -0.5), "base"),
-        )
+    rider = nml.rectangle(-0.5, 0.0, 1.0, 0.5)
+    text = nml.text(
+        nml.control(time_step, round(duration / time_step)),
+        nml.contact(50 * ROCK["young_modulus"]),
+        nml.material("base", 2643.0, nml.STIFF),
+        nml.material("rock", **ROCK),
+        nml.joint("plane", friction),
+        nml.motion("shaking", shaking, 1e-3),
+        nml.held("base", nml.rectangle(-6, -1, 12, 1), "base", motion_x="shaking"),
+        nml.block("block", rider, "rock"),
+        nml.measured("centre", rider.mean(axis=0), "block"),
+        nml.measured("base", (0.0, -0.5), "base"),
     )
-    return history(text)
+    return nml.history(text)
 
 
 def _relative_slip(data) -> np.ndarray:
@@ -423,13 +395,13 @@ def _relative_slip(data) -> np.ndarray:
 
 
 def _shaking_figure(data, fine, base, slip, friction):
-    figure, (left, right) = canvas()
+    figure, (left, right) = style.canvas()
     v = data.velocity.isel(axis=0)
     left.plot(data.time, v.sel(point="base"), color="0.6", label="base")
-    left.plot(data.time, v.sel(point="centre"), color=BLUE, label="block")
+    left.plot(data.time, v.sel(point="centre"), color=style.BLUE, label="block")
     left.set(xlabel="time (s)", ylabel="velocity (m/s)", title="0.4 g sin(2πt), μ = tan 10°")
-    right.plot(fine, slip, color=INK, lw=3, alpha=0.3, label="rigid block")
-    right.plot(data.time, _relative_slip(data), color=BLUE, lw=1.2, label="engine")
+    right.plot(fine, slip, color=style.INK, lw=3, alpha=0.3, label="rigid block")
+    right.plot(data.time, _relative_slip(data), color=style.BLUE, lw=1.2, label="engine")
     right.set(xlabel="time (s)", ylabel="slip (m)", title="Slip relative to the base")
     for axes in (left, right):
         axes.legend(frameon=False)
@@ -453,7 +425,7 @@ def tilt(short: bool) -> Outcome:
     text = _tilting_table(rate, duration, 1e-3)
     slide_at = topple_at = 0.0
     frames, times = {}, np.linspace(0, duration, 4)
-    with simulation(text) as table:
+    with nml.simulation(text) as table:
         owner = np.repeat(np.arange(3), [len(p) for p in table.polygons])
         for _ in range(round(duration / 1e-3)):
             table.advance()
@@ -488,16 +460,16 @@ def _states(contacts, owner) -> dict[int, list[int]]:
 
 def _tilting_table(rate: float, duration: float, time_step: float) -> str:
     """A table whose corners follow a rotation by `rate` (rad/s, falling towards +x)."""
-    table = rectangle(0.0, -0.5, 6.0, 0.5)
+    table = nml.rectangle(0.0, -0.5, 6.0, 0.5)
     time = np.arange(0.0, duration + 0.02, 0.01)
     angle = -rate * time
     points, motions = "", ""
     for i, (x, y) in enumerate(table - table[0]):
         dx = x * (np.cos(angle) - 1) - y * np.sin(angle)
         dy = x * np.sin(angle) + y * (np.cos(angle) - 1)
-        motions += motion(f"x{i}", dx, 0.01, "displacement")
-        motions += motion(f"y{i}", dy, 0.01, "displacement")
-        points += group(
+        motions += nml.motion(f"x{i}", dx, 0.01, "displacement")
+        motions += nml.motion(f"y{i}", dy, 0.01, "displacement")
+        points += nml.group(
             "fixed_point",
             x=table[i, 0],
             y=table[i, 1],
@@ -505,29 +477,27 @@ def _tilting_table(rate: float, duration: float, time_step: float) -> str:
             motion_x=f"x{i}",
             motion_y=f"y{i}",
         )
-    return "".join(
-        (
-            control(time_step, round(duration / time_step)),
-            contact(50 * ROCK["young_modulus"]),
-            material("base", 2643.0, STIFF),
-            material("rock", **ROCK),
-            joint("rough", 40.0),
-            joint("smooth", 15.0),
-            motions,
-            block("table", table, "base", "rough"),
-            block("slider", rectangle(1.0, 0.0, 1.0, 0.5), "rock", "smooth"),
-            block("tower", rectangle(4.0, 0.0, 0.6, 2.0), "rock", "rough"),
-            points,
-        )
+    return nml.text(
+        nml.control(time_step, round(duration / time_step)),
+        nml.contact(50 * ROCK["young_modulus"]),
+        nml.material("base", 2643.0, nml.STIFF),
+        nml.material("rock", **ROCK),
+        nml.joint("rough", 40.0),
+        nml.joint("smooth", 15.0),
+        motions,
+        nml.block("table", table, "base", "rough"),
+        nml.block("slider", nml.rectangle(1.0, 0.0, 1.0, 0.5), "rock", "smooth"),
+        nml.block("tower", nml.rectangle(4.0, 0.0, 0.6, 2.0), "rock", "rough"),
+        points,
     )
 
 
 def _tilt_figure(frames, rate):
-    figure, axes = canvas(len(frames), size=(12, 3.4), sharex=True, sharey=True)
+    figure, axes = style.canvas(len(frames), size=(12, 3.4), sharex=True, sharey=True)
     for one, (time, polygons) in zip(axes, frames, strict=True):
-        draw_blocks(one, polygons, [GROUND, COLORS[0], STONE])
+        style.draw_blocks(one, polygons, [style.GROUND, style.COLORS[0], style.STONE])
         one.set_title(f"{np.degrees(rate * time):.1f}°")
-        bare(one)
+        style.bare(one)
     return figure
 
 
@@ -547,20 +517,18 @@ def many_blocks(short: bool) -> Outcome:
     count = 20
     friction = 24.0 - np.arange(count)  # from the top down
     angle = -np.radians(30.0)
-    shapes = [turned(rectangle(0.5 * i, 0.0, 0.5, 0.3), angle) for i in range(count)]
-    text = "".join(
-        (
-            control(1e-3, 1000),
-            contact(50 * ROCK["young_modulus"]),
-            material("base", 2643.0, STIFF),
-            material("rock", **{**ROCK, "poisson_ratio": 0.0}),
-            joint("plane", 60.0),
-            *(joint(f"j{i}", phi) for i, phi in enumerate(friction)),
-            held("wedge", turned(rectangle(-1, -1, 16, 1), angle), "base", "plane"),
-            *(block(f"b{i}", s, "rock", f"j{i}") for i, s in enumerate(shapes)),
-        )
+    shapes = [nml.turned(nml.rectangle(0.5 * i, 0.0, 0.5, 0.3), angle) for i in range(count)]
+    text = nml.text(
+        nml.control(1e-3, 1000),
+        nml.contact(50 * ROCK["young_modulus"]),
+        nml.material("base", 2643.0, nml.STIFF),
+        nml.material("rock", **{**ROCK, "poisson_ratio": 0.0}),
+        nml.joint("plane", 60.0),
+        *(nml.joint(f"j{i}", phi) for i, phi in enumerate(friction)),
+        nml.held("wedge", nml.turned(nml.rectangle(-1, -1, 16, 1), angle), "base", "plane"),
+        *(nml.block(f"b{i}", s, "rock", f"j{i}") for i, s in enumerate(shapes)),
     )
-    with simulation(text) as slide:
+    with nml.simulation(text) as slide:
         start, first = slide.coordinates[1:, :2], slide.polygons
         while not slide.advance(100):
             pass
@@ -582,13 +550,13 @@ def many_blocks(short: bool) -> Outcome:
 
 
 def _many_figure(first, last, friction, expected, got):
-    figure, (left, right) = canvas(width_ratios=[3, 2])
-    draw_blocks(left, first[1:], "none", edge="0.6")
-    draw_blocks(left, last, [GROUND, *([STONE] * (len(last) - 1))])
+    figure, (left, right) = style.canvas(width_ratios=[3, 2])
+    style.draw_blocks(left, first[1:], "none", edge="0.6")
+    style.draw_blocks(left, last, [style.GROUND, *([style.STONE] * (len(last) - 1))])
     left.set_title("after 1 s; outlines: at the start")
-    bare(left)
-    right.plot(friction, expected, color=INK, lw=1, label="formula")
-    right.plot(friction, got, "o", ms=4, color=BLUE, label="engine")
+    style.bare(left)
+    right.plot(friction, expected, color=style.INK, lw=1, label="formula")
+    right.plot(friction, got, "o", ms=4, color=style.BLUE, label="engine")
     right.set(xlabel="friction angle (°)", ylabel="slip after 1 s (m)")
     right.legend(frameon=False)
     return figure

@@ -7,20 +7,8 @@ import numpy as np
 from scipy.optimize import linprog
 
 from ..report.style import BLUE, GROUND, RED, STONE, bare, canvas, draw_blocks
+from . import model as nml
 from .case import Outcome, Table, at_most, case, relative, true
-from .model import (
-    GRAVITY,
-    STIFF,
-    block,
-    contact,
-    control,
-    held,
-    joint,
-    material,
-    rectangle,
-    simulation,
-    turned,
-)
 
 DENSITY = 2500.0  # kg/m³
 
@@ -149,18 +137,16 @@ def _load_arch(count: int, thickness: float, time_step: float = 2e-3, duration: 
     shapes = voussoirs(count, thickness)
     springing = RADIUS + 0.5 * thickness + 0.5
     ground = np.array([[-springing, -1], [springing, -1], [springing, 0], [-springing, 0]])
-    text = "".join(
-        (
-            control(time_step, round(duration / time_step)),
-            contact(1e13),
-            material("stone", DENSITY, STIFF),
-            joint("rough", ARCH_FRICTION),
-            held("ground", ground),
-            *(block(f"v{i}", shape) for i, shape in enumerate(shapes)),
-        )
+    text = nml.text(
+        nml.control(time_step, round(duration / time_step)),
+        nml.contact(1e13),
+        nml.material("stone", DENSITY, nml.STIFF),
+        nml.joint("rough", ARCH_FRICTION),
+        nml.held("ground", ground),
+        *(nml.block(f"v{i}", shape) for i, shape in enumerate(shapes)),
     )
     crown, time, sink = count // 2 + 1, [], []
-    with simulation(text) as opened:
+    with nml.simulation(text) as opened:
         start = opened.coordinates[crown, 1]
         while not opened.done:
             opened.advance(10)
@@ -169,7 +155,7 @@ def _load_arch(count: int, thickness: float, time_step: float = 2e-3, duration: 
             if sink[-1] > thickness:
                 break
         energies, polygons = opened.energies, opened.polygons
-    weight = DENSITY * GRAVITY * np.pi * RADIUS * thickness
+    weight = DENSITY * nml.GRAVITY * np.pi * RADIUS * thickness
     return {
         "fell": sink[-1] > thickness,
         "kinetic": energies["kinetic"] / (weight * RADIUS),
@@ -214,7 +200,7 @@ def goodman_bray(friction: float) -> float:
     passed = 0.0
     for n in reversed(range(len(HEIGHTS))):
         y = HEIGHTS[n]
-        weight = DENSITY * GRAVITY * COLUMN * y
+        weight = DENSITY * nml.GRAVITY * COLUMN * y
         high = y if n < CREST else y - FALL
         low = y - FALL if n <= CREST else y
         slide = passed - weight * (mu * np.cos(psi) - np.sin(psi)) / (1 - mu**2)
@@ -230,7 +216,7 @@ def _columns() -> tuple[list[np.ndarray], np.ndarray]:
     """The sixteen columns and the stepped ground, turned by the dip."""
     turn = np.radians(DIP)
     shapes = [
-        rectangle(n * COLUMN + GAP, n * STEP, COLUMN - 2 * GAP, height)
+        nml.rectangle(n * COLUMN + GAP, n * STEP, COLUMN - 2 * GAP, height)
         for n, height in enumerate(HEIGHTS)
     ]
     count = len(HEIGHTS)
@@ -239,22 +225,22 @@ def _columns() -> tuple[list[np.ndarray], np.ndarray]:
     for n in reversed(range(count)):
         stairs += [((n + 1) * COLUMN, (n + 1) * STEP), ((n + 1) * COLUMN, n * STEP)]
     stairs.append((-60.0, 0.0))
-    return [turned(shape, turn) for shape in shapes], turned(stairs, turn)
+    return [nml.turned(shape, turn) for shape in shapes], nml.turned(stairs, turn)
 
 
 def _slope_stands(friction: float) -> bool:
     """Limit analysis of the columns: bases and touching sides."""
     turn = np.radians(DIP)
     shapes, _ = _columns()
-    up, down = turned([[0, 1], [-1, 0]], turn)
+    up, down = nml.turned([[0, 1], [-1, 0]], turn)
     joints = []
     for n, height in enumerate(HEIGHTS):
-        base = turned([[n * COLUMN, n * STEP], [(n + 1) * COLUMN, n * STEP]], turn)
+        base = nml.turned([[n * COLUMN, n * STEP], [(n + 1) * COLUMN, n * STEP]], turn)
         joints.append((n, -1, base, up))
         if n + 1 < len(HEIGHTS):
             top = min(n * STEP + height, (n + 1) * STEP + HEIGHTS[n + 1])
             side = np.array([[(n + 1) * COLUMN, (n + 1) * STEP], [(n + 1) * COLUMN, top]])
-            joints.append((n, n + 1, turned(side, turn), down))
+            joints.append((n, n + 1, nml.turned(side, turn), down))
     return stands(shapes, joints, np.tan(np.radians(friction)))
 
 
@@ -302,17 +288,15 @@ def toppling(short: bool) -> Outcome:
 def _load_slope(friction: float, time_step: float = 2e-3, duration: float = 10.0) -> dict:
     """Put gravity on the slope; it fell if a column moved by more than 1 m."""
     shapes, ground = _columns()
-    text = "".join(
-        (
-            control(time_step, round(duration / time_step)),
-            contact(1e12),
-            material("rock", DENSITY, 1e14),
-            joint("joint", friction),
-            held("ground", ground, points=[ground[0], ground[1], ground[2], ground[-1]]),
-            *(block(f"c{n}", shape) for n, shape in enumerate(shapes)),
-        )
+    text = nml.text(
+        nml.control(time_step, round(duration / time_step)),
+        nml.contact(1e12),
+        nml.material("rock", DENSITY, 1e14),
+        nml.joint("joint", friction),
+        nml.held("ground", ground, points=[ground[0], ground[1], ground[2], ground[-1]]),
+        *(nml.block(f"c{n}", shape) for n, shape in enumerate(shapes)),
     )
-    with simulation(text) as slope:
+    with nml.simulation(text) as slope:
         start, moved = slope.coordinates[1:, :2], 0.0
         while not slope.done and moved < 2.0:
             slope.advance(25)

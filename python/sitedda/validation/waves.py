@@ -7,22 +7,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from ..report.style import BLUE, COLORS, GREEN, ORANGE, RED, STONE, canvas, draw_blocks
+from . import model as nml
 from .case import Outcome, Table, absolute, at_most, case, observed_order, relative
-from .model import (
-    STIFF,
-    block,
-    contact,
-    control,
-    group,
-    held,
-    history,
-    joint,
-    material,
-    measured,
-    motion,
-    rectangle,
-    residual,
-)
 
 DENSITY, YOUNG = 2500.0, 5e9  # kg/m³, Pa
 SHEAR = 0.5 * YOUNG  # Pa, ν = 0
@@ -106,48 +92,44 @@ def _glued(omega_dt: float, integration: str) -> np.ndarray:
     """
     omega = 100.0
     mass, speed = DENSITY, 1e-3
-    text = "".join(
-        (
-            control(
-                omega_dt / omega,
-                60,
-                gravity=(0, 0),
-                max_displacement_ratio=1.0,
-                integration=integration,
-            ),
-            contact(0.25 * mass * omega**2),
-            material("up", DENSITY, STIFF, velocity=(0, speed, 0)),
-            material("down", DENSITY, STIFF, velocity=(0, -speed, 0)),
-            joint("glued", 45.0, **GLUE),
-            block("upper", rectangle(0, 0, 1, 1), "up"),
-            block("lower", rectangle(0, -1, 1, 1), "down"),
-            measured("centre", (0.5, 0.5)),
-        )
+    text = nml.text(
+        nml.control(
+            omega_dt / omega,
+            60,
+            gravity=(0, 0),
+            max_displacement_ratio=1.0,
+            integration=integration,
+        ),
+        nml.contact(0.25 * mass * omega**2),
+        nml.material("up", DENSITY, nml.STIFF, velocity=(0, speed, 0)),
+        nml.material("down", DENSITY, nml.STIFF, velocity=(0, -speed, 0)),
+        nml.joint("glued", 45.0, **GLUE),
+        nml.block("upper", nml.rectangle(0, 0, 1, 1), "up"),
+        nml.block("lower", nml.rectangle(0, -1, 1, 1), "down"),
+        nml.measured("centre", (0.5, 0.5)),
     )
-    return history(text).displacement.values[:, 0, 1]
+    return nml.history(text).displacement.values[:, 0, 1]
 
 
 def _supported(omega_dt: float, integration: str) -> np.ndarray:
     """Displacement (m) of a rigid 1 m x 1 m block held by one fixed point at its centre."""
     omega = 100.0
     stiffness = DENSITY * omega**2
-    text = "".join(
-        (
-            control(
-                omega_dt / omega,
-                60,
-                gravity=(0, 0),
-                max_displacement_ratio=1.0,
-                integration=integration,
-            ),
-            contact(stiffness / 100, fixed_point_ratio=100.0),
-            material("stiff", DENSITY, STIFF, velocity=(1e-3, 0, 0)),
-            joint("j", 30),
-            held("block", rectangle(-0.5, -0.5, 1, 1), points=[(0.0, 0.0)]),
-            measured("centre", (0, 0)),
-        )
+    text = nml.text(
+        nml.control(
+            omega_dt / omega,
+            60,
+            gravity=(0, 0),
+            max_displacement_ratio=1.0,
+            integration=integration,
+        ),
+        nml.contact(stiffness / 100, fixed_point_ratio=100.0),
+        nml.material("stiff", DENSITY, nml.STIFF, velocity=(1e-3, 0, 0)),
+        nml.joint("j", 30),
+        nml.held("block", nml.rectangle(-0.5, -0.5, 1, 1), points=[(0.0, 0.0)]),
+        nml.measured("centre", (0, 0)),
     )
-    return history(text).displacement.values[:, 0, 0]
+    return nml.history(text).displacement.values[:, 0, 0]
 
 
 def _damping_ratio(trace: float, determinant: float) -> float:
@@ -187,7 +169,7 @@ def bars(short: bool) -> Outcome:
                 )
                 free = np.sqrt((YOUNG if wave == "P" else SHEAR) / DENSITY)
                 rows.append(relative(f"{wave} wave, rigid joints (shown)", free, got, None, "m/s"))
-                rows.append(at_most(f"audit, {wave} wave", residual(data), 1e-6))
+                rows.append(at_most(f"audit, {wave} wave", nml.residual(data), 1e-6))
         if not short:
             orders = observed_order([1 / length for length in lengths], errors)
             tables.append(
@@ -223,13 +205,13 @@ def _column(count: int, joints: list[str], materials: list[str], moved: str, upr
     """
     text = []
     for i in range(count):
-        text.append(block(f"b{i}", rectangle(0, i, 1, 1), materials[i], joints[i]))
+        text.append(nml.block(f"b{i}", nml.rectangle(0, i, 1, 1), materials[i], joints[i]))
         if i == 0:
             follow = {f"motion_{moved}": "wave"}
-            text += [group("fixed_point", x=x, y=0.5, block="b0", **follow) for x in (0.0, 1.0)]
+            text += [nml.group("fixed_point", x=x, y=0.5, block="b0", **follow) for x in (0.0, 1.0)]
         elif upright:
             text += [
-                group("fixed_point", x=x, y=i + 0.5, block=f"b{i}", direction="y")
+                nml.group("fixed_point", x=x, y=i + 0.5, block=f"b{i}", direction="y")
                 for x in (0.0, 1.0)
             ]
     return "".join(text)
@@ -243,21 +225,19 @@ def _timed_pulse(wave: str, length: float, speed: float):
     duration = (90 + 2 * length) / speed
     samples = np.arange(0.0, duration, sigma / 20)
     pulse = 1e-6 * np.exp(-0.5 * ((samples - 5 * sigma) / sigma) ** 2)
-    text = "".join(
-        (
-            control(step, round(duration / step), gravity=(0, 0)),
-            contact(PENALTY),
-            material("rock", DENSITY, YOUNG),
-            joint("glued", 45.0, **GLUE),
-            motion("wave", pulse, sigma / 20, "displacement"),
-            _column(
-                count, ["glued"] * count, ["rock"] * count, "y" if wave == "P" else "x", wave == "S"
-            ),
-            measured("near", (0.5, 10.5)),
-            measured("far", (0.5, 70.5)),
-        )
+    text = nml.text(
+        nml.control(step, round(duration / step), gravity=(0, 0)),
+        nml.contact(PENALTY),
+        nml.material("rock", DENSITY, YOUNG),
+        nml.joint("glued", 45.0, **GLUE),
+        nml.motion("wave", pulse, sigma / 20, "displacement"),
+        _column(
+            count, ["glued"] * count, ["rock"] * count, "y" if wave == "P" else "x", wave == "S"
+        ),
+        nml.measured("near", (0.5, 10.5)),
+        nml.measured("far", (0.5, 70.5)),
     )
-    data = history(text)
+    data = nml.history(text)
     u = data.displacement.isel(axis=0 if wave == "S" else 1)
     lag = _lag(u.sel(point="near").values, u.sel(point="far").values)
     return data, 60.0 / (lag * step)
@@ -295,7 +275,7 @@ def cantilever(short: bool) -> Outcome:
             rows = [
                 relative("first frequency, 10 blocks, chain of joints", theory, found, 2e-3, "Hz"),
                 relative("the same against the continuous beam (shown)", beam, found, None, "Hz"),
-                at_most("audit", residual(data), 1e-6),
+                at_most("audit", nml.residual(data), 1e-6),
             ]
             kept = shape, data
         lines.append((count, found, theory, beam, abs(found / beam - 1)))
@@ -313,8 +293,8 @@ def cantilever(short: bool) -> Outcome:
     )
     figure, (left, right) = canvas(width_ratios=[2, 3])
     shape, data = kept
-    bent = [rectangle(i, -0.5, 1, 1) + [0, 2.5 * shape[3 * i + 1]] for i in range(10)]
-    draw_blocks(left, [rectangle(-1, -0.5, 1, 1)], "0.7")
+    bent = [nml.rectangle(i, -0.5, 1, 1) + [0, 2.5 * shape[3 * i + 1]] for i in range(10)]
+    draw_blocks(left, [nml.rectangle(-1, -0.5, 1, 1)], "0.7")
     draw_blocks(left, bent, STONE)
     left.set_title("first mode (offsets of the blocks)", fontsize=10)
     tip = data.displacement.sel(point="tip").isel(axis=1)
@@ -358,17 +338,17 @@ def _swing(count: int):
     step = 1 / theory / 400
     velocities = 1e-4 * shape.reshape(count, 3)
     text = [
-        control(step, cycles * 400, gravity=(0, 0)),
-        contact(_joint_spring(count), fixed_point_ratio=1e4),
-        material("wall", DENSITY, STIFF),
-        joint("glued", 45.0, **GLUE),
-        held("wall", rectangle(-h, -0.5, h, 1), "wall"),
-        measured("tip", (10.0, 0.0), f"b{count - 1}"),
+        nml.control(step, cycles * 400, gravity=(0, 0)),
+        nml.contact(_joint_spring(count), fixed_point_ratio=1e4),
+        nml.material("wall", DENSITY, nml.STIFF),
+        nml.joint("glued", 45.0, **GLUE),
+        nml.held("wall", nml.rectangle(-h, -0.5, h, 1), "wall"),
+        nml.measured("tip", (10.0, 0.0), f"b{count - 1}"),
     ]
     for i, velocity in enumerate(velocities):
-        text.append(material(f"m{i}", DENSITY, STIFF, velocity=velocity))
-        text.append(block(f"b{i}", rectangle(i * h, -0.5, h, 1), f"m{i}"))
-    data = history("".join(text))
+        text.append(nml.material(f"m{i}", DENSITY, nml.STIFF, velocity=velocity))
+        text.append(nml.block(f"b{i}", nml.rectangle(i * h, -0.5, h, 1), f"m{i}"))
+    data = nml.history("".join(text))
     tip = data.displacement.sel(point="tip").isel(axis=1).values
     at = np.flatnonzero(tip[1:-1] * tip[2:] < 0) + 1
     zeros = at + tip[at] / (tip[at] - tip[at + 1])
@@ -454,20 +434,18 @@ def _joint_run(ratio: float, per_wave: int):
     amplitude = ratio * strength / (DENSITY * speed) * period / (2 * np.pi)
     wave = amplitude * (1 - np.cos(2 * np.pi * time / period))
     pressures = _pressures(count, weak, stress)
-    text = "".join(
-        (
-            control(period / steps, 7 * steps, gravity=(0, 0)),
-            contact(PENALTY, fixed_point_ratio=1e4),
-            *(_stressed(f"m{i}", pressure) for i, pressure in enumerate(pressures)),
-            joint("rough", 30.0),
-            motion("wave", wave, period / 100, "displacement"),
-            _column(count, ["rough"] * count, [f"m{i}" for i in range(count)], "x", True),
-            measured("below", (0.5, weak - per_wave + 0.5)),
-            measured("above", (0.5, weak + per_wave + 0.5)),
-            group("output", history_interval=10),
-        )
+    text = nml.text(
+        nml.control(period / steps, 7 * steps, gravity=(0, 0)),
+        nml.contact(PENALTY, fixed_point_ratio=1e4),
+        *(_stressed(f"m{i}", pressure) for i, pressure in enumerate(pressures)),
+        nml.joint("rough", 30.0),
+        nml.motion("wave", wave, period / 100, "displacement"),
+        _column(count, ["rough"] * count, [f"m{i}" for i in range(count)], "x", True),
+        nml.measured("below", (0.5, weak - per_wave + 0.5)),
+        nml.measured("above", (0.5, weak + per_wave + 0.5)),
+        nml.group("output", history_interval=10),
     )
-    return history(text), strength
+    return nml.history(text), strength
 
 
 def _pressures(count: int, weak: int, stress: float) -> np.ndarray:
@@ -489,7 +467,7 @@ def _pressures(count: int, weak: int, stress: float) -> np.ndarray:
 
 
 def _stressed(name: str, pressure: float) -> str:
-    return group(
+    return nml.group(
         "material",
         name=name,
         density=DENSITY,
