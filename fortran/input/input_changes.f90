@@ -3,7 +3,8 @@
 !> 'joint[bedding].friction_angle=30', 'material.clay.density=1900', 'joint[*].cohesion=0'.
 module dda_input_changes
    use dda_errors, only: error_type, error_input, fail
-   use dda_input_catalogue, only: find_group, groups_with, variables_of
+   use dda_input_catalogue, only: find_group, groups_with, variables_of, &
+      variable_of => find_variable
    use dda_input_group, only: positions, name_length
    use dda_input_schema, only: input_groups, input_variables
    use dda_input_text, only: group_type, span_type, parse_group, split_groups, text_of
@@ -144,7 +145,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_entry_type), allocatable :: homes(:)
       character(len=2*len(input_variables%name)), allocatable :: paths(:)
-      logical, allocatable :: given(:)
+      logical, allocatable :: counts(:)
       integer :: i, g
 
       homes = input_groups(groups_with(change%name))
@@ -152,9 +153,8 @@ contains
       if (.not. all(homes%built)) homes = pack(homes, .not. homes%built .or. &
          [(any([(groups(i)%name == homes(g)%name, i=1, size(groups))]), g=1, size(homes))])
       if (any(homes%name == 'control')) homes = pack(homes, homes%name == 'control')
-      ! Of several groups those count in which the text gives the variable.
-      given = [(is_given(text, groups, homes(g)%name, change%name), g=1, size(homes))]
-      if (any(given)) homes = pack(homes, given)
+      counts = [(is_meant(text, groups, homes(g)%name, change%name), g=1, size(homes))]
+      if (any(counts)) homes = pack(homes, counts)
       if (size(homes) == 1) then
          change%group = trim(homes(1)%name)
       else if (size(homes) > 1) then
@@ -172,6 +172,18 @@ contains
             input_variables%name, ''), error)
       end if
    end subroutine find_home
+
+   !> The variable of that group does not depend on another, or the text gives that one.
+   pure logical function is_meant(text, groups, group, variable)
+      character(len=*), intent(in) :: text              !< of the input
+      type(group_type), intent(in) :: groups(:)         !< of the text
+      character(len=*), intent(in) :: group, variable   !< names
+
+      associate (own => variable_of(group, variable))
+         is_meant = own%needs == ''
+         if (.not. is_meant) is_meant = is_given(text, groups, group, trim(own%switch))
+      end associate
+   end function is_meant
 
    !> A group of that name gives the variable in the text.
    pure logical function is_given(text, groups, group, variable)
