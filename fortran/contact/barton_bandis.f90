@@ -41,8 +41,8 @@ contains
 
       law%curved = .true.
       law%max_closure = joint%max_closure
-      law%roughness = joint%roughness
-      law%wall_strength = joint%wall_strength
+      law%roughness = joint%jrc
+      law%wall_strength = joint%jcs
       law%residual_angle = joint%friction_angle
       law%reduction = joint%strength_reduction
    end function new_barton_bandis

@@ -43,7 +43,7 @@ contains
       law%weakening_slip = joint%weakening_slip
       law%brittle = joint%weakening_slip <= 0.0_wp
       law%dilation = tan(joint%dilation_angle*pi/180.0_wp)
-      law%dilation_slip = joint%dilation_slip
+      if (joint%dilation_slip > 0.0_wp) law%dilation_slip = joint%dilation_slip
       law%dilates = joint%dilation_angle > 0.0_wp
    end function new_mohr_coulomb
 

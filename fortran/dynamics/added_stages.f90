@@ -82,7 +82,7 @@ contains
          steps = simulation%step - simulation%first_step
          if (control%adaptive) steps = floor((simulation%time - simulation%first_time) &
             /control%time_step + rounding, long) + 2
-         control%steps = min(control%steps, steps)
+         control%step_count = min(control%step_count, steps)
       end associate
    end subroutine end_stage
 

@@ -245,11 +245,12 @@ contains
 
       associate (control => simulation%model%control)
          if (time_step == control%time_step) return
-         left = simulation%first_time + real(control%steps, wp)*control%time_step - simulation%time
+         left = simulation%first_time + real(control%step_count, wp)*control%time_step &
+            - simulation%time
          simulation%first_time = simulation%time
          simulation%first_step = simulation%step
          control%time_step = time_step
-         control%steps = max(0_long, ceiling(left/time_step - 1.0e-9_wp, long))
+         control%step_count = max(0_long, ceiling(left/time_step - 1.0e-9_wp, long))
          simulation%time_step = time_step
       end associate
    end subroutine set_time_step

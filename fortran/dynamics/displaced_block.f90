@@ -20,7 +20,7 @@ contains
       real(wp) :: way(2)
 
       associate (control => simulation%model%control, blocks => simulation%blocks)
-         associate (b => control%displaced_block)
+         associate (b => control%displaced)
             way = control%displaced_by*sqrt(blocks%area(b))
             blocks%position(1:2, b) = blocks%position(1:2, b) + way
             call update_geometry(blocks)

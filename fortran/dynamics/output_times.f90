@@ -51,7 +51,8 @@ contains
       if (aim%lands) simulation%time = aim%time
       simulation%time_step = max(simulation%time_step, aim%planned)
       associate (control => simulation%model%control)
-         left = simulation%first_time + real(control%steps, wp)*control%time_step - simulation%time
+         left = simulation%first_time + real(control%step_count, wp)*control%time_step &
+            - simulation%time
       end associate
       if (left > 0.0_wp) simulation%time_step = min(simulation%time_step, left)
    end subroutine reach_output

@@ -133,7 +133,7 @@ contains
             *stages(simulation%stage + 1:)%time_step)
          if (simulation%stage == 0) return
          if (.not. stages(simulation%stage)%static) end_of_run = end_of_run &
-            + real(control%steps, wp)*control%time_step
+            + real(control%step_count, wp)*control%time_step
       end associate
    end function end_of_run
 
@@ -155,10 +155,10 @@ contains
       if (done) return
       associate (control => simulation%model%control)
          if (control%adaptive) then
-            done = simulation%time - simulation%first_time >= (real(control%steps, wp) &
+            done = simulation%time - simulation%first_time >= (real(control%step_count, wp) &
                - 1.0e-9_wp)*control%time_step
          else
-            done = simulation%step - simulation%first_step >= control%steps
+            done = simulation%step - simulation%first_step >= control%step_count
          end if
       end associate
    end function stage_finished

@@ -100,7 +100,7 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
 
-      associate (b => simulation%model%control%displaced_block)
+      associate (b => simulation%model%control%displaced)
          if (b == 0) return
          if (simulation%blocks%removed(b)) then
             call fail(error, error_input, 'displaced_block of &control is block '// &
@@ -174,7 +174,7 @@ contains
       associate (stage => simulation%model%stages(s), control => simulation%model%control)
          if (stage%static) return
          control%time_step = stage%time_step
-         control%steps = stage%steps
+         control%step_count = stage%steps
          control%integration = stage%integration
          control%theta = stage%theta
          simulation%scheme = scheme_named(stage%integration, stage%theta)

@@ -341,7 +341,7 @@ contains
             return
          end if
          simulation%time = time
-         left = simulation%first_time + real(control%steps, wp)*control%time_step - time
+         left = simulation%first_time + real(control%step_count, wp)*control%time_step - time
          simulation%time_step = min(control%time_step, recover*simulation%time_step)
          if (left > 0.0_wp) simulation%time_step = min(simulation%time_step, left)
       end associate

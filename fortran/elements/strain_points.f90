@@ -111,10 +111,10 @@ contains
       with_jumps = .false.
       do m = 1, size(materials)
          moduli(:, :, m) = elasticity(materials(m), plane_strain)
-         if (.not. allocated(materials(m)%law)) cycle
-         allocate (self%slot(m)%law, source=materials(m)%law)
-         most = max(most, materials(m)%law%state_size())
-         if (materials(m)%law%limits_jumps()) with_jumps = .true.
+         if (.not. allocated(materials(m)%own_law)) cycle
+         allocate (self%slot(m)%law, source=materials(m)%own_law)
+         most = max(most, materials(m)%own_law%state_size())
+         if (materials(m)%own_law%limits_jumps()) with_jumps = .true.
       end do
       call reserve(self, blocks%n + merge(4, 2, with_jumps)*size(welds), most)
       self%point%plane_strain = plane_strain

@@ -238,7 +238,7 @@ contains
          call check_new_name(groups(own(i)), model%motions(:i)%name, error)
       end do
       if (allocated(error)) return
-      if (model%contact%normal_stiffness == 0.0_wp) model%contact%normal_stiffness = &
+      if (.not. model%contact%normal_stiffness > 0.0_wp) model%contact%normal_stiffness = &
          default_stiffness(model%materials)
    end subroutine read_substances
 
@@ -401,7 +401,7 @@ contains
       type(control_values), intent(in) :: control  !< of &control
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      if (control%displaced_block /= '') model%control%displaced_block = number_of_block( &
+      if (control%displaced_block /= '') model%control%displaced = number_of_block( &
          groups(minval(positions(groups, 'control'))), 'displaced_block', model%block_names, &
          control%displaced_block, error)
    end subroutine resolve_displaced

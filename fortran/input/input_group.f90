@@ -5,6 +5,7 @@
 module dda_input_group
    use dda_kinds, only: wp
    use dda_errors, only: error_type
+   use dda_group_values, only: name_length
    use dda_input_catalogue, only: find_variable
    use dda_input_schema, only: input_variables
    use dda_input_text, only: group_type, input_error
@@ -17,8 +18,6 @@ module dda_input_group
       value_or, name_length
    public :: take_integer, take_logical, take_name, take_names, take_numbers, take_points, &
       take_real, take_text, take_tuple
-
-   integer, parameter :: name_length = 64
 
    !> The input gives a value; before it is read it is `unset`.
    interface is_set

@@ -4,8 +4,8 @@ module dda_input_joint
    use dda_kinds, only: wp
    use dda_barton_bandis, only: closure_of_joint
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, require, is_set, value_or
-   use dda_input_groups, only: joint_values, read_values
+   use dda_input_group, only: group_type, input_error, given, require, is_set, value_or
+   use dda_input_groups, only: read_values
    use dda_input_text, only: parse_group, split_groups
    use dda_input_strength, only: reduce_solid
    use dda_joint_law, only: strength_type
@@ -24,44 +24,33 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(joint_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(joint_values) :: own
       type(law_slot_type) :: slot
 
-      call read_values(group, own, error)
-      new%name = own%name
-      new%friction_angle = own%friction_angle
-      new%law = own%law(:len(new%law))
-      call read_contacts(error, group, own, new)
+      call read_values(group, new%joint_values, error)
+      call read_contacts(error, group, new)
       if (allocated(error)) return
       call new_joint_law(slot, new, 1.0_wp, 1.0_wp)
       if (.not. allocated(slot%law)) call input_error(error, group, 'law = '// &
          quoted(trim(new%law))//' is not registered in dda_joint_laws')
-      new%cohesion = own%cohesion
-      new%tensile_strength = own%tensile_strength
-      if (new%law /= 'barton_bandis') new%residual_friction_angle = &
-         value_or(own%residual_friction_angle, own%friction_angle)
-      if (new%law == 'mohr_coulomb') call read_residual(error, group, own, new)
-      if (new%law == 'mohr_coulomb') call read_slip(error, group, own, new)
-      if (new%law == 'barton_bandis') call read_rough(error, group, own, new)
-      if (new%law == 'plesha') call read_asperities(error, group, own, new)
-      if (new%law == 'cohesive') call read_fracture(error, group, own, new)
+      new%residual_friction_angle = value_or(new%residual_friction_angle, new%friction_angle)
+      if (new%law == 'mohr_coulomb') call read_residual(error, group, new)
+      if (new%law == 'mohr_coulomb') call read_slip(error, group, new)
+      if (new%law == 'barton_bandis') call read_rough(error, group, new)
+      if (new%law == 'plesha') call read_asperities(error, group, new)
+      if (new%law == 'cohesive') call read_fracture(error, group, new)
    end subroutine read_joint
 
    !> What contacts of a joint of any law may have.
-   subroutine read_contacts(error, group, own, new)
+   subroutine read_contacts(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
-      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its law
 
-      new%damping = own%damping
-      new%restitution = value_or(own%restitution, new%restitution)
-      if (new%law == 'cohesive') new%contact_points = 3
-      if (is_set(own%contact_points)) new%contact_points = own%contact_points
+      if (new%law == 'cohesive' .and. .not. given(group, 'contact_points')) new%contact_points = 3
       if (all(new%contact_points /= [2, 3, 5])) call input_error(error, group, &
          'contact_points = '//to_text(new%contact_points)//' must be 2, 3 or 5')
-      new%normal_stiffness = value_or(own%normal_stiffness_per_area, 0.0_wp)
-      new%shear_stiffness = value_or(own%shear_stiffness_per_area, 0.0_wp)
+      new%normal_stiffness = value_or(new%normal_stiffness_per_area, 0.0_wp)
+      new%shear_stiffness = value_or(new%shear_stiffness_per_area, 0.0_wp)
    end subroutine read_contacts
 
    !> The variables of a group &joint or &material with which all strength is divided by a factor,
@@ -92,14 +81,11 @@ contains
    end subroutine reduced_strengths
 
    !> Residual strength, which is at most the peak strength.
-   subroutine read_residual(error, group, own, new)
+   subroutine read_residual(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
-      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its peak strength
 
-      new%residual_cohesion = own%residual_cohesion
-      new%residual_tensile_strength = own%residual_tensile_strength
       call compare('friction_angle', new%residual_friction_angle, new%friction_angle)
       call compare('cohesion', new%residual_cohesion, new%cohesion)
       call compare('tensile_strength', new%residual_tensile_strength, new%tensile_strength)
@@ -118,35 +104,29 @@ contains
    end subroutine read_residual
 
    !> Weakening and dilation.
-   subroutine read_slip(error, group, own, new)
+   subroutine read_slip(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
-      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its strength
 
-      new%weakening_slip = own%weakening_slip
-      new%dilation_angle = own%dilation_angle
-      new%dilation_slip = value_or(own%dilation_slip, new%dilation_slip)
       if (new%dilation_angle > new%residual_friction_angle) call input_error(error, group, &
          'dilation_angle = '//to_text(new%dilation_angle)//' is above the residual friction '// &
          'angle, '//to_text(new%residual_friction_angle)//': slip would give energy')
-      if (is_set(own%dilation_slip) .and. new%dilation_angle <= 0.0_wp) &
+      if (is_set(new%dilation_slip) .and. new%dilation_angle <= 0.0_wp) &
          call input_error(error, group, 'dilation_slip has no meaning without a '// &
          'dilation_angle above 0')
    end subroutine read_slip
 
    !> Fracture energies and softening.
-   subroutine read_fracture(error, group, own, new)
+   subroutine read_fracture(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
-      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its strength and stiffness
 
-      call require(error, group, 'fracture_energy', [own%fracture_energy])
+      call require(error, group, 'fracture_energy', [new%fracture_energy])
       if (allocated(error)) return
-      new%fracture_energy = own%fracture_energy
-      new%shear_fracture_energy = value_or(own%shear_fracture_energy, 10*own%fracture_energy)
-      new%softening = own%softening(:len(new%softening))
+      new%shear_fracture_energy = value_or(new%shear_fracture_energy, &
+         10*new%fracture_energy)
       if (.not. min(new%cohesion, new%tensile_strength) > 0.0_wp) call input_error(error, group, &
          'a joint of law = '//quoted(trim(new%law))//' needs cohesion and tensile_strength above 0')
       if (.not. new%normal_stiffness > 0.0_wp) call input_error(error, group, &
@@ -155,16 +135,13 @@ contains
    end subroutine read_fracture
 
    !> Asperities of Plesha.
-   subroutine read_asperities(error, group, own, new)
+   subroutine read_asperities(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
-      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its friction angle
 
-      call require(error, group, 'asperity_angle', [own%asperity_angle])
+      call require(error, group, 'asperity_angle', [new%asperity_angle])
       if (allocated(error)) return
-      new%asperity_angle = own%asperity_angle
-      new%asperity_wear = own%asperity_wear
       associate (angle => new%asperity_angle, friction => new%friction_angle)
          if (angle > friction) call input_error(error, group, 'asperity_angle = '// &
             to_text(angle)//' is above friction_angle = '//to_text(friction)//': the joint '// &
@@ -180,17 +157,16 @@ contains
    end subroutine read_asperities
 
    !> Roughness, wall strength and closure of Barton and Bandis.
-   subroutine read_rough(error, group, own, new)
+   subroutine read_rough(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group    !< of the input
-      type(joint_values), intent(in) :: own    !< its values
       type(joint_type), intent(inout) :: new   !< with its stiffness
       logical :: by_closure
 
-      call require(error, group, 'jrc jcs', [own%jrc, own%jcs])
-      by_closure = new%normal_stiffness > 0.0_wp .and. is_set(own%max_closure)
-      if (is_set(own%compressive_strength)) then
-         if (new%normal_stiffness > 0.0_wp .or. is_set(own%max_closure)) call input_error(error, &
+      call require(error, group, 'jrc jcs', [new%jrc, new%jcs])
+      by_closure = new%normal_stiffness > 0.0_wp .and. is_set(new%max_closure)
+      if (is_set(new%compressive_strength)) then
+         if (new%normal_stiffness > 0.0_wp .or. is_set(new%max_closure)) call input_error(error, &
             group, 'compressive_strength gives the closure of the joint: leave it out, or '// &
             'leave out normal_stiffness_per_area and max_closure')
       else if (.not. by_closure) then
@@ -198,16 +174,12 @@ contains
             'normal_stiffness_per_area (k_ni) and max_closure (V_m), or compressive_strength')
       end if
       if (allocated(error)) return
-      new%strength_reduction = own%strength_reduction
-      new%roughness = own%jrc
-      new%wall_strength = own%jcs
-      new%max_closure = own%max_closure
       if (by_closure) return
-      call closure_of_joint(own%jrc, own%jcs, own%compressive_strength, new%normal_stiffness, &
+      call closure_of_joint(new%jrc, new%jcs, new%compressive_strength, new%normal_stiffness, &
          new%max_closure)
       if (.not. min(new%normal_stiffness, new%max_closure) > 0.0_wp) call input_error(error, &
-         group, 'jrc = '//to_text(own%jrc)//', jcs = '//to_text(own%jcs)//' and '// &
-         'compressive_strength = '//to_text(own%compressive_strength)//' are outside the '// &
+         group, 'jrc = '//to_text(new%jrc)//', jcs = '//to_text(new%jcs)//' and '// &
+         'compressive_strength = '//to_text(new%compressive_strength)//' are outside the '// &
          'range of the empirical '// &
          'formulas: they give no positive k_ni and V_m; give normal_stiffness_per_area and '// &
          'max_closure instead')

@@ -23,36 +23,28 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(material_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(material_values) :: own
 
-      call read_values(group, own, error)
-      new%name = own%name
-      new%density = own%density
-      new%initial_stress = own%initial_stress
-      new%initial_velocity = own%initial_velocity
-      call take_elasticity(error, group, own, new)
-      call take_damping(error, group, own, new%damping)
-      call check_law(group, own, new, error)
+      call read_values(group, new%material_values, error)
+      call take_elasticity(error, group, new)
+      call take_damping(error, group, new%material_values, new%damping)
+      call check_law(group, new%material_values, new, error)
    end subroutine read_material
 
    !> Young's modulus and Poisson's ratio, or the velocities of S and P waves.
-   subroutine take_elasticity(error, group, own, new)
+   subroutine take_elasticity(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(group_type), intent(in) :: group  !< of the input
-      type(material_values), intent(in) :: own  !< its values
-      type(material_type), intent(inout) :: new  !< has its density
+      type(material_type), intent(inout) :: new  !< with its values
 
-      associate (shear => own%shear_velocity, pressure => own%pressure_velocity)
+      associate (shear => new%shear_velocity, pressure => new%pressure_velocity)
          if (is_set(shear) .neqv. is_set(pressure)) call input_error(error, group, &
             'shear_velocity and pressure_velocity must be given together')
          if (.not. is_set(shear)) then
-            call require(error, group, 'young_modulus poisson_ratio', [own%young_modulus, &
-               own%poisson_ratio])
-            new%young_modulus = own%young_modulus
-            new%poisson_ratio = own%poisson_ratio
+            call require(error, group, 'young_modulus poisson_ratio', [new%young_modulus, &
+               new%poisson_ratio])
             return
          end if
-         if (any(is_set([own%young_modulus, own%poisson_ratio]))) call input_error(error, group, &
+         if (any(is_set([new%young_modulus, new%poisson_ratio]))) call input_error(error, group, &
             'give young_modulus and poisson_ratio, or shear_velocity and pressure_velocity, '// &
             'not both')
          if (pressure <= shear) call input_error(error, group, 'pressure_velocity = '// &

@@ -45,7 +45,7 @@ contains
       type(branches_type) :: branches
 
       call read_values(group, own, error)
-      if (own%law == 'mohr_coulomb') allocate (material%law, source=solid_of(own, material))
+      if (own%law == 'mohr_coulomb') allocate (material%own_law, source=solid_of(own, material))
       if (own%law /= 'hysteretic') return
       call read_soil(group, own, material, soil, error)
       if (.not. allocated(error)) call curve_of(soil, curve, error)
@@ -58,7 +58,7 @@ contains
          damping = branches%body
          damping%by_law = .true.
       end associate
-      allocate (material%law, source=new_hysteretic_law(branches))
+      allocate (material%own_law, source=new_hysteretic_law(branches))
    end subroutine set_law
 
    !> The soil that a group describes.

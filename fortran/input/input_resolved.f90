@@ -130,6 +130,8 @@ contains
       select case (name)
       case ('normal_stiffness_per_area')
          if (joint%normal_stiffness > 0.0_wp) value = number(joint%normal_stiffness)
+      case ('contact_points')
+         value = to_text(joint%contact_points)
       case ('max_closure')
          if (joint%max_closure > 0.0_wp) value = number(joint%max_closure)
       case ('residual_friction_angle')

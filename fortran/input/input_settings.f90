@@ -4,7 +4,7 @@ module dda_input_settings
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
    use dda_input_group, only: group_type, input_error, given, require, value_or, is_set
-   use dda_input_groups, only: contact_values, control_values, output_values, read_values
+   use dda_input_groups, only: control_values, output_values, read_values
    use dda_input_integration, only: set_integration
    use dda_settings, only: control_type, contact_settings_type, output_settings_type
    use dda_stage, only: stage_type
@@ -28,19 +28,13 @@ contains
       if (.not. staged) call count_steps(error, group, own%time_step, own%duration, own%steps)
       if (staged) call refuse_steps(error, group, own)
       if (allocated(error)) return
-      settings%time_step = own%time_step
+      settings%control_values = own
       settings%duration = value_or(own%duration, 0.0_wp)
-      settings%steps = int(value_or(own%steps, 0.0_wp), long)
+      settings%step_count = int(value_or(own%steps, 0.0_wp), long)
       settings%least_time_step = value_or(own%least_time_step, 1.0e-6_wp*own%time_step)
-      settings%dynamic_factor = own%dynamic_factor
-      settings%max_displacement_ratio = own%max_displacement_ratio
-      settings%gravity = own%gravity
-      settings%displaced_by = own%displaced_by
-      settings%settle = own%settle
       settings%adaptive = own%time_step_control == 'adaptive'
       settings%plane_strain = own%analysis == 'plane_strain'
       settings%analysis_given = given(group, 'analysis')
-      settings%solver = own%solver(:len(settings%solver))
       call set_integration(group, trim(own%integration), own%theta, own%damping_ratio, &
          own%damping_frequency, settings, error)
    end subroutine read_control
@@ -93,12 +87,9 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(contact_settings_type), intent(out) :: settings  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(contact_values) :: own
 
-      call read_values(group, own, error)
-      settings = contact_settings_type(value_or(own%normal_stiffness, 0.0_wp), own%shear_ratio, &
-         own%fixed_point_ratio, own%penetration_tolerance, own%contact_rules == 'original', &
-         own%max_iterations, own%force_tolerance)
+      call read_values(group, settings%contact_values, error)
+      settings%original_rules = settings%contact_rules == 'original'
    end subroutine read_contact
 
    !> &output: where and how often.
@@ -111,13 +102,10 @@ contains
       call read_values(group, own, error)
       call check_interval(error, group, 'history', own%history_interval, own%history_seconds)
       call check_interval(error, group, 'block', own%block_interval, own%block_seconds)
-      if (own%file /= '') settings%file = own%file
-      settings%history_interval = own%history_interval
-      settings%history_seconds = value_or(own%history_seconds, 0.0_wp)
-      settings%block_interval = own%block_interval
-      settings%block_seconds = value_or(own%block_seconds, 0.0_wp)
-      settings%checkpoint_interval = own%checkpoint_interval
-      settings%checkpoint_minutes = own%checkpoint_minutes
+      if (own%file == '') own%file = settings%file
+      own%history_seconds = value_or(own%history_seconds, 0.0_wp)
+      own%block_seconds = value_or(own%block_seconds, 0.0_wp)
+      settings%output_values = own
    end subroutine read_output
 
    !> Samples or frames are taken by steps or by seconds, not both.

@@ -61,7 +61,7 @@ contains
             stage%name = 'run'
             stage%static = .false.
             stage%time_step = control%time_step
-            stage%steps = control%steps
+            stage%steps = control%step_count
             stage%duration = control%duration
             stage%integration = control%integration
             stage%theta = control%theta
@@ -133,7 +133,7 @@ contains
       if (dynamic == 0) return
       associate (stage => model%stages(dynamic), control => model%control)
          control%time_step = stage%time_step
-         control%steps = stage%steps
+         control%step_count = stage%steps
          control%integration = stage%integration
          control%theta = stage%theta
       end associate

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> What the schema says of a group and of a variable.
 module dda_input_variable
+   use dda_group_values, only: unset
    use dda_kinds, only: wp
    implicit none
    private
    public :: group_entry_type, variable_type, above_zero, unset, usable
 
-   real(wp), parameter :: unset = -huge(1.0_wp)        !< stands for what the input does not say
    real(wp), parameter :: usable = 1.0e30_wp           !< no input number is larger
    real(wp), parameter :: above_zero = tiny(1.0_wp)    !< as `lowest`: any positive number
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is made of schema.txt: table and readers of the engine, methods of `Model`, a page of docs.
 
-python make_schema.py table|groups|python|page schema.txt OUTPUT
+python make_schema.py table|values|groups|python|page schema.txt OUTPUT
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def preset(one: Variable) -> str:
     elif re.fullmatch(r"[-+.\de]+(, [-+.\de]+)+", one.default):
         return f"[{', '.join(map(real, one.default.split(', ')))}]"
     else:
-        match = re.match(r"([-+.\de]+)(:|$)", one.default)
+        match = re.match(r"([-+.\de]+)([:;]|$)", one.default)
     if not match:
         return ""
     return match[1] if one.base in ("name", "word", "text", "integer") else real(match[1])
@@ -229,8 +229,8 @@ def reader_of(group: Group, first: int) -> str:
 """
 
 
-def groups(every: list[Group]) -> str:
-    """The module `dda_input_groups`."""
+def values(every: list[Group]) -> str:
+    """The module `dda_group_values`."""
     own = [group for group in every if not group.built]
     parts: dict[str, list[Variable]] = {}
     for variable in (v for group in own for v in group.variables if v.part):
@@ -239,16 +239,32 @@ def groups(every: list[Group]) -> str:
             parts[variable.part].append(variable)
     types = "".join(type_of(name, f"The part {name}", rows) for name, rows in parts.items())
     types += "".join(type_of(one.name, f"&{one.name}: {one.meaning}", one.variables) for one in own)
+    return f"""! Made from schema.txt by make_schema.py.
+!> The values of each group of the input, with their defaults.
+module dda_group_values
+   use dda_kinds, only: wp
+   implicit none
+
+   real(wp), parameter :: unset = -huge(1.0_wp)  !< stands for what the input does not say
+   integer, parameter :: name_length = 64        !< bytes of a name
+{types}
+end module dda_group_values
+"""
+
+
+def groups(every: list[Group]) -> str:
+    """The module `dda_input_groups`."""
+    own = [group for group in every if not group.built]
+    parts = dict.fromkeys(v.part for group in own for v in group.variables if v.part)
     firsts = accumulate((len(group.variables) for group in every), initial=1)
     readers = "".join(map(reader_of, own, firsts))
     return f"""! Made from schema.txt by make_schema.py.
-!> The values of each group of the input, with their defaults, and what reads them.
+!> What reads the values of each group of the input.
 module dda_input_groups
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, name_length, take_integer, take_logical, take_name, &
-      take_names, take_numbers, take_points, take_real, take_text, take_tuple
-   use dda_input_variable, only: unset
-   use dda_kinds, only: wp
+   use dda_group_values
+   use dda_input_group, only: group_type, take_integer, take_logical, take_name, take_names, &
+      take_numbers, take_points, take_real, take_text, take_tuple
    implicit none
    private
    public :: read_values, &
@@ -258,7 +274,7 @@ module dda_input_groups
    interface read_values
       module procedure {NEXT.join(f"read_{one.name}" for one in own)}
    end interface read_values
-{types}
+
 contains
 {readers}
 end module dda_input_groups
@@ -483,5 +499,7 @@ def section(group: Group) -> str:
 
 if __name__ == "__main__":
     what, source, target = sys.argv[1:]
-    make = {"table": table, "groups": groups, "python": python, "page": page}[what]
+    make = {"table": table, "values": values, "groups": groups, "python": python, "page": page}[
+        what
+    ]
     Path(target).write_text(make(read(Path(source))), encoding="utf-8")

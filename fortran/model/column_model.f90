@@ -31,7 +31,7 @@ contains
       column%file = model%file
       column%origin = model%origin
       column%control = model%control
-      column%control%displaced_block = 0
+      column%control%displaced = 0
       column%contact = model%contact
       column%stop = stop_settings_type()
       column%materials = model%materials

@@ -3,54 +3,26 @@
 module dda_material
    use dda_kinds, only: wp
    use dda_damping, only: damping_type
+   use dda_group_values, only: joint_values, material_values
    use dda_material_law, only: material_law_type
    implicit none
    private
    public :: material_type, joint_type, elasticity, set_velocities
 
    !> Block material: isotropic and linear elastic, or viscoelastic.
-   type :: material_type
-      character(len=64) :: name = ''
-      real(wp) :: density = 0.0_wp             !< kg/m³
-      real(wp) :: young_modulus = 0.0_wp       !< Pa
-      real(wp) :: poisson_ratio = 0.0_wp       !< –
-      real(wp) :: initial_stress(3) = 0.0_wp   !< σx, σy, τxy at the start, Pa, tension positive
-      real(wp) :: initial_velocity(3) = 0.0_wp !< u̇, v̇ (m/s), ṙ (rad/s) at the start
+   type, extends(material_values) :: material_type
       logical :: has_velocities = .false.      !< moduli from those of S and P waves
       type(damping_type) :: damping
-      class(material_law_type), allocatable :: law  !< none: linear elastic
+      class(material_law_type), allocatable :: own_law  !< none: linear elastic
    contains
       procedure :: has_law
       procedure :: yields
    end type material_type
 
    !> Joint material: its law by name, and what laws are made of (see `docs/joints.md`).
-   type :: joint_type
-      character(len=64) :: name = ''
-      real(wp) :: friction_angle = 0.0_wp   !< degrees; peak, or residual of Barton and Bandis
-      real(wp) :: cohesion = 0.0_wp         !< Pa, peak
-      real(wp) :: tensile_strength = 0.0_wp !< Pa, peak
-      character(len=16) :: law = 'coulomb'  !< one of `dda_joint_laws`
+   type, extends(joint_values) :: joint_type
       real(wp) :: normal_stiffness = 0.0_wp !< Pa/m; 0: that of the contacts, N/m
       real(wp) :: shear_stiffness = 0.0_wp  !< Pa/m; 0: from the normal stiffness
-      real(wp) :: residual_friction_angle = 0.0_wp   !< degrees
-      real(wp) :: residual_cohesion = 0.0_wp         !< Pa
-      real(wp) :: residual_tensile_strength = 0.0_wp !< Pa
-      real(wp) :: weakening_slip = 0.0_wp   !< from peak to residual strength, m; 0: at once
-      real(wp) :: dilation_angle = 0.0_wp   !< degrees
-      real(wp) :: dilation_slip = huge(1.0_wp) !< over which the joint dilates, m
-      real(wp) :: roughness = 0.0_wp        !< JRC, –
-      real(wp) :: wall_strength = 0.0_wp    !< JCS, Pa
-      real(wp) :: max_closure = 0.0_wp      !< V_m, m
-      real(wp) :: strength_reduction = 1.0_wp !< divides that of Barton and Bandis
-      real(wp) :: asperity_angle = 0.0_wp   !< of Plesha, before any wear, degrees
-      real(wp) :: asperity_wear = 0.0_wp    !< of Plesha, by the work of slip, m²/J
-      real(wp) :: fracture_energy = 0.0_wp  !< in tension, N/m
-      real(wp) :: shear_fracture_energy = 0.0_wp !< N/m
-      character(len=16) :: softening = 'linear'  !< or exponential
-      real(wp) :: restitution = -1.0_wp     !< of impacts, 0 … 1; negative: not prescribed
-      real(wp) :: damping = 0.0_wp          !< normal dashpot of a contact, N s/m per metre
-      integer :: contact_points = 2         !< of an overlap of two edges: 2, 3 or 5
    contains
       procedure :: is_plain
    end type joint_type
@@ -61,7 +33,7 @@ contains
    elemental logical function has_law(material)
       class(material_type), intent(in) :: material  !< as read
 
-      has_law = allocated(material%law)
+      has_law = allocated(material%own_law)
    end function has_law
 
    !> The law of the material bounds its stresses.
@@ -69,7 +41,7 @@ contains
       class(material_type), intent(in) :: material  !< as read
 
       yields = .false.
-      if (allocated(material%law)) yields = material%law%limits_jumps()
+      if (allocated(material%own_law)) yields = material%own_law%limits_jumps()
    end function yields
 
    !> Young's modulus and Poisson's ratio from the velocities of S and P waves in the solid.

@@ -137,7 +137,7 @@ contains
       run%simulation%time = run_duration(run%simulation%model)
       associate (last => run%simulation%model%stages(run%simulation%stage))
          run%simulation%first_time = run%simulation%time - last%steps*last%time_step
-         run%simulation%model%control%steps = last%steps
+         run%simulation%model%control%step_count = last%steps
          run%simulation%model%control%time_step = last%time_step
       end associate
    end subroutine skip_to_end

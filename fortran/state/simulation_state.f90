@@ -118,7 +118,7 @@ contains
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
-      call serialise(archive, simulation%model%control%steps)
+      call serialise(archive, simulation%model%control%step_count)
       call serialise(archive, simulation%model%control%time_step)
       call serialise(archive, simulation%time_step)
    end subroutine serialise_stepping

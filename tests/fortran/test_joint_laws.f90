@@ -33,8 +33,8 @@ contains
    pure type(joint_type) function rough() result(joint)
       joint%law = 'barton_bandis'
       joint%friction_angle = 30.0_wp
-      joint%roughness = 10.0_wp
-      joint%wall_strength = 1.0e8_wp
+      joint%jrc = 10.0_wp
+      joint%jcs = 1.0e8_wp
       call closure_of_joint(10.0_wp, 1.0e8_wp, 1.0e8_wp, joint%normal_stiffness, &
          joint%max_closure)
    end function rough

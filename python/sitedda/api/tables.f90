@@ -113,7 +113,7 @@ contains
                real(simulation%step, c_double), real(simulation%iteration%iterations, c_double), &
                simulation%model%control%gravity, simulation%model%contact%normal_stiffness, &
                real(simulation%stage, c_double), real(simulation%first_step, c_double), &
-               simulation%first_time, real(simulation%model%control%steps, c_double), &
+               simulation%first_time, real(simulation%model%control%step_count, c_double), &
                simulation%model%control%time_step])
          case ('energies')
             table = as_row(energy_values(simulation%energy))
