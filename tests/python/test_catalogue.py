@@ -31,8 +31,8 @@ def needed(variable):
 
 
 def test_every_variable_of_the_schema_is_read(root):
-    """Its value is used in a reader."""
-    files = (root / "fortran" / "input").glob("input*.f90")
+    """Its value is used, in a reader or in what a type of the model extends the values by."""
+    files = (root / "fortran").rglob("*.f90")
     words = set(re.findall(r"%(\w+)", "".join(file.read_text() for file in files)))
     published = [(v.group, v.name) for v in VARIABLES]
     assert len(published) == len(set(published))
