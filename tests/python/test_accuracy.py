@@ -18,6 +18,7 @@ from sitedda.base.numbers import number, with_bar
 from sitedda.error_bars import kept_accuracy
 from sitedda.error_bars.bars import bar_of_steps, penalty_error
 from sitedda.error_bars.horizon import _beyond, horizon
+from sitedda.error_bars.linear import is_linear
 from sitedda.error_bars.measure import _figures
 from sitedda.error_bars.variants import Facts, facts_of
 from sitedda.output import load
@@ -280,6 +281,11 @@ def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
     assert run.history.attrs["contacts_changed"] == "no"
     found = run.accuracy()
     assert found.runs == {}
+    loaded = write_input(
+        f"{file.read_text()}&traction side = 'top', normal = 1e3 /\n", "loaded.nml"
+    )
+    assert is_linear(run.history, facts_of(file, {}))
+    assert not is_linear(run.history, facts_of(loaded, {}))
     runs = sitedda.accuracy(file, names, workers=2)
     for name in names:
         one, other = found[name], runs[name]

@@ -70,7 +70,7 @@ def is_linear(history, facts: Facts) -> bool:
                                    *groups.get("boundary", [])]
              for key, value in group.items()
              if key.startswith(("motion_", "base_motion_")) and value}  # fmt: skip
-    driven = any(name in groups for name in ("load", "edge_load", "stage", "bolt", "water"))
+    driven = any(name in groups for name in ("load", "traction", "water", "bolt", "stage"))
     steady = not any(control.get("gravity", ())) or control.get("settle", False)
     return (
         history.attrs.get("contacts_changed") == "no"
