@@ -268,7 +268,7 @@ def test_a_run_that_never_closes_and_one_that_is_too_long(write_input, threads):
 
 
 def test_cases_that_fail_in_three_ways_are_named_and_the_rest_is_complete(write_input):
-    """One is refused, one does not close, one needs more memory than a worker has."""
+    """One is refused, one does not converge, one needs more memory than a worker has."""
     which = {
         "material.density": [2643.0, -1.0, 2643.0, 2643.0, 2700.0],
         "contact.max_iterations": [50, 50, 2, 50, 50],

@@ -32,10 +32,10 @@ _FIRST, _LEAST = 0.01, 0.05  # first factor; factor that changes are shares of, 
 _MOST = 0.05  # share of the factor, of its excess
 _SMALLEST = 1e-4  # the same, at least
 _LESS, _MORE = 0.3, 1.5  # change of the excess from step to step
-_SHORTEST = 1e-3  # of the time step, below which a step does not close
+_SHORTEST = 1e-3  # of the time step, below which a step does not converge
 _LOOKS = 20  # times the steps asked for: at most so many are taken
 _STILL = 1e-3  # of the largest displacement of a mode: a block that is held
-_OPEN = "a step does not close"
+_UNCONVERGED = "a step does not converge"
 _TILT = math.radians(89.0)  # at which a tilting table ends
 
 
@@ -102,9 +102,9 @@ class Pushover:
         return float(self.displacement[int(np.argmax(self.factor))])
 
     @property
-    def closed(self) -> bool:
+    def converged(self) -> bool:
         """Whether all of its steps converged."""
-        return not self.ending.startswith(_OPEN)
+        return not self.ending.startswith(_UNCONVERGED)
 
     def __str__(self) -> str:
         """Peak, energies, mechanism and end, a line each."""
@@ -262,7 +262,7 @@ class _Pushed:
                 try:
                     done = run.advance()
                 except (ConvergenceError, SolverError) as trouble:
-                    ending = f"{_OPEN}: {trouble}"
+                    ending = f"{_UNCONVERGED}: {trouble}"
                     break
                 now = run.coordinates
                 change, step = now - before, run.time - time

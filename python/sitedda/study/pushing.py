@@ -60,7 +60,7 @@ class PushTo:
             "end_displacement_m": float(found.displacement[-1]),
             "work_j_m": float(found.work[-1]),
             "slip_loss_j_m": float(found.friction[-1]),
-            "warning": "" if found.closed else found.ending,
+            "warning": "" if found.converged else found.ending,
         }
         if self.limits:
             limits = limit_analysis(file, direction=(self.sense, 0.0))
