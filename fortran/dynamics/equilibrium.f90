@@ -70,9 +70,9 @@ module dda_equilibrium
    integer, parameter :: most_steps = 200
    integer(long), parameter :: most_iterations = 20000  !< open–close iterations in all
    !> iterations in which the largest unbalanced force is not halved, and times blocks in all beyond
-   !> these; walls that come to rest take 50.  What yields gains soon or never
+   !> these; walls that come to rest take 50.  Where a material yields, stages gain soon or never
    integer(long), parameter :: iterations_in_vain = 200, work_in_vain = 500000, &
-      work_of_law = 20000
+      work_of_yield = 20000
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the weight
    real(wp), parameter :: together = 4.0_wp        !< tolerances of contact forces add up to
    real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< of the weight, to be left unbalanced
@@ -203,7 +203,7 @@ contains
          if (way > fall*half_size(simulation%blocks)) return
          if (simulation%counters%iterations - iterations > most_iterations) return
          if (simulation%counters%iterations - gained > iterations_in_vain &
-            + merge(work_of_law, work_in_vain, simulation%elements%nonlinear) &
+            + merge(work_of_yield, work_in_vain, any(simulation%model%materials%yields())) &
             /simulation%blocks%n) return
          if (equilibrium%unexplained > 0 .and. equilibrium%releases < most_releases) &
             call release_depths(simulation, equilibrium)

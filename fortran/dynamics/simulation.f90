@@ -35,6 +35,7 @@ module dda_simulation
       integer(long) :: too_far = 0         !< steps beyond the maximum displacement ratio
       integer(long) :: broken = 0          !< bonds broken
       integer(long) :: unsettled = 0       !< steps in which the damage of bonds did not converge
+      integer(long) :: bounds_off = 0      !< steps in which bounds of materials did not converge
       integer(long) :: changes = 0         !< contact states changed after the first step
       integer :: most_iterations = 0       !< in one step
    end type counters_type
@@ -176,6 +177,9 @@ contains
             counted(counters%too_far, ' steps beyond max_displacement_ratio')
          if (counters%unsettled > 0) text = text//'; in '//to_text(counters%unsettled)// &
             ' steps the damage of cohesive joints did not converge: when they broke depends on Δt'
+         if (counters%bounds_off > 0) text = text//'; in '//to_text(counters%bounds_off)// &
+            ' steps the strength of materials with dilation_angle below friction_angle did not '// &
+            'converge to the mean stress that acts'
          if (impacts%steps > 0) text = text//'; '//to_text(impacts%contacts)//' impacts in '// &
             to_text(impacts%steps)//' steps'//counted(int(impacts%reduced, long), ' of them '// &
             'with less restitution than asked for, which would have gained energy')

@@ -18,14 +18,14 @@ module dda_elements
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
    use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, &
-      largest_plastic_strain, worst_point
+      bounds_are_off, largest_plastic_strain, worst_point
    use dda_ties, only: ties_type, new_ties
    use dda_welds, only: welds_type, new_welds, add_face_stress, add_jump_energies
    implicit none
    private
    public :: elements_type, set_elements, register, linear_terms_of, &
       add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
-      slope_beyond, worst_of_points, bolt_states, accept_elements, &
+      slope_beyond, worst_of_points, has_bounds_off, bolt_states, accept_elements, &
       match_velocities, freeze_elements, balance_elements, serialise_elements, face_forces, &
       follow_free_field, block_stress, stress_error, plastic_strain, body_energies
 
@@ -221,6 +221,20 @@ contains
          end select
       end do
    end function worst_of_points
+
+   !> Bounds of materials have not agreed with the stress of the step.
+   pure logical function has_bounds_off(elements)
+      type(elements_type), intent(in) :: elements  !< of the model
+      integer :: i
+
+      has_bounds_off = .false.
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (strain_points_type)
+            has_bounds_off = bounds_are_off(element)
+         end select
+      end do
+   end function has_bounds_off
 
    !> What the output holds of the bolts.
    pure function bolt_states(elements, n) result(states)

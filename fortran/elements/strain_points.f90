@@ -36,7 +36,7 @@ module dda_strain_points
    implicit none
    private
    public :: strain_points_type, new_strain_points, add_point_stress, &
-      largest_plastic_strain, worst_point
+      bounds_are_off, largest_plastic_strain, worst_point
 
    real(wp), parameter :: tolerance = 1.0e-11_wp     !< of a stress, over the largest
    real(wp), parameter :: rounding = 1.0e-15_wp      !< of the elastic stress of a strain
@@ -108,13 +108,12 @@ contains
       allocate (self%slot(size(materials) + 1))
       allocate (jump_law_type :: self%slot(size(materials) + 1)%law)
       most = 0
-      with_jumps = .false.
+      with_jumps = any(materials%yields())
       do m = 1, size(materials)
          moduli(:, :, m) = elasticity(materials(m), plane_strain)
          if (.not. allocated(materials(m)%own_law)) cycle
          allocate (self%slot(m)%law, source=materials(m)%own_law)
          most = max(most, materials(m)%own_law%state_size())
-         if (materials(m)%own_law%limits_jumps()) with_jumps = .true.
       end do
       call reserve(self, blocks%n + merge(4, 2, with_jumps)*size(welds), most)
       self%point%plane_strain = plane_strain
@@ -680,6 +679,14 @@ contains
             change_of(self, p, d), step, loss)
       end do
    end subroutine accept
+
+   !> Bounds that are held at the stress of the step were taken anew as often as is allowed, and may
+   !> not agree with it.
+   pure logical function bounds_are_off(self)
+      class(strain_points_type), intent(in) :: self  !< elements of this kind
+
+      bounds_are_off = self%round > most_held
+   end function bounds_are_off
 
    !> c of point p in the present state.
    pure function present_stress(self, p, blocks) result(stress)

@@ -5,7 +5,7 @@ module dda_input_strength
    use dda_errors, only: error_type
    use dda_input_group, only: group_type, input_error, is_set, value_or
    use dda_input_groups, only: material_values, read_values
-   use dda_joint_law, only: reduced_type => strength_type
+   use dda_joint_law, only: reduced_type => strength_type, reduced_angle
    use dda_material, only: material_type
    use dda_mohr_coulomb_solid, only: mohr_coulomb_solid_type
    use dda_text, only: to_text
@@ -37,7 +37,8 @@ contains
          value_or(own%residual_friction_angle, own%friction_angle))
       call check_residual('cohesion', own%cohesion, own%residual_cohesion)
       call check_residual('friction_angle', own%friction_angle, own%residual_friction_angle)
-      call check_residual('tensile_strength', own%tensile_strength, own%residual_tensile_strength)
+      call check_residual('tensile_strength', value_or(own%tensile_strength, &
+         apex(own%cohesion, own%friction_angle)), own%residual_tensile_strength)
       if (.not. is_set(own%softening_displacement) .and. any(is_set([own%residual_cohesion, &
          own%residual_friction_angle, own%residual_tensile_strength]))) call input_error(error, &
          group, 'residual strengths need the softening_displacement')
@@ -85,7 +86,7 @@ contains
       allocate (strengths(0))
       call read_values(group, own, error)
       if (allocated(error) .or. own%law /= 'mohr_coulomb') return
-      associate (angle => reduced(own%friction_angle))
+      associate (angle => reduced_angle(own%friction_angle, factor))
          strengths = [reduced_type('cohesion', own%cohesion/factor), &
             reduced_type('friction_angle', angle), &
             reduced_type('dilation_angle', min(own%dilation_angle, angle))]
@@ -95,16 +96,9 @@ contains
       call add('residual_tensile_strength', own%residual_tensile_strength, &
          own%residual_tensile_strength/factor)
       call add('residual_friction_angle', own%residual_friction_angle, &
-         reduced(own%residual_friction_angle))
+         reduced_angle(own%residual_friction_angle, factor))
 
    contains
-
-      !> An angle whose tangent is divided.
-      pure real(wp) function reduced(angle)
-         real(wp), intent(in) :: angle  !< degrees
-
-         reduced = atan(tan(degree*angle)/factor)/degree
-      end function reduced
 
       !> One more strength, if it is given.
       subroutine add(name, given, value)

@@ -41,7 +41,7 @@ contains
       class(material_type), intent(in) :: material  !< as read
 
       yields = .false.
-      if (allocated(material%own_law)) yields = material%own_law%limits_jumps()
+      if (allocated(material%own_law)) yields = material%own_law%yields()
    end function yields
 
    !> Young's modulus and Poisson's ratio from the velocities of S and P waves in the solid.

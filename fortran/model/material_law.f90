@@ -42,7 +42,7 @@ module dda_material_law
       procedure :: rests => never_rests
       procedure :: held_stress => no_held_stress
       procedure :: plastic_strain => no_plastic_strain
-      procedure :: limits_jumps => leaves_jumps
+      procedure :: yields => never_yields
       procedure :: jump_cap => no_cap
    end type material_law_type
 
@@ -113,12 +113,12 @@ contains
       no_plastic_strain = 0.0_wp
    end function no_plastic_strain
 
-   !> The law limits what jumps of a welded face carry; here: it does not.
-   pure logical function leaves_jumps(self)
+   !> The law bounds stresses, and with them what jumps of a welded face carry; here: it does not.
+   pure logical function never_yields(self)
       class(material_law_type), intent(in) :: self  !< law
 
-      leaves_jumps = .false.
-   end function leaves_jumps
+      never_yields = .false.
+   end function never_yields
 
    !> Stress up to which jumps of a face may carry in a step, Pa; here: without limit.
    pure real(wp) function no_cap(self, point, state, strain)

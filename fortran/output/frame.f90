@@ -19,9 +19,9 @@ module dda_frame
 
 contains
 
-   !> Time, stage; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; where there
-   !> are bodies, errors of stresses [n]; where
-   !> a material yields, plastic strains [n]; contacts [contacts, columns].
+   !> Time, stage; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; of
+   !> bodies, errors of stresses [n]; of what yields, plastic strains [n]; contacts [contacts,
+   !> columns].
    subroutine append_frame(journal, simulation, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       type(simulation_type), intent(in) :: simulation  !< at its present time

@@ -41,7 +41,7 @@ module dda_mohr_coulomb_solid
       procedure :: stored
       procedure :: held_stress
       procedure :: plastic_strain
-      procedure :: limits_jumps
+      procedure :: yields
       procedure :: jump_cap
    end type mohr_coulomb_solid_type
 
@@ -249,12 +249,12 @@ contains
       plastic_strain = state(strained)
    end function plastic_strain
 
-   !> Jumps of faces have a cap.
-   pure logical function limits_jumps(self)
+   !> It does.
+   pure logical function yields(self)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
 
-      limits_jumps = .true.
-   end function limits_jumps
+      yields = .true.
+   end function yields
 
    !> Stress up to which the jumps of a face may carry, Pa: a share of the radius of the largest
    !> circle about the mean stress at the start of a step.

@@ -53,7 +53,9 @@ contains
       real(wp), intent(in) :: held(3)              !< principal stresses whose means are held, Pa
       real(wp) :: gradient(3, bounds), bound(bounds), off, least
       type(return_type) :: other
-      integer :: n, set, list(bounds)
+      integer :: n
+      integer, parameter :: every(bounds) = [(n, n=1, bounds)]
+      integer :: set, list(bounds)
 
       to%stress = trial
       to%slope = elastic
@@ -63,7 +65,7 @@ contains
       do n = 1, 3
          do set = 1, 2**bounds - 1
             if (popcnt(set) /= n) cycle
-            list(:n) = pack([1, 2, 3, 4, 5, 6, 7, 8], btest(set, [0, 1, 2, 3, 4, 5, 6, 7]))
+            list(:n) = pack(every, btest(set, every - 1))
             if (any(bound(list(:n)) >= huge(1.0_wp))) cycle
             call return_to(elastic, trial, gradient, bound, list(:n), other, off)
             if (off >= least) cycle

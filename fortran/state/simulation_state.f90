@@ -169,6 +169,7 @@ contains
          call serialise(archive, counters%too_far)
          call serialise(archive, counters%broken)
          call serialise(archive, counters%unsettled)
+         call serialise(archive, counters%bounds_off)
          call serialise(archive, counters%changes)
          call serialise(archive, counters%most_iterations)
       end associate

@@ -48,6 +48,13 @@ def test_a_block_yields_at_the_strength_of_mohr_and_coulomb(confining, strength,
     assert np.abs(history.energy_balance).max() < 1e-9 * lost[-1]
 
 
+def test_bounds_that_do_not_converge_are_counted():
+    """Only those of ψ < φ are held at a mean stress, which is to be found."""
+    for dilation, said in ((0.0, True), (30.0, False)):
+        summary = squeezed_block(0.0, dilation_angle=dilation).run().summary
+        assert ("did not converge to the mean stress" in summary) == said
+
+
 def test_outputs_and_pictures_show_plastic_strain(tmp_path):
     """Without dilation two principal plastic strains are opposite: κ is twice one of them."""
     run = squeezed_block(0.0, dilation_angle=0.0).run()
@@ -80,6 +87,15 @@ def test_yielding_loses_what_it_takes(integration, dilation):
         ({"cohesion": None}, "needs the cohesion"),
         ({"residual_cohesion": 1e6}, "need the softening_displacement"),
         ({"residual_cohesion": 4e6, "softening_displacement": 0.1}, "must not be above cohesion"),
+        (
+            {
+                "residual_tensile_strength": 7e6,
+                "residual_friction_angle": 5.0,
+                "dilation_angle": 0.0,
+                "softening_displacement": 0.1,
+            },
+            "must not be above tensile_strength = 5.97",
+        ),  # as the cone has it: 3.45 MPa cot 30°
     ],
 )
 def test_strengths_that_do_not_go_together_are_refused(strength, message):
@@ -212,10 +228,8 @@ def test_a_tunnel_wall_moves_as_salencon_says():
     assert np.abs(history.energy_balance).max() < 1e-9 * history.energy_plastic.values[-1]
 
 
-@pytest.mark.parametrize("angle", [0.0, 25.0])
-def test_safety_divides_the_strength_of_solids(angle):
-    """A block of 20 kN/m³, 1 m high, bears 10 kPa in the mean: 2 (c/F) tan(45° + φ_F/2)."""
-    cohesion = 6e3
+def standing_block(cohesion, angle):
+    """A block of 20 kN/m³, 1 m high, on rollers."""
     model = sitedda.Model()
     model.control(time_step=1.0, gravity=[0.0, -10.0], analysis="plane_strain")
     model.contact(normal_stiffness=1e9)
@@ -227,11 +241,25 @@ def test_safety_divides_the_strength_of_solids(angle):
     model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
     model.fixed_point(x=0.0, y=0.0)
     model.fixed_point(x=1.0, y=0.0, direction="y")
+    return model
+
+
+@pytest.mark.parametrize("angle", [0.0, 25.0])
+def test_safety_divides_the_strength_of_solids(angle):
+    """A block of 20 kN/m³, 1 m high, bears 10 kPa in the mean: 2 (c/F) tan(45° + φ_F/2)."""
+    cohesion = 6e3
 
     def excess(factor):
         reduced = np.arctan(np.tan(np.radians(angle)) / factor)
         return 2 * cohesion / factor * np.tan(np.pi / 4 + reduced / 2) - 10e3
 
-    found = sitedda.safety(model, tolerance=2e-3)
+    found = sitedda.safety(standing_block(cohesion, angle), tolerance=2e-3)
     assert excess(0.997 * found.low) > 0 > excess(1.003 * found.high)
     assert "half the size" in found.warning and "does not move far" not in found.warning
+
+
+def test_what_fails_at_any_strength_is_no_error():
+    """Strength is raised 64 times; an angle of friction of 60° stays one that an input may have."""
+    model = standing_block(cohesion=1e-3, angle=60.0)
+    found = sitedda.safety(model, tolerance=2e-3)
+    assert found.low == 0.0 and "fails at any strength" in found.words

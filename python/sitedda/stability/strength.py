@@ -141,8 +141,8 @@ def _strong(model: Model) -> list[tuple[str, Group]]:
 
 
 def yielding(model: Model) -> list[Group]:
-    """Materials with a strength of their own."""
-    return [one for one in model.of_kind("material") if one.law == "mohr_coulomb"]
+    """Materials with a strength of their own, as their laws say."""
+    return [one for one in model.of_kind("material") if _divided("material", one, 1.0)]
 
 
 def _divided(kind: str, group: Group, factor: float) -> dict:
