@@ -60,7 +60,7 @@ def exact(along, time, height):
 
 @pytest.mark.parametrize("along", ["x", "y"])
 def test_ground_without_a_core_is_the_column(along):
-    """As one period of itself to 1e-8 of the peak, and at every height as the closed form."""
+    """As one period of itself to 1e-7 of the peak, and at every height as the closed form."""
     time, height, found = moved(ground(along, surface=[0, 0]))
     _, _, tied = moved(ground(along, surface=[0, 0], sides="tied"))
     assert abs(found - tied).max() < 1e-7 * PEAK
