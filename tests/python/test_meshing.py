@@ -248,6 +248,13 @@ def test_too_many_cells_are_refused_before_the_work(cells):
 
 
 @pytest.mark.parametrize("cells", CELLS)
+@pytest.mark.parametrize("fine", [1e-9, 1e-300, 5e-324])
+def test_cells_too_small_for_their_places_are_refused(cells, fine):
+    with pytest.raises(InputError, match="choose"):
+        mesh_body([part([0, 0, 4, 0, 4, 3, 0, 3], 1.0)], cells, [shapely.Point(1, 1)], fine)
+
+
+@pytest.mark.parametrize("cells", CELLS)
 def test_ten_thousand_cells(cells):
     cut = mesh_body([part([0, 0, 100, 0, 103, 77, 100, 100, 0, 100], 1.0)], cells)
     assert len(cut.polygons) > 9_500

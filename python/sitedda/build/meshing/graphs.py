@@ -21,6 +21,7 @@ _JITTER = 0.25  # of a square, by which seeds of polygons lie off its middle
 _RELAXATIONS = 12
 _SHORT = 0.15  # of the size: sides of polygons that are shorter become a point
 MOST_CELLS = 1_000_000
+_FINEST = 2**29  # smallest squares over the body: places are whole numbers of them, of 32 bits
 
 
 @dataclass
@@ -58,6 +59,11 @@ def _leaves(low, high, sizes: Sizes, turn, shape):
     """
     count = np.maximum(1, np.ceil((high - low) / sizes.largest - _FIT)).astype(int)
     refuse_many(np.prod((high - low).astype(float)), sizes.largest)
+    if count.max() * sizes.largest > _FINEST * sizes.smallest:
+        raise InputError(
+            f"cells of {sizes.smallest:g} m are less than {1 / _FINEST:.0e} of the body; choose a "
+            "larger size"
+        )
     depth = max(0, int(np.ceil(np.log2(sizes.largest / sizes.smallest)))) + 1
     unit = (high - low) / count / 2**depth
     corner = np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), -1).reshape(-1, 2)
