@@ -4,12 +4,13 @@ module dda_check_simulation
    use dda_kinds, only: wp, long, pi
    use dda_interrupts, only: fail_if_stopped
    use dda_advice, only: stiff_limit
-   use dda_blocks, only: blocks_type
+   use dda_blocks, only: blocks_type, smaller_side
    use dda_check_bodies, only: check_bodies, separate_blocks, blocks_in_words, &
       dispersion_in_words
    use dda_check_boundaries, only: check_boundaries
    use dda_contact, only: contact_open
    use dda_equilibrium, only: farthest_moved
+   use dda_check_laws, only: check_laws
    use dda_check_material, only: check_material
    use dda_check_band, only: band_type, significant_band
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, verdict_fail, &
@@ -72,6 +73,7 @@ contains
       call check_resolution(simulation%blocks, linear%time_step, report)
       call check_damping(linear, report)
       call check_material(simulation, linear, report)
+      call check_laws(simulation%model, report)
       call check_bodies(simulation, report)
       call check_boundaries(simulation, linear, report)
       call fail_if_stopped(error)
@@ -90,9 +92,7 @@ contains
       report%speed = [huge(1.0_wp), 0.0_wp]
       do b = 1, blocks%n
          if (blocks%removed(b)) cycle
-         associate (shape => blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))
-            side = minval(maxval(shape, 2) - minval(shape, 2))
-         end associate
+         side = smaller_side(blocks, b)
          density = blocks%mass(b)
          report%block_size = [min(report%block_size(1), side), max(report%block_size(2), side)]
          report%speed(1) = min(report%speed(1), sqrt(blocks%stiffness(3, 3, b)/density))

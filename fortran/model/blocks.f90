@@ -24,7 +24,7 @@ module dda_blocks
    public :: blocks_type, set_blocks, begin_motion, keep_shapes, update_geometry, is_convex
    public :: mass_matrix, momentum_of, change_material, remove_block, place_of, offset_of, &
       shape_matrix, motion_of, reference_of, stress_of, set_damping, begin_memory, has_memory, &
-      memory_strain, set_axes
+      memory_strain, set_axes, smaller_side
 
    !> All blocks as structure of arrays; vertices of block b are first(b) … first(b+1)−1.
    type :: blocks_type
@@ -464,5 +464,15 @@ contains
       tensor = matmul(r, matmul(tensor, transpose(r)))
       stress = [tensor(1, 1), tensor(2, 2), tensor(1, 2)]
    end function stress_of
+
+   !> The smaller side of a box about block b along the axes of the model, m.
+   pure real(wp) function smaller_side(blocks, b) result(side)
+      type(blocks_type), intent(in) :: blocks  !< with their reference shapes
+      integer, intent(in) :: b                 !< block
+
+      associate (shape => blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))
+         side = minval(maxval(shape, 2) - minval(shape, 2))
+      end associate
+   end function smaller_side
 
 end module dda_blocks

@@ -44,6 +44,9 @@ module dda_material_law
       procedure :: plastic_strain => no_plastic_strain
       procedure :: yields => never_yields
       procedure :: jump_cap => no_cap
+      procedure :: secant => full_secant
+      procedure :: in_words => no_words
+      procedure :: largest_thickness => any_thickness
    end type material_law_type
 
    abstract interface
@@ -129,5 +132,29 @@ contains
 
       no_cap = huge(1.0_wp)
    end function no_cap
+
+   !> Share of the shear modulus of small strains that loops of a shear strain have; here: all.
+   pure real(wp) function full_secant(self, strain)
+      class(material_law_type), intent(in) :: self  !< law
+      real(wp), intent(in) :: strain                !< amplitude of the loops, above 0
+
+      full_secant = 1.0_wp
+   end function full_secant
+
+   !> How well the law has what was asked of it; here: blank.
+   function no_words(self) result(words)
+      class(material_law_type), intent(in) :: self  !< law
+      character(len=:), allocatable :: words
+
+      words = ''
+   end function no_words
+
+   !> Thickness of a point, m, beyond which it softens faster than it unloads; here: none.
+   pure real(wp) function any_thickness(self, elasticity)
+      class(material_law_type), intent(in) :: self  !< law
+      real(wp), intent(in) :: elasticity(3, 3)      !< D of small strains, Pa
+
+      any_thickness = huge(1.0_wp)
+   end function any_thickness
 
 end module dda_material_law

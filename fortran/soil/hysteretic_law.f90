@@ -10,12 +10,13 @@
 !> In static stages the soil is elastic, so that loops begin from the rest that gravity makes.
 module dda_hysteretic_law
    use dda_kinds, only: wp
-   use dda_branches, only: branches_type, relaxed_modulus
+   use dda_branches, only: branches_type, relaxed_modulus, secant_ratio
    use dda_damping, only: following, relaxing
    use dda_material_law, only: material_law_type, strain_point_type, loss_plastic, loss_damping, &
       loss_scheme, losses
    use dda_plane_branches, only: project, recoverable, potential
    use dda_scheme, only: step_type
+   use dda_text, only: short_text, to_text
    implicit none
    private
    public :: hysteretic_law_type, new_hysteretic_law
@@ -29,6 +30,8 @@ module dda_hysteretic_law
       procedure :: finish
       procedure :: stored
       procedure :: rests
+      procedure :: secant
+      procedure :: in_words
    end type hysteretic_law_type
 
    !> The body of small strains in a step: shear (two components) and volume.
@@ -289,5 +292,27 @@ contains
       stored = modulus(1)*(energy(1) + energy(2)) + modulus(2)*energy(3) &
          + dot_product(point%held, strain)
    end function stored
+
+   !> G_s/G of the branches.
+   pure real(wp) function secant(self, strain)
+      class(hysteretic_law_type), intent(in) :: self  !< law
+      real(wp), intent(in) :: strain                  !< amplitude of the loops, above 0
+      real(wp) :: ratio(1)
+
+      ratio = secant_ratio(self%branches, [strain])
+      secant = ratio(1)
+   end function secant
+
+   !> How well branches fit their curves.
+   function in_words(self) result(words)
+      class(hysteretic_law_type), intent(in) :: self  !< law
+      character(len=:), allocatable :: words
+
+      associate (misfit => 100*self%branches%misfit)
+         words = to_text(self%branches%n)//' branches, moduli within '//short_text(misfit(1))//' %'
+         if (misfit(2) > 0.0_wp) words = words//', damping ratios within '// &
+            short_text(misfit(2))//' points'
+      end associate
+   end function in_words
 
 end module dda_hysteretic_law

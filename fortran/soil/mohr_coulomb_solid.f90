@@ -43,6 +43,7 @@ module dda_mohr_coulomb_solid
       procedure :: plastic_strain
       procedure :: yields
       procedure :: jump_cap
+      procedure :: largest_thickness
    end type mohr_coulomb_solid_type
 
    !> A point in its principal stresses.
@@ -273,5 +274,21 @@ contains
             - mean*sin(strength%friction), strength%tension - mean))
       end associate
    end function jump_cap
+
+   !> Thickness beyond which shear or tension falls faster with the strain of a point than D.
+   pure real(wp) function largest_thickness(self, elasticity) result(thickness)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+      real(wp), intent(in) :: elasticity(3, 3)            !< D of small strains, Pa
+      real(wp) :: shear, tension
+
+      shear = self%peak%cohesion*cos(self%peak%friction) &
+         - self%residual%cohesion*cos(self%residual%friction)
+      tension = self%peak%tension - self%residual%tension
+      thickness = huge(1.0_wp)
+      if (self%softening <= 0.0_wp) return
+      if (shear > 0.0_wp) thickness = elasticity(3, 3)*self%softening/shear
+      if (tension > 0.0_wp) thickness = min(thickness, (elasticity(1, 1) - elasticity(1, 2)**2 &
+         /elasticity(2, 2))*self%softening/tension)
+   end function largest_thickness
 
 end module dda_mohr_coulomb_solid

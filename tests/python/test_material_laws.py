@@ -6,6 +6,8 @@ import pytest
 
 import sitedda
 from sitedda.column import Column, Layer
+from sitedda.signals import spectral_acceleration
+from sitedda.site import beside
 from sitedda.site.curves import hyperbolic
 from sitedda.site.nonlinear import nonlinear
 
@@ -32,25 +34,31 @@ def soil_model(steps, soil, integration="midpoint", time_step=2e-3):
     return model
 
 
-def shaken_column(ground, cells, soil, integration="midpoint"):
-    """A column of 20 m of cells that only shear, on a base that is shaken."""
-    model = soil_model(ground.size - 1, soil, integration)
-    model.control(base_motion_x="ground")
+def shaken_column(ground, cells, soil, integration="midpoint", height=20.0, time_step=2e-3):
+    """A column of cells that only shear, on a base that follows a motion."""
+    model = soil_model(ground.size - 1, soil, integration, time_step)
     model.motion(
-        name="ground", values=ground.tolist(), quantity="acceleration", time_step=2e-3,
+        name="ground", values=ground.tolist(), quantity="acceleration", time_step=time_step,
         drift_order=0,
     )  # fmt: skip
-    size = 20.0 / cells
+    size = height / cells
     for i in range(cells):
         low, high = i * size, (i + 1) * size
         corners = [0, low, size, low, size, high, 0, high]
         model.block(vertices=corners, body="column", name=f"c{i}")
         for x in (0, size):
             for y in (low, high):
-                free = {} if y == 0 else {"direction": "y"}
-                model.fixed_point(x=x, y=y, block=f"c{i}", **free)
-    model.measured_point(name="top", x=size / 2, y=20.0, block=f"c{cells - 1}")
+                way = {"motion_x": "ground"} if y == 0 else {"direction": "y"}
+                model.fixed_point(x=x, y=y, block=f"c{i}", **way)
+    for name, i, y in (("top", cells - 1, height), ("base", 0, 0.0)):
+        model.measured_point(name=name, x=size / 2, y=y, block=f"c{i}")
     return model
+
+
+def moved(history):
+    """Displacement of the surface over the base, m."""
+    top, base = (history.displacement.sel(point=name, axis="x").values for name in ("top", "base"))
+    return top - base
 
 
 def sine(frequency, amplitude, steps):
@@ -63,7 +71,7 @@ def test_a_column_of_cells_is_the_column_of_one_dimension(amplitude):
     """Displacements of the surface within .7 % of the largest, over three seconds."""
     ground = sine(2.0, amplitude, 1500)
     history = shaken_column(ground, 20, MASING).run().history
-    found = history.displacement.values[:, 0, 0]
+    found = moved(history)
     wanted = nonlinear(
         Column([Layer(20.0, density=DENSITY, shear_velocity=VELOCITY)]),
         [hyperbolic(REFERENCE)], ground, 2e-3, damping_curve="masing", branches=30, compare=False,
@@ -97,6 +105,102 @@ def test_loops_of_a_block_lose_what_masing_says(x, damping):
     assert found == pytest.approx(damping, abs=0.4)
 
 
+MKZ = {
+    "law": "hysteretic", "curve": "mkz", "reference_strain": 1e-3, "curve_factor": 1.4,
+    "curve_power": 0.8, "damping_curve": "masing", "branches": 60,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "strain, reduction, damping",
+    [(1e-4, 0.81841, 3.5994), (1e-3, 0.41667, 14.7627), (1e-2, 0.10169, 31.159)],
+)
+def test_a_block_of_mkz_has_its_modulus_and_the_damping_of_masing(strain, reduction, damping):
+    model = sheared_block(strain, MKZ)
+    model.output(block_interval=100)
+    history = model.run().history
+    stress = np.abs(history.block_stress.sel(component="xy").values).max()
+    assert stress / (SHEAR * strain) == pytest.approx(reduction, rel=1e-3)
+    lost = history.energy_plastic.values
+    found = 100 * (lost[-1] - lost[-401]) / (2 * np.pi * stress * strain)
+    assert found == pytest.approx(damping, abs=0.03)
+
+
+@pytest.mark.parametrize("x, cells, height", [(0.64872, 108, 36.0), (1.71828, 225, 45.0)])
+def test_a_simple_wave_in_cells_is_exact(x, cells, height):
+    """Pushed at v = c₀γ_r ln(1 + x) each strain x travels at c₀/(1 + x); within .5 % in 20 m."""
+    speed, reference, rise, step = 300.0, 1e-3, 0.04, 5e-4
+    until = 20.0 / speed * (1 + x) + 1.1 * rise
+    time = step * np.arange(round(until / step) + 1)
+    wave = np.where(time < rise, 1 - np.cos(2 * np.pi * time / rise), 0.0) / rise
+    soil = MASING | {"reference_strain": reference, "branches": 150}
+    pushed = speed * reference * np.log(1 + x) * wave
+    model = shaken_column(pushed, cells, soil, height=height, time_step=step)
+    size = height / cells
+    first = round(20.0 / size)
+    for i in (first, first + 1):
+        model.measured_point(name=f"p{i}", x=size / 2, y=i * size, block=f"c{first}")
+    u = model.run().history.displacement.sel(axis="x").values
+    strain = np.abs(u[:, -1] - u[:, -2]) / (size * reference)
+    assert strain.max() == pytest.approx(x, rel=5e-3)
+    fine = np.linspace(0, rise, 2001)
+    strains = (1 + x) ** (fine / rise - np.sin(2 * np.pi * fine / rise) / (2 * np.pi)) - 1
+    arrival = fine + (first + 0.5) * size * (1 + strains) / speed
+    wanted = np.interp(time, arrival, strains, left=0.0)
+    assert np.abs(strain - wanted).max() < 0.015 * x
+
+
+def test_blocks_of_soil_stand_beside_three_analyses(tmp_path, capsys):
+    """PRENOLIN's P1 (sem2dpack: 5.95 γ_ref in steady state): blocks and nonlinear column, and what
+    of it does not converge."""
+    file = tmp_path / "column.nml"
+    model = shaken_column(sine(2.0, 1.0, 3000), 20, MASING)
+    model.measured_point(name="low", x=0.5, y=1.0, block="c0")
+    model.write(file)
+    both = beside(model.run().history, "top", "base")
+    low = both.strains[1][-1] / REFERENCE
+    assert low == pytest.approx(5.95, abs=0.5)
+    assert list(both.columns) == ["nonlinear", "equivalent-linear", "linear"]
+    periods = [0.1, 0.2, 0.5, 1.0]
+    spectra = [
+        spectral_acceleration(one, 2e-3, periods) for one in (both.surface, both.column_surface)
+    ]
+    assert spectra[0] == pytest.approx(spectra[1], rel=0.015)
+    assert "does not converge with cells and steps: surface PGA" in str(both)
+    assert "equivalent-linear" in str(both) and "largest shear strain" in str(both)
+    both.plot().savefig(tmp_path / "both.png")
+    with pytest.raises(ValueError, match="no --damping"):
+        beside(model.run().history, "top", "base", damping=0.02)
+
+
+def test_check_says_how_far_soil_softens():
+    model = shaken_column(sine(2.0, 1.0, 300), 4, MASING | {"branches": 60})
+    report = str(sitedda.check(model))
+    line = " ".join(report[report.index("branches, moduli") :].split())
+    assert "loops of .1 and 1 % shear strain have 0.267" in line
+    assert "eta = 1/" in line and "blocks no larger than" in line
+
+
+def test_safety_takes_the_shear_strength_of_a_curve():
+    """A block of 20 kN/m³, 1 m high, bears 10 kPa in the mean: 2 s_u/F."""
+    for curve, warning in (("hyperbolic", "half the size"), ("darendeli", "elastic")):
+        own = {"shear_strength": 6e3} if curve == "hyperbolic" else {"mean_stress": 1e4}
+        model = sitedda.Model()
+        model.control(time_step=1.0, gravity=[0.0, -10.0], analysis="plane_strain")
+        model.contact(normal_stiffness=1e9)
+        model.material(
+            name="soil", density=2000.0, young_modulus=1e8, poisson_ratio=0.3, law="hysteretic",
+            curve=curve, **own,
+        )  # fmt: skip
+        model.joint(name="joint", friction_angle=30.0)
+        model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
+        model.fixed_point(x=0.0, y=0.0)
+        model.fixed_point(x=1.0, y=0.0, direction="y")
+        found = sitedda.safety(model, tolerance=2e-3)
+        assert warning in found.warning
+        assert found.factor == (pytest.approx(1.2, rel=3e-3) if curve == "hyperbolic" else 4096.0)
+
+
 @pytest.mark.parametrize("integration", ["dda", "theta", "midpoint"])
 def test_no_step_gains(integration):
     soil = {"law": "hysteretic", "curve": "darendeli", "mean_stress": 1e5}
@@ -113,7 +217,7 @@ def test_small_strains_are_those_of_a_damping_ratio():
     ground = 1e-7 * sine(2.0, 1.0, 400)
     soil = MASING | {"damping_ratio": 0.02}
     found, wanted = (
-        shaken_column(ground, 4, own, "dda").run().history.displacement.values[:, 0, 0]
+        moved(shaken_column(ground, 4, own, "dda").run().history)
         for own in (soil, {"damping_ratio": 0.02})
     )
     assert np.abs(found - wanted).max() < 0.02 * np.abs(wanted).max()

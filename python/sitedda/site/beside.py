@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,13 +13,15 @@ from numpy.typing import NDArray
 from ..engine.scheme import Scheme
 from ..engine.signals import spectral_acceleration
 from ..engine.spectra import amplification, find_peak
+from ..input.input_text import input_values
 from ..output.response import amplifications
 from ..output.verdict import run_scheme
 from .column import Column
+from .compare import analyses
 from .intensity import intensity
 from .layers import convention_words
-from .response import ColumnResponse
-from .twin import layered_twin
+from .response import ColumnResponse, SiteResponse
+from .twin import layered_soils
 
 _SHOWN = (0.1, 0.2, 0.5, 1.0)  # s, periods of the table
 
@@ -29,47 +32,76 @@ class Beside:
 
     Attributes
     ----------
-    response : ColumnResponse
-        Of the column under the motion of the blocks' base.
-    surface, base, column_surface : ndarray, shape (samples,)
-        Accelerations, m/s²: of the blocks at surface and base, of the column at the surface.
+    columns : dict of str to SiteResponse
+        The column under the motion of the blocks' base, by names: ``column`` where it is linear,
+        else ``nonlinear``, ``equivalent-linear`` and ``linear``.
+    surface, base : ndarray, shape (samples,)
+        Accelerations of the blocks, m/s².
     frequency : ndarray, shape (bins,)
         Hz.
-    ratio, column_ratio : ndarray, shape (bins,)
-        Surface over base, of the blocks and of the column.
+    ratio : ndarray, shape (bins,)
+        Surface over base, of the blocks.
+    column_ratios : dict of str to ndarray, shape (bins,)
+        The same of the columns.
     points : tuple of ndarray
-        Depths (m) and peak accelerations (m/s²) of the measured points.
-    damping : str
-        What damps the column.
+        Depths (m) and peak accelerations (m/s²) of the measured points, from the surface down.
+    strains : tuple of ndarray
+        Depths (m) and peak mean shear strains between measured points that follow each other.
+    words : str
+        What the column is.
     title : str
     """
 
-    response: ColumnResponse
+    columns: dict[str, SiteResponse]
     surface: NDArray[np.float64]
     base: NDArray[np.float64]
-    column_surface: NDArray[np.float64]
     frequency: NDArray[np.float64]
     ratio: NDArray[np.complex128]
-    column_ratio: NDArray[np.complex128]
+    column_ratios: dict[str, NDArray[np.complex128]]
     points: tuple[NDArray[np.float64], NDArray[np.float64]]
-    damping: str
+    strains: tuple[NDArray[np.float64], NDArray[np.float64]]
+    words: str
     title: str
+
+    @property
+    def response(self) -> SiteResponse:
+        """The first of the columns, which is what the blocks are."""
+        return next(iter(self.columns.values()))
+
+    @property
+    def column_surface(self) -> NDArray[np.float64]:
+        """Acceleration of its surface, m/s², shape (samples,)."""
+        return self.response.acceleration()[: self.surface.size]
+
+    @property
+    def column_ratio(self) -> NDArray[np.complex128]:
+        """Its surface over base, shape (bins,)."""
+        return next(iter(self.column_ratios.values()))
 
     @property
     def time(self) -> NDArray[np.float64]:
         """s, shape (samples,)."""
         return self.response.time
 
+    @property
+    def yields(self) -> bool:
+        """The column is one of soil that yields."""
+        return len(self.columns) > 1
+
     def __str__(self) -> str:
         step = self.response.motion.time_step
         low, high = self.frequency[0], self.frequency[-1]
-        peaks = [find_peak(self.frequency, abs(r), low, high) for r in self._ratios]
-        series = (self.surface, self.column_surface)
+        ratios = [self.ratio, *self.column_ratios.values()]
+        peaks = [find_peak(self.frequency, abs(r), low, high) for r in ratios]
+        series = [self.surface, *(one.acceleration() for one in self.columns.values())]
         spectra = [spectral_acceleration(s, step, _SHOWN) for s in series]
-        lines = [f"{'':28s}{'blocks':>12s}{'column':>12s}"]
+        width = max(12, *(len(name) + 2 for name in self.columns))
+        heads = "".join(f"{name:>{width}s}" for name in ("blocks", *self.columns))
+        lines = [f"{'':28s}{heads}"]
 
         def row(name, values, unit):
-            lines.append(f"{name:28s}{values[0]:12.4g}{values[1]:12.4g} {unit}".rstrip())
+            told = "".join(f"{value:{width}.4g}" for value in values)
+            lines.append(f"{name:28s}{told} {unit}".rstrip())
 
         row("amplification, largest", [p.amplitude for p in peaks], "")
         row("  at", [p.frequency for p in peaks], "Hz")
@@ -77,17 +109,19 @@ class Beside:
         row("surface Arias intensity", [intensity(s, step).arias for s in series], "m/s")
         for at, period in enumerate(_SHOWN):
             row(f"surface Sa at {period:g} s", [s[at] for s in spectra], "m/s²")
-        return "\n".join([f"column: {self.damping}; {self.response.words}", *lines])
+        if not self.yields:
+            return "\n".join([f"column: {self.words}", *lines])
+        strains = [float(one.profile().strain.max()) for one in self.columns.values()]
+        strains = [float(self.strains[1].max(initial=0.0)), *strains]
+        row("largest shear strain", [100 * strain for strain in strains], "%")
+        nonlinear = ["", "nonlinear column", str(self.response)]
+        return "\n".join([f"column: {self.words}", *lines, *nonlinear])
 
     def plot(self):
-        """Both in one picture; a matplotlib.figure.Figure."""
+        """All in one picture; a matplotlib.figure.Figure."""
         from .picture import beside_figure
 
         return beside_figure(self)
-
-    @property
-    def _ratios(self):
-        return self.ratio, self.column_ratio
 
 
 def beside(
@@ -106,7 +140,7 @@ def beside(
         Their names; by default those of the input's first &amplification.
     damping : float, optional
         Damping ratio of the column's layers; by default the damping of the run: that of its time
-        integration and of its materials.
+        integration and of its materials.  Soil that yields has its own.
 
     Returns
     -------
@@ -127,52 +161,91 @@ def beside(
                 f"no measured point {name!r} for the {role}: name it by --{role}; there are "
                 + (", ".join(names) or "none")
             )
-    column = layered_twin(history, surface, base)
+    if any(one.get("base_motion_x") for one in input_values(history.attrs).get("control", [])):
+        raise ValueError(
+            "base_motion_x moves the frame of the base, in which the base point rests: give the "
+            "motion to the fixed points of the base (motion_x) in its place"
+        )
+    column, soils = layered_soils(history, surface, base)
     series = {name: history.acceleration.sel(point=name).sel(axis="x").values for name in names}
     time = history.time.values
     step = (time[-1] - time[0]) / (time.size - 1)
     if np.any(np.abs(np.diff(time) - step) > 1e-6 * step):
         raise ValueError("the samples of the run are not at equal steps (adaptive time steps)")
-    response, words = _response(column, series[base], step, run_scheme(history), damping)
-    frequency, ratio = amplification(series[surface], series[base], step, 8)
+    ground, scheme = series[base], run_scheme(history)
+    columns, words = _columns(column, soils, ground, step, scheme, damping)
+    frequency, ratio = amplification(series[surface], ground, step, 8)
     band = (frequency >= 0.2) & (frequency <= min(25.0, 0.4 / step))
+    top = float(history.point_place.sel(point=surface).values[1])
     return Beside(
-        response,
+        columns,
         series[surface],
-        series[base],
-        response.acceleration(),
+        ground,
         frequency[band],
         ratio[band],
-        response.transfer(frequency[band]),
-        _points(history, series, surface, column.depth),
+        {name: _ratio(one, ground, step, frequency[band]) for name, one in columns.items()},
+        _points(history, series, top, column.depth),
+        _strains(history, names, top, column.depth),
         words,
         str(history.attrs.get("title", "")),
     )
 
 
-def _response(column: Column, ground, step: float, scheme: Scheme, damping: float | None):
+def _columns(
+    column: Column, soils, ground, step: float, scheme: Scheme, damping: float | None
+) -> tuple[dict[str, SiteResponse], str]:
     """The column under the base's motion, and what damps it."""
+    if any(soils):
+        if damping is not None:
+            raise ValueError("a column of soil that yields is damped by its curves: no --damping")
+        three = analyses(column, soils, ground, step, kind="within").responses
+        return dict(reversed(three.items())), "the branches of the blocks' materials"
     if damping is None:
         damped = any(layer.damping for layer in column.layers)
         also = "and the materials" if damped else "alone"
-        return (
-            ColumnResponse.of(column, ground, step, kind="within", scheme=scheme),
-            f"damped by the time integration {also}, as the blocks",
+        response = ColumnResponse.of(column, ground, step, kind="within", scheme=scheme)
+        words = f"damped by the time integration {also}, as the blocks"
+    else:
+        fixed = replace(column, layers=[replace(la, damping=damping) for la in column.layers])
+        response = ColumnResponse.of(fixed, ground, step, kind="within")
+        words = f"damping ratio {100 * damping:g} % at all frequencies, " + convention_words(
+            fixed.convention
         )
-    damped = replace(column, layers=[replace(la, damping=damping) for la in column.layers])
-    return (
-        ColumnResponse.of(damped, ground, step, kind="within"),
-        f"damping ratio {100 * damping:g} % at all frequencies, "
-        + convention_words(damped.convention),
-    )
+    return {"column": response}, f"{words}; {response.words}"
 
 
-def _points(history, series, surface: str, depth: float):
+def _ratio(response: SiteResponse, ground, step: float, frequency: NDArray[np.float64]):
+    """Surface over base of a column: its transfer function, or what its motions say."""
+    if isinstance(response, ColumnResponse):
+        return response.transfer(frequency)
+    bins, ratio = amplification(response.acceleration(), ground, step, 8)
+    return ratio[np.searchsorted(bins, frequency)]
+
+
+def _inside(history, names, top: float, depth: float) -> list[tuple[float, str]]:
+    """Depths of the measured points within the column, from the surface down, and their names."""
+    heights = {name: float(history.point_place.sel(point=name).values[1]) for name in names}
+    depths = sorted((top - height, name) for name, height in heights.items())
+    return [(at, name) for at, name in depths if -1e-9 <= at <= depth * 1.2]
+
+
+def _points(history, series, top: float, depth: float):
     """Depths and peak accelerations of the measured points within the column."""
-    top = float(history.point_place.sel(point=surface).values[1])
-    depths = {n: top - float(history.point_place.sel(point=n).values[1]) for n in series}
-    inside = [name for name, at in depths.items() if -1e-9 <= at <= depth * 1.2]
+    inside = _inside(history, series, top, depth)
     return (
-        np.array([min(depths[name], depth) for name in inside]),
-        np.array([np.abs(series[name]).max() for name in inside]),
+        np.array([min(at, depth) for at, _ in inside]),
+        np.array([np.abs(series[name]).max() for _, name in inside]),
     )
+
+
+def _strains(history, names, top: float, depth: float):
+    """Depths and peak mean shear strains between measured points that follow each other."""
+    inside = _inside(history, names, top, depth)
+    moved = [history.displacement.sel(point=name).sel(axis="x").values for _, name in inside]
+    found = [
+        (high + (low - high) / 2, np.abs(moved[i] - moved[i + 1]).max() / (low - high))
+        for i, ((high, _), (low, _)) in enumerate(itertools.pairwise(inside))
+        if low - high > 1e-6 * depth
+    ]
+    middles, strains = np.array(found).reshape(-1, 2).T
+    return middles, strains

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import not_negative, positive
 from ..base.core import api, checked
-from .curves import SoilCurves
+from .curves import STRAINS, SoilCurves, curves_of
 
 DAMPING_CURVES = ("target", "masing")
 
@@ -96,6 +97,35 @@ class Branches:
         body_strain, body_cap, modulus, damping = map(float, numbers)
         misfit = (modulus, damping)
         return cls(strain, modulus_of, slipping, ratio, body_strain, body_cap, misfit)
+
+    @classmethod
+    def of_material(cls, material: Mapping, shear_modulus: float) -> Branches | None:
+        """The branches that blocks have of a group &material; None: it is linear.
+
+        Parameters
+        ----------
+        material : mapping
+            Its variables, as they stand in the input.
+        shear_modulus : float
+            Of small strains, Pa.
+        """
+        if material.get("law") != "hysteretic":
+            return None
+        return cls.of(
+            curves_of(material, shear_modulus),
+            material.get("branches", 30),
+            material.get("damping_curve", "target"),
+            material.get("damping_ratio"),
+            material.get("reference_frequency", 1.0),
+        )
+
+    def curves(self) -> SoilCurves:
+        """Modulus reduction and damping of the branches themselves."""
+        strain = np.minimum(STRAINS, self.strain[-1])
+        strain = strain[: np.searchsorted(STRAINS, self.strain[-1]) + 1]
+        return SoilCurves(
+            strain, np.minimum(1.0, self.reduction_at(strain)), self.damping_at(strain), "branches"
+        )
 
     def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:
         """G/G_max of the branches at shear strains above 0; their shape."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .branches import Branches
 from .column import Column
 from .curves import SoilCurves
 from .equivalent_linear import EquivalentLinear, equivalent_linear, small_strain_column
@@ -67,7 +68,7 @@ class Analyses:
 
 def analyses(
     column: Column,
-    curves: Sequence[SoilCurves | None],
+    curves: Sequence[SoilCurves | Branches | None],
     motion,
     time_step: float | None = None,
     *,
@@ -79,7 +80,8 @@ def analyses(
     Parameters
     ----------
     column, curves, motion, time_step, kind
-        As for :func:`nonlinear`; the linear column has the least damping ratios of the curves.
+        As for :func:`nonlinear`; the linear column has the least damping ratios of the curves, and
+        the equivalent-linear one the curves that given branches have.
     **options
         Of :func:`nonlinear`.
 
@@ -95,7 +97,8 @@ def analyses(
         If an iteration or a step does not converge.
     """
     ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
-    fitted = equivalent_linear(column, curves, ground, kind=kind)
+    tables = [one.curves() if isinstance(one, Branches) else one for one in curves]
+    fitted = equivalent_linear(column, tables, ground, kind=kind)
     found = nonlinear(column, curves, ground, kind=kind, **options)
-    linear = ColumnResponse.of(small_strain_column(column, curves), ground, kind=kind)
+    linear = ColumnResponse.of(small_strain_column(column, tables), ground, kind=kind)
     return Analyses(linear, fitted, found)

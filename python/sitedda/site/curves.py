@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.arguments import first_of, positive
 
 ATMOSPHERE = 101325.0  # Pa
-_STRAINS = np.logspace(-6, -1.5, 91)  # at which formulas are tabulated
+STRAINS = np.logspace(-6, -1.5, 91)  # at which formulas are tabulated
 _PARTS = 60  # of their intervals, in integrals of Masing's rules
 _BELOW = 60  # intervals below the table where such integrals begin
 
@@ -109,9 +110,9 @@ def hyperbolic(
     """
     reference = float(positive("reference_strain", reference_strain))
     power = float(positive("curvature", curvature))
-    reduction = 1 / (1 + (_STRAINS / reference) ** power)
-    damping = least_damping + _masing(_STRAINS / reference)
-    return SoilCurves(_STRAINS, reduction, np.minimum(damping, 0.999), "hyperbolic")
+    reduction = 1 / (1 + (STRAINS / reference) ** power)
+    damping = least_damping + _masing(STRAINS / reference)
+    return SoilCurves(STRAINS, reduction, np.minimum(damping, 0.999), "hyperbolic")
 
 
 def mkz(reference_strain: float, beta: float = 1.0, power: float = 1.0) -> SoilCurves:
@@ -228,7 +229,8 @@ def darendeli(
     References
     ----------
     Darendeli, M. B. (2001). Development of a new family of normalized modulus reduction and
-    material damping curves. PhD dissertation, The University of Texas at Austin.
+    material damping curves. PhD dissertation, The University of Texas at Austin. The constants
+    are those of the program Strata, ``DarendeliNonlinearProperty``.
     """
     stress = float(positive("mean_stress", mean_stress)) / ATMOSPHERE
     ratio = float(positive("over_consolidation", over_consolidation))
@@ -239,17 +241,53 @@ def darendeli(
     log_cycles = np.log(float(positive("cycles", cycles)))
     power = 0.919
     reference = (0.0352 + 0.0010 * plasticity * ratio**0.3246) * stress**0.3483 / 100
-    reduction = 1 / (1 + (_STRAINS / reference) ** power)
+    reduction = 1 / (1 + (STRAINS / reference) ** power)
     least = (0.8005 + 0.0129 * plasticity * ratio**-0.1069) * stress**-0.2889
     least *= 1 + 0.2919 * log_frequency
-    masing = 100 * _masing(_STRAINS / reference)
+    masing = 100 * _masing(STRAINS / reference)
     c1 = -1.1143 * power**2 + 1.8618 * power + 0.2523
     c2 = 0.0805 * power**2 - 0.0710 * power - 0.0095
     c3 = -0.0005 * power**2 + 0.0002 * power + 0.0003
     masing = c1 * masing + c2 * masing**2 + c3 * masing**3
     damping = (least + (0.6329 - 0.00566 * log_cycles) * reduction**0.1 * masing) / 100
     damping = np.maximum.accumulate(damping)  # the polynomial would fall again at large strain
-    return SoilCurves(_STRAINS, reduction, np.clip(damping, 0.0, 0.999), "Darendeli (2001)")
+    return SoilCurves(STRAINS, reduction, np.clip(damping, 0.0, 0.999), "Darendeli (2001)")
+
+
+def curves_of(material: Mapping, shear_modulus: float) -> SoilCurves:
+    """The curves of a group &material of law 'hysteretic'.
+
+    Parameters
+    ----------
+    material : mapping
+        Its variables, as they stand in the input.
+    shear_modulus : float
+        Of small strains, Pa.
+
+    Returns
+    -------
+    SoilCurves
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    """
+    value = material.get
+    curve = material["curve"]
+    if curve == "darendeli":
+        return darendeli(
+            material["mean_stress"],
+            value("plasticity_index", 0.0),
+            value("ocr", 1.0),
+            value("reference_frequency", 1.0),
+        )
+    if curve == "table":
+        return SoilCurves(material["strains"], material["reductions"], material["dampings"])
+    reference = value("reference_strain") or material["shear_strength"] / shear_modulus
+    if curve == "mkz":
+        return mkz(reference, value("curve_factor", 1.0), value("curve_power", 1.0))
+    return gqh(reference, material["curve_fit"]) if curve == "gqh" else hyperbolic(reference)
 
 
 def _by_masing(reduction, name: str) -> SoilCurves:
@@ -258,16 +296,16 @@ def _by_masing(reduction, name: str) -> SoilCurves:
     D = (2/π) [2 ∫τ dγ/(τγ) − 1], by the trapezoidal rule on _PARTS strains between two of the
     table, from _BELOW intervals before it on; the soil is linear up to there.
     """
-    step = np.log(_STRAINS[1] / _STRAINS[0]) / _PARTS
-    number = np.arange(-_BELOW * _PARTS, (_STRAINS.size - 1) * _PARTS + 1)
-    fine = _STRAINS[0] * np.exp(step * number)
+    step = np.log(STRAINS[1] / STRAINS[0]) / _PARTS
+    number = np.arange(-_BELOW * _PARTS, (STRAINS.size - 1) * _PARTS + 1)
+    fine = STRAINS[0] * np.exp(step * number)
     stress = fine * reduction(fine)
     work = np.cumsum(np.diff(fine) * (stress[1:] + stress[:-1]) / 2)
     work = fine[0] * stress[0] / 2 + np.concatenate([[0.0], work])
     damping = (2 / np.pi * (2 * work / (stress * fine) - 1))[_BELOW * _PARTS :: _PARTS]
     return SoilCurves(
-        _STRAINS,
-        np.minimum(reduction(_STRAINS), 1.0),
+        STRAINS,
+        np.minimum(reduction(STRAINS), 1.0),
         np.clip(damping, 0.0, 0.999),
         name,
     )

@@ -271,7 +271,7 @@ def _label(name: str) -> str:
 
 def nonlinear(
     column: Column,
-    curves: Sequence[SoilCurves | None],
+    curves: Sequence[SoilCurves | Branches | None],
     motion,
     time_step: float | None = None,
     *,
@@ -293,8 +293,9 @@ def nonlinear(
     column : Column
         With the moduli at small strain, n layers; on a rigid base or a half-space, whose damping is
         left out.
-    curves : sequence of SoilCurves or None, length n
-        Of each layer; None leaves it linear, with its own damping ratio.
+    curves : sequence of SoilCurves, Branches or None, length n
+        Of each layer; branches are taken as they are; None leaves it linear, with its own damping
+        ratio.
     motion : xarray.Dataset, Motion or array_like, shape (samples,)
         Of the base: as :func:`sitedda.read_record` returns it, or ground acceleration, m/s².
     time_step : float, optional
@@ -332,8 +333,8 @@ def nonlinear(
     reference = float(positive("reference_frequency", reference_frequency))
     ratios = [_own_ratio(i, column) for i in range(len(curves))]
     soils = tuple(
-        None
-        if curve is None
+        curve
+        if curve is None or isinstance(curve, Branches)
         else Branches.of(
             curve, branches, damping_curve, None if damping_curve == "target" else ratio, reference
         )

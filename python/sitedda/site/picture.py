@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from ..base.numbers import in_unit
 from ..drawing.pictures import BlockPicture, plain, view_box
 from ..engine.signals import spectral_acceleration
-from ..report.style import BLUE, FAINT, GREEN, ORANGE, empty_figure, headline
+from ..report.style import BLUE, FAINT, GREEN, ORANGE, RED, empty_figure, headline
 
 PERIODS = np.logspace(-1.7, 0.7, 120)  # s
 _WIDTH = 7.4  # inches of the model below an amplification along the surface
@@ -108,9 +108,10 @@ def nonlinear_figure(response) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = empty_figure((12.5, 7.2))
+    figure = empty_figure((14.5, 7.2))
     axes = figure.subplot_mosaic(
-        [["motion"] * 4, ["spectra", "acceleration", "strain", "loop"]], height_ratios=[1, 1.7]
+        [["motion"] * 5, ["spectra", "acceleration", "strain", "stress", "loop"]],
+        height_ratios=[1, 1.7],
     )
     _motion_panel(axes["motion"], response)
     _site_panels(axes, {"nonlinear": response})
@@ -129,8 +130,8 @@ def analyses_figure(analyses) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure = empty_figure((12.5, 4.8))
-    axes = figure.subplot_mosaic([["spectra", "acceleration", "strain", "loop"]])
+    figure = empty_figure((14.5, 4.8))
+    axes = figure.subplot_mosaic([["spectra", "acceleration", "strain", "stress", "loop"]])
     _site_panels(axes, analyses.responses)
     headline(figure, "Three analyses of a column", analyses.nonlinear.words)
     return figure
@@ -147,7 +148,7 @@ def _motion_panel(axes, response) -> None:
 
 _ANALYSES = {
     "linear": (GREEN, ":"),
-    "equivalent-linear": (BLOCKS, "--"),
+    "equivalent-linear": (RED, "--"),
     "nonlinear": (COLUMN, "-"),
 }
 
@@ -165,11 +166,13 @@ def _site_panels(axes, responses) -> None:
         profile = response.profile()
         axes["acceleration"].plot(profile.acceleration, profile.depth, color=color, ls=style)
         axes["strain"].plot(100 * profile.strain, profile.middle, color=color, ls=style)
+        axes["stress"].plot(profile.stress / 1e3, profile.middle, color=color, ls=style)
     spectra.set(xlabel="period (s)", ylabel="Sa, 5 % (m/s²)", ylim=(0, None))
     spectra.legend(frameon=False, fontsize=8)
     axes["acceleration"].set(xlabel="peak acceleration (m/s²)", xlim=(0, None))
     axes["strain"].set(xlabel="peak shear strain (%)", xscale="log")
-    for name in ("acceleration", "strain"):
+    axes["stress"].set(xlabel="peak shear stress (kPa)", xlim=(0, None))
+    for name in ("acceleration", "strain", "stress"):
         axes[name].set(ylabel="depth (m)", ylim=(depth, 0))
     _loop(axes["loop"], last)
 
@@ -194,6 +197,8 @@ def beside_figure(beside) -> Figure:
     -------
     matplotlib.figure.Figure
     """
+    if beside.yields:
+        return _beside_analyses(beside)
     figure = empty_figure((11, 7.6))
     axes = figure.subplot_mosaic(
         [["motion", "motion", "motion"], ["ratio", "spectra", "profile"]], height_ratios=[1, 1.7]
@@ -206,9 +211,28 @@ def beside_figure(beside) -> Figure:
     return figure
 
 
+def _beside_analyses(beside) -> Figure:
+    """Blocks of soil that yields beside three analyses of their column."""
+    figure = empty_figure((14.5, 7.6))
+    axes = figure.subplot_mosaic(
+        [["motion"] * 5, ["spectra", "acceleration", "strain", "stress", "loop"]],
+        height_ratios=[1, 1.7],
+    )
+    _motions(axes["motion"], beside)
+    _site_panels(axes, beside.columns)
+    spectrum = spectral_acceleration(beside.surface, beside.response.motion.time_step, PERIODS)
+    axes["spectra"].semilogx(PERIODS, spectrum, color=BLOCKS, label="blocks (DDA)")
+    axes["spectra"].legend(frameon=False, fontsize=8)
+    (depth, peak), (middle, strain) = beside.points, beside.strains
+    axes["acceleration"].plot(peak, depth, "o", color=BLOCKS, ms=5)
+    axes["strain"].plot(100 * strain, middle, "o", color=BLOCKS, ms=5)
+    headline(figure, plain(beside.title))
+    return figure
+
+
 def _motions(axes, beside) -> None:
     axes.plot(beside.time, beside.surface, color=BLOCKS, lw=0.9, label="blocks (DDA)")
-    label = f"column, {beside.damping}"
+    label = f"column, {beside.words.partition(';')[0]}"
     axes.plot(beside.time, beside.column_surface, color=COLUMN, lw=0.7, ls="--", label=label)
     axes.set(xlabel="time (s)", ylabel="surface (m/s²)", xlim=(beside.time[0], beside.time[-1]))
     axes.legend(frameon=False, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))

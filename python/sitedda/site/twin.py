@@ -10,6 +10,7 @@ import numpy as np
 from ..base.errors import OutputError
 from ..engine.damping import damping_of
 from ..input.input_text import input_values
+from .branches import Branches
 from .column import Column, Layer
 
 if TYPE_CHECKING:
@@ -19,13 +20,14 @@ _RECTANGLE_TOLERANCE = 1e-6
 
 
 def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
-    """The horizontally layered column that a run models, on the block of its base point.
+    """The horizontally layered column that a run models, below its surface point.
 
     Parameters
     ----------
     history : xarray.Dataset
     surface, base : str
-        Measured points; the column is made of the blocks above the base point's block.
+        Measured points.  The column ends on top of the block of the base point, or, where that is
+        a cell of the same body, at the base point.
 
     Returns
     -------
@@ -37,29 +39,50 @@ def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
     ValueError
         If the blocks are not rectangles stacked on each other.
     """
+    return layered_soils(history, surface, base)[0]
+
+
+def layered_soils(
+    history: xr.Dataset, surface: str, base: str
+) -> tuple[Column, list[Branches | None]]:
+    """The same, and the branches of each layer; None: it is linear."""
     boxes = _rectangles(history)
-    low = _block_at(boxes, history.point_place.sel(point=base).values)
+    foot = history.point_place.sel(point=base).values
+    low = _block_at(boxes, foot)
     high = _block_at(boxes, history.point_place.sel(point=surface).values)
-    stack = [b for b in np.argsort(-boxes[:, 1]) if boxes[low, 1] < boxes[b, 1] <= boxes[high, 1]]
+    size = boxes[high, 3] - boxes[high, 1]
+    bottom = _bottom(history, boxes, low, high, float(foot[1]))
+    middle = boxes[high, [0, 2]].mean()
+    inside = (boxes[:, 0] <= middle) & (middle < boxes[:, 2])
+    inside &= (boxes[:, 3] > bottom + 1e-6 * size) & (boxes[:, 1] <= boxes[high, 1])
+    stack = np.flatnonzero(inside)
+    stack = stack[np.argsort(-boxes[stack, 1])]
     tops, bottoms = boxes[stack, 3], boxes[stack, 1]
-    size = boxes[high, 3] - boxes[low, 3]
+    if not stack.size or np.any(abs(np.append(tops[1:], bottom) - bottoms) > 1e-6 * size):
+        raise ValueError("the blocks between base and surface are not stacked on each other")
     materials = input_values(history.attrs).get("material", [])
     number = history.block_material.values.astype(int)
     if np.any(number[stack] >= len(materials)):
         raise OutputError("the output is damaged: its input lacks the material of a block")
-    if not stack or np.any(abs(np.append(tops[1:], boxes[low, 3]) - bottoms) > 1e-6 * size):
-        raise ValueError("the blocks between base and surface are not stacked on each other")
-    return Column(
-        [
+    layers, soils = [], []
+    for b in stack:
+        material, modulus = materials[number[b]], float(history.block_shear_modulus[b])
+        soils.append(Branches.of_material(material, modulus))
+        layers.append(
             Layer(
                 float(boxes[b, 3] - boxes[b, 1]),
                 density=float(history.block_density[b]),
-                shear_modulus=float(history.block_shear_modulus[b]),
-                damping=damping_of(materials[number[b]]) or 0.0,
+                shear_modulus=modulus,
+                damping=(None if soils[-1] else damping_of(material)) or 0.0,
             )
-            for b in stack
-        ]
-    )
+        )
+    return Column(layers), soils
+
+
+def _bottom(history: xr.Dataset, boxes: np.ndarray, low: int, high: int, foot: float) -> float:
+    """Height of the rigid base, m."""
+    body = history.block_body.values if "block_body" in history else np.zeros(len(boxes))
+    return foot if body[low] and body[low] == body[high] else float(boxes[low, 3])
 
 
 def _rectangles(history: xr.Dataset) -> np.ndarray:

@@ -4,8 +4,9 @@
 A model *stands* at a factor F if, with tan φ, c and T of all joints, and of all materials of law
 'mohr_coulomb', divided by F, each of its
 static stages comes to rest (`docs/method.md`, statics), and no block has moved farther from where
-it rests with strong joints than a share of the usual block's radius.  The factor of safety is where
-that ends, by bisection; it may lie below 1.
+it rests with strong joints than a share of the usual block's radius, no cell of a body farther
+than that share of its body's.  The factor of safety is where that ends, by bisection; it may lie
+below 1.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from ..base.arguments import POSITIVE, TOLERANCE
 from ..build.model import Model
 from .bodies import Bodies
-from .strength import Rest, come_to_rest, released, static_model, yielding
+from .strength import Rest, come_to_rest, elastic_soils, released, static_model, yielding
 
 _LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # factors that are looked at
 _BEYOND = 1.02  # over the factor at failure, of the motion that the mechanism is taken from
@@ -209,9 +210,18 @@ class _Trials:
         self.reference: np.ndarray | None = None
 
     @property
-    def way(self) -> float:
-        """Displacement that counts as failure, m."""
-        return self.share * float(np.quantile(self.bodies.radii, 0.5, method="lower"))
+    def ways(self) -> np.ndarray:
+        """Displacement of each block that counts as failure, m."""
+        radii = self.bodies.radii
+        usual = float(np.quantile(radii, 0.5, method="lower"))
+        many = np.bincount(self.bodies.of) > 1
+        return self.share * np.where(many, radii, usual)[self.bodies.of]
+
+    def largest(self, coordinates: np.ndarray, start: np.ndarray) -> tuple[float, float]:
+        """The motion that is most of the way to failure, and that way, m."""
+        moved = self.moved(coordinates, start)
+        most = int(np.argmax(moved / self.ways))
+        return float(moved[most]), float(self.ways[most])
 
     def moved(self, coordinates: np.ndarray, start: np.ndarray) -> np.ndarray:
         """Displacement and radius × rotation of each block, shape (blocks,), m."""
@@ -223,12 +233,11 @@ class _Trials:
         """Try a factor."""
         rest = come_to_rest(self.model, factor)
         if rest.stands:
-            first = self.reference is None
-            moved = self.moved(rest.coordinates, self.start if first else self.reference)
-            most, allowed, unit = float(moved.max()), self.way, "m"
-            if first:
-                ways = moved / self.bodies.radii[self.bodies.of]
+            if self.reference is None:
+                ways = self.moved(rest.coordinates, self.start) / self.bodies.radii[self.bodies.of]
                 most, allowed, unit = float(ways.max()), _SETTLEMENT, "radii"
+            else:
+                (most, allowed), unit = self.largest(rest.coordinates, self.reference), "m"
             words = f"{rest.words}; a block has moved by {most:.3g} {unit}, allowed {allowed:.3g}"
             rest = Rest(factor, most <= allowed, words, rest.coordinates)
         if rest.stands and self.reference is None:
@@ -247,12 +256,11 @@ class _Trials:
 
     def undisturbed(self) -> float:
         """The largest factor at which the model rests without having moved much."""
-        good = [
-            one.factor
-            for one in self.done
-            if one.stands
-            and self.moved(one.coordinates, self.reference).max() <= _UNDISTURBED * self.way
-        ]
+        good = []
+        for one in self.done:
+            if one.stands:
+                most, allowed = self.largest(one.coordinates, self.reference)
+                good += [one.factor] if most <= _UNDISTURBED * allowed else []
         return max(good)
 
 
@@ -274,7 +282,7 @@ def safety(
         Width of the bracket over its upper end.
     displacement : float
         Largest displacement of a block at rest from where it rests with strong joints, of the
-        median radius of the blocks.
+        median radius of the blocks; of a cell of a body, of that body's radius.
     changes : mapping, optional
         Variables to change in the input, see `Simulation`.
 
@@ -298,7 +306,7 @@ def safety(
     while high <= _MOST_REDUCTION and trials.stands(high):
         low, high = high, 2.0 * high
     if high > _MOST_REDUCTION:
-        return Safety(low, math.inf, tuple(trials.done), None)
+        return Safety(low, math.inf, tuple(trials.done), None, _doubts(None, trials.model))
     low, high = bisect(trials.stands, low, high, tolerance)
     mechanism = _mechanism(trials, _BEYOND * high, trials.undisturbed())
     return Safety(low, high, tuple(trials.done), mechanism, _doubts(mechanism, trials.model))
@@ -336,14 +344,15 @@ def _mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:
     """Let the model go at a factor, from rest at another, until it has moved far enough."""
     gravity = trials.model.control.gravity
     pull = 0.0 if gravity is None else float(np.linalg.norm(gravity))
-    unit = math.sqrt(trials.way / (pull or 1.0))
+    unit = math.sqrt(float(trials.ways.min()) / (pull or 1.0))
     moves = done = False
     with released(trials.model, factor, held, _STEP * unit, _STEPS) as run:
         run.advance(_ELASTIC)
         start = run.coordinates
         while not (moves or done):
             done = run.advance(10)
-            moves = bool(trials.moved(run.coordinates, start).max() > trials.way)
+            most, allowed = trials.largest(run.coordinates, start)
+            moves = most > allowed
         change = run.coordinates - start
     bodies = trials.bodies
     change = bodies.mean(change[:, :3])
@@ -359,15 +368,20 @@ def _verdicts(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
     return tuple(np.where(still, "stable", np.where(turns, "topples", "slides")).tolist())
 
 
-def _doubts(mechanism: Mechanism, model: Model) -> str:
+def _doubts(mechanism: Mechanism | None, model: Model) -> str:
     """What speaks against a result: no motion confirms the failure, cells are too strong."""
     said = []
-    if not mechanism.moves:
+    if mechanism and not mechanism.moves:
         said.append(
             "just beyond the failure of the static stages the model does not move far when it is "
             "let go: the stages may have failed for another reason than strength; see the trials"
         )
-    if yielding(model):
+    if elastic := elastic_soils(model):
+        said.append(
+            f"soil of loops counts as elastic where its curve ends at no shear strength "
+            f"({', '.join(elastic)}), as those of 'hyperbolic' and 'gqh' do"
+        )
+    if mechanism and yielding(model):
         said.append(
             "cells that yield are too strong where they are large: compare the factor with that of "
             "cells of half the size"

@@ -24,6 +24,10 @@ _TIME_ZERO = {
 }  # groups that change in time: their variables, and whether the ends hold outside
 _DAMPING = ("damping_ratio", "reference_frequency", "damping_band", "mechanisms")  # of materials
 _DAMPING += ("rayleigh_alpha", "rayleigh_beta", "rayleigh_frequencies")
+_CURVES = ("curve", "plasticity_index", "mean_stress", "ocr", "reference_strain", "shear_strength",
+           "curve_factor", "curve_power", "curve_fit", "strains", "reductions", "dampings",
+           "damping_curve", "branches")  # fmt: skip
+_WITH_STRENGTH = ("hyperbolic", "gqh")  # curves that end at one
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     for point in model.of_kind("fixed_point"):
         point(motion_x=None, motion_y=None)
     for material in model.of_kind("material"):
-        material(**dict.fromkeys(("initial_velocity", *_DAMPING)))
+        material(**dict.fromkeys(("initial_velocity", *_DAMPING)), **_at_rest(material))
     for boundary in model.of_kind("boundary"):
         _fix(boundary)
     for values in filter(None, stages):
@@ -90,6 +94,32 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     if not model.of_kind("stage"):
         model.stage(name="rest", kind="static")
     return model
+
+
+def _at_rest(material: Group) -> dict:
+    """What takes the place of a soil of loops, which is elastic in static stages.
+
+    Where its curve ends at a shear strength: a solid with that cohesion, without friction.
+    """
+    if material.law != "hysteretic" or material.curve not in _WITH_STRENGTH:
+        return {}
+    strength = material.shear_strength
+    if strength is None:
+        strength = material.reference_strain * _shear_modulus(material)
+    return dict.fromkeys(_CURVES) | {"law": "mohr_coulomb", "cohesion": float(strength)}
+
+
+def _shear_modulus(material: Group) -> float:
+    """Of small strains, Pa."""
+    if material.shear_velocity is not None:
+        return material.density * material.shear_velocity**2
+    return material.young_modulus / (2 * (1 + material.poisson_ratio))
+
+
+def elastic_soils(model: Model) -> list[str]:
+    """Soils of loops whose curves end at no strength, by name."""
+    soils = [one for one in model.of_kind("material") if one.law == "hysteretic"]
+    return [one.name or "without a name" for one in soils if one.curve not in _WITH_STRENGTH]
 
 
 def _static(group: Group) -> dict | None:

@@ -1,0 +1,98 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a check says of materials with a law of their own: how well it has its curves, whether
+!> blocks resolve waves in softened soil, and cells that soften faster than they unload.
+module dda_check_laws
+   use dda_kinds, only: wp
+   use dda_blocks, only: smaller_side
+   use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, advice_if
+   use dda_material, only: material_type, elasticity
+   use dda_model, only: model_type
+   use dda_text, only: short_text, quoted
+   implicit none
+   private
+   public :: check_laws
+
+   real(wp), parameter :: strains(2) = [1.0e-3_wp, 1.0e-2_wp]  !< at which soil is told to be softer
+   real(wp), parameter :: coarsest = 1.0_wp/12                 !< of a wave length
+
+contains
+
+   !> A line for each of them.
+   subroutine check_laws(model, report)
+      type(model_type), intent(in) :: model       !< materials and blocks
+      type(report_type), intent(inout) :: report  !< check report
+      integer :: m
+
+      do m = 1, size(model%materials)
+         if (.not. any(model%blocks%material == m)) cycle
+         if (.not. model%materials(m)%has_law()) cycle
+         if (model%materials(m)%own_law%in_words() /= '') call check_softer(model, m, report)
+         call check_softening(model, m, report)
+      end do
+   end subroutine check_laws
+
+   !> Fit of the curves, and length of the waves where the soil has lost part of its modulus.
+   subroutine check_softer(model, m, report)
+      type(model_type), intent(in) :: model       !< materials and blocks
+      integer, intent(in) :: m                    !< material
+      type(report_type), intent(inout) :: report  !< check report
+      character(len=:), allocatable :: found
+      real(wp) :: left(2), eta, size_of
+      logical :: fine
+
+      associate (material => model%materials(m))
+         left = [material%own_law%secant(strains(1)), material%own_law%secant(strains(2))]
+         found = quoted(trim(material%name))//': '//material%own_law%in_words()//'; loops of '// &
+            '.1 and 1 % shear strain have '//short_text(left(1))//' and '//short_text(left(2))// &
+            ' of the modulus of small strains, and waves '//short_text(sqrt(left(1)))//' and '// &
+            short_text(sqrt(left(2)))//' of their length'
+         fine = .true.
+         if (report%band%known) then
+            size_of = largest(model, m)
+            eta = size_of*report%band%highest/sqrt(left(1)*material%young_modulus/(2.0_wp &
+               *(1.0_wp + material%poisson_ratio)*material%density))
+            found = found//': at .1 % eta = 1/'//short_text(1.0_wp/eta)//' at '// &
+               short_text(report%band%highest)//' Hz, limit 1/12'
+            fine = eta <= coarsest
+         end if
+         call add_line(report, merge(verdict_ok, verdict_warn, fine), 'material law', found, &
+            'secant moduli', advice_if(.not. fine, 'where the soil is to yield, blocks no '// &
+            'larger than '//short_text(size_of*coarsest/eta)//' m'))
+      end associate
+   end subroutine check_softer
+
+   !> The largest of the smaller sides of the blocks of a material, m.
+   pure real(wp) function largest(model, m) result(side)
+      type(model_type), intent(in) :: model  !< materials and blocks
+      integer, intent(in) :: m               !< material
+      integer :: b
+
+      side = 0.0_wp
+      associate (blocks => model%blocks)
+         do b = 1, blocks%n
+            if (blocks%material(b) == m) side = max(side, smaller_side(blocks, b))
+         end do
+      end associate
+   end function largest
+
+   !> Blocks that soften faster than they unload: the run cannot follow that quietly.
+   subroutine check_softening(model, m, report)
+      type(model_type), intent(in) :: model       !< materials and blocks
+      integer, intent(in) :: m                    !< material
+      type(report_type), intent(inout) :: report  !< check report
+      real(wp) :: limit, size_of
+
+      associate (material => model%materials(m))
+         limit = material%own_law%largest_thickness(elasticity(material, &
+            model%control%plane_strain))
+         if (.not. limit < huge(1.0_wp)) return
+         size_of = largest(model, m)
+         call add_line(report, merge(verdict_ok, verdict_warn, size_of <= limit), 'material law', &
+            quoted(trim(material%name))//': cells of '//short_text(size_of)//' m soften; '// &
+            'beyond '//short_text(limit)//' m they would lose strength faster than they unload', &
+            'G or E times softening_displacement over the strength that is lost', &
+            advice_if(size_of > limit, 'smaller cells, or a larger softening_displacement'))
+      end associate
+   end subroutine check_softening
+
+end module dda_check_laws
