@@ -158,7 +158,7 @@ def test_native_progress_states_time_share_and_time_left(native, write_input, tm
 
 def test_python_progress_bar_reaches_the_end(python_program, write_input, tmp_path):
     done = python_program("run", write_input(tower(steps=500)), folder=tmp_path)
-    assert "0.50/0.50 s" in done.stderr
+    assert "0.5/0.5 s" in done.stderr
     assert "100%" in done.stderr
 
 

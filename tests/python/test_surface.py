@@ -9,6 +9,8 @@ from lattices import lattice
 from test_boundaries import outcrop_ratio, stack
 
 import sitedda
+from sitedda.plot import kind_of, run_picture
+from sitedda.scene import Scene
 from sitedda.signals import smooth_konno_ohmachi
 from sitedda.site import surface
 
@@ -46,6 +48,17 @@ def test_a_hill_is_seen_where_it_is():
     departure = run.verdict.values["side_departure[free field left]"]
     assert 0.01 < departure < 0.3
     assert found.plot().axes
+
+
+def test_the_picture_of_a_run_is_amplification_along_its_surface():
+    history = ground(HILL).history
+    assert kind_of(Scene.of(history)) == "surface"
+    assert [axes.get_ylabel() for axes in run_picture(history).axes[:2]] == [
+        "frequency (Hz)",
+        "ratio",
+    ]
+    few = history.isel(point=slice(2, None))
+    assert kind_of(Scene.of(few)) == "shake"
 
 
 def test_without_a_free_field_the_outcrop_of_the_half_space_is_the_reference():

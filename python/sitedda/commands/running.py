@@ -58,7 +58,7 @@ def _resume(options: argparse.Namespace) -> int:
 def _to_end(options: argparse.Namespace, resume: bool) -> int:
     from tqdm import tqdm
 
-    look = "{l_bar}{bar}| {n:.2f}/{total:.2f} s [{elapsed}<{remaining}]"
+    look = "{l_bar}{bar}| {n:.5g}/{total:.5g} s [{elapsed}<{remaining}]"
     changes = dict(options.set)
     with ExitStack() as stack:
         bars, said = [], [""]

@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -174,30 +173,43 @@ def _finish(settings: Settings, options: argparse.Namespace) -> int:
 
 
 def _tell(table, status: str | None, name: str) -> None:
-    """The first messages of cases, with their parameters."""
+    """The first messages of cases, with the parameters of the first case of each."""
     texts = table[name].values
     chosen = texts != "" if status is None else table.status.values == status
-    _tell_cases(status or name, table, chosen, lambda place: texts[place].splitlines()[0])
+    same: dict[str, list[tuple]] = {}
+    for place in _places(chosen):
+        same.setdefault(texts[place].splitlines()[0], []).append(place)
+    for words, places in list(same.items())[:_MOST]:
+        more = f" and {len(places) - 1} more" if len(places) > 1 else ""
+        where = _parameters(table, places[0]) + more
+        print(": ".join(filter(None, [status or name, where, words])))
+    if (rest := len(same) - _MOST) > 0:
+        print(f"… and {rest} other messages")
 
 
 def _tell_roots(table, task: SolveFor) -> None:
     """The first roots, with the parameters of their cases."""
     from ..base.numbers import with_bar
 
-    if "root" in table:
-        root, bar = table.root.values, table.root_bar.values
-        _tell_cases("root", table, np.isfinite(root), lambda place: (
-            f"{task.parameter} = {with_bar(float(root[place]), float(bar[place]))}"))  # fmt: skip
-
-
-def _tell_cases(what: str, table, chosen: np.ndarray, words: Callable[[tuple], str]) -> None:
-    """Words on the first of the chosen cases."""
-    places = [place for place in np.ndindex(chosen.shape) if chosen[place]]
+    if "root" not in table:
+        return
+    root, bar = table.root.values, table.root_bar.values
+    places = _places(np.isfinite(root))
     for place in places[:_MOST]:
-        where = ", ".join(
-            f"{dim} = {table[dim].values[i]}" if dim in table.coords else f"{dim} {i}"
-            for dim, i in zip(table.status.dims, place, strict=True)
-        )
-        print(": ".join(filter(None, [what, where, words(place)])))
-    if (more := len(places) - _MOST) > 0:
-        print(f"… and {more} more")
+        words = f"{task.parameter} = {with_bar(float(root[place]), float(bar[place]))}"
+        print(": ".join(filter(None, ["root", _parameters(table, place), words])))
+    if (rest := len(places) - _MOST) > 0:
+        print(f"… and {rest} more")
+
+
+def _places(chosen: np.ndarray) -> list[tuple]:
+    """Indices of the chosen cases."""
+    return [place for place in np.ndindex(chosen.shape) if chosen[place]]
+
+
+def _parameters(table, place: tuple) -> str:
+    """The parameters of a case, as words."""
+    return ", ".join(
+        f"{dim} = {table[dim].values[i]}" if dim in table.coords else f"{dim} {i}"
+        for dim, i in zip(table.status.dims, place, strict=True)
+    )

@@ -94,7 +94,7 @@ def scale_arrow(axes: Axes, length: float, most: float, unit: str, words: str) -
         f"{words}: {value:g} {name}",
         "upper right",
         bbox_to_anchor=(1.0, 0.0),
-        bbox_transform=axes.transAxes + ScaledTranslation(0, -28 / 72, axes.figure.dpi_scale_trans),
+        bbox_transform=axes.transAxes + ScaledTranslation(0, -36 / 72, axes.figure.dpi_scale_trans),
         frameon=False,
         borderpad=0.0,
         sep=2,

@@ -75,6 +75,7 @@ BROKEN = 4  # state of a bolt
 _MOST_DRAWN_OUTLINES = 30000
 _MOST_LABELS = 24  # of measured points
 _MOST_NAMED = 3  # blocks beyond the ends of a scale
+_MARGIN, _LETTER = 0.8, 0.068  # inches left of the words above a picture; of one of their letters
 _FLAT = 0.25  # height over width: a legend is below, not beside
 _TICK = 0.32  # inches of a colour bar for each tick
 
@@ -324,7 +325,12 @@ class BlockPicture:
         one_of_each = {scene.names[b]: b for b in reversed(beyond)}  # of a body its first cell
         named = [f"{scene.names[b]} ({number(area[b], 3)} m²) {values[b] / size:.3g} {unit}"
                  for b in beyond if one_of_each[scene.names[b]] == b]  # fmt: skip
-        return [*lines, f"beyond the scale: {_some(named, _MOST_NAMED)}"]
+        place, figure = self.axes.get_subplotspec(), self.axes.figure
+        columns = place.get_gridspec().ncols if place else 1
+        room = (figure.bbox.width / figure.dpi / columns - _MARGIN) / _LETTER
+        longest_first = (f"beyond the scale: {_some(named, n)}" for n in range(_MOST_NAMED, 1, -1))
+        fitting = (line for line in longest_first if len(line) <= room)
+        return [*lines, next(fitting, f"beyond the scale: {_some(named, 1)}")]
 
 
 def _at_rest(kind, floors: dict[str, float]) -> str:

@@ -19,6 +19,7 @@ from ..output.scene import Scene
 from ..output.verdict import PERIODS, acceleration_spectrum, damping_words
 from ..report.style import BLUE, GREY, ORANGE, RULE, empty_figure, headline, save_picture
 from ..site.beside import beside
+from ..site.surface import Surface, surface
 from .panels import (
     curves_of,
     draw_budget,
@@ -34,25 +35,44 @@ from .panels import (
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 _BLOCKS_WIDTH = 4.2  # inches of the blocks in a picture of two of them
 _WORTH = 1e-6  # of the model's size: less has a picture only where a motion drives it
+_SURFACE = 4  # measured points, from which on amplification along them is what is drawn
 _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, that damping is said at where no peak is asked for
 
 
 CAPTIONS = {
     "site": "The site: over depth, its motions, response spectra, and amplification with theory.",
+    "surface": "Amplification along the surface by frequency, peaks there, and the model.",
     "shake": "The model, what the shake has moved, histories and response spectra.",
     "forces": "The model, the forces in it, and what has moved.",
 }
 
 
 def kind_of(scene: Scene) -> str:
-    """What a run asks: the response of a 'site', of a model to a 'shake', or its 'forces'."""
+    """What a run asks: response of a 'site', along a 'surface', to a 'shake', or 'forces'."""
     groups = scene.groups
     if groups.get("amplification"):
         return "site"
+    if _along_surface(scene):
+        return "surface"
     moved = any(one["moved"] for one in scene.supports() + scene.boundaries(0))
     base = any(name.startswith("base") for name in groups.get("control", [{}])[0])
     dynamic = float(scene.data.time[-1]) > float(scene.data.time[0])
     return "shake" if (moved or base or groups.get("motion")) and dynamic else "forces"
+
+
+def _along_surface(scene: Scene) -> Surface | None:
+    """Amplification along a surface of enough points, where waves come in and no joint slips."""
+    if movement_limits(scene, "slip", [scene.frames - 1]).high > _WORTH * scene.size:
+        return None
+    time = scene.data.time.values
+    if len(time) < 3:
+        return None
+    band = max(0.5, 2 / float(time[-1] - time[0])), min(15.0, 0.25 / float(time[1] - time[0]))
+    try:
+        found = surface(scene.data, lowest=band[0], highest=band[1])
+    except ValueError:
+        return None
+    return found if len(found.names) >= _SURFACE else None
 
 
 def run_picture(history: xr.Dataset, found=(), discrete=None) -> Figure:
@@ -70,6 +90,8 @@ def run_picture(history: xr.Dataset, found=(), discrete=None) -> Figure:
     scene = Scene.of(history)
     if found:
         return _site_picture(scene, history, found[0], discrete)
+    if along := _along_surface(scene):
+        return along.plot()
     return _picture(scene, history, kind_of(scene) == "shake")
 
 

@@ -203,6 +203,8 @@ def _values(path: str, values):
         if space is None:
             raise InputError(f"parameter {path!r}: spacing is 'linear' or 'log'")
         found = space(values["from"], values["to"], int(values["count"])).tolist()
+        if isinstance(values["from"], int) and all(one.is_integer() for one in found):
+            found = list(map(int, found))  # seeds and counts
     return (changes, found) if changes else found
 
 
