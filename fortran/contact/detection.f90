@@ -82,9 +82,13 @@ contains
    end function is_flat
 
    !> Penetrations at the end of the last step, and which edges each vertex was pressed on.
-   pure subroutine measure_depths(detection, contacts)
+   !>
+   !> What the cells of bodies in contact have been strained by counts as depth, too: a corner that
+   !> leaves a body stands lower by that than the body beside it.
+   pure subroutine measure_depths(detection, contacts, blocks)
       type(detection_type), intent(inout) :: detection  !< depths are replaced
       type(contacts_type), intent(in) :: contacts       !< list of the last step
+      type(blocks_type), intent(in) :: blocks           !< present geometry
       real(wp) :: depth, pressed, deepest, hardest
       integer :: c, v, w
 
@@ -101,6 +105,7 @@ contains
          if (is_point(contacts, c)) cycle
          v = contacts%vertex(c)
          w = contacts%corner(c)
+         depth = depth + settled(blocks, contacts%block_v(c)) + settled(blocks, contacts%block_e(c))
          detection%depth(v) = max(detection%depth(v), depth)
          if (w > 0) detection%depth(w) = max(detection%depth(w), depth)
          detection%pressing(:, v) = [contacts%edge(c), detection%pressing(1, v)]
@@ -108,6 +113,16 @@ contains
       detection%deepest = deepest
       detection%pressed = hardest
    end subroutine measure_depths
+
+   !> How far strain as that of a cell has moved the surface of its body, m; 0 of other blocks.
+   pure real(wp) function settled(blocks, b)
+      type(blocks_type), intent(in) :: blocks  !< present geometry
+      integer, intent(in) :: b                 !< block
+
+      settled = 0.0_wp
+      if (blocks%body(b) > 0) settled = maxval(abs(blocks%position(4:6, b))) &
+         *sqrt(blocks%whole_area(b))
+   end function settled
 
    !> No vertex is pressed on an edge; in one run through memory.
    pure subroutine release_all(n, pressing)

@@ -18,7 +18,7 @@ module dda_contact_search
    use dda_detection, only: detection_type, measure_depths, detect_contacts
    use dda_history, only: history_type, inherit
    use dda_neighbours, only: find_neighbours
-   use dda_model, only: force_noise
+   use dda_model, only: force_noise, half_size
    use dda_simulation, only: simulation_type, next_step, exchange_lists
    use dda_linear_solver, only: analyse
    use dda_stopwatch, only: lap, phase_assemble, phase_detect, phase_search
@@ -27,6 +27,7 @@ module dda_contact_search
    private
    public :: find_contacts
 
+   real(wp), parameter :: least_rounding = 1.0e-5_wp  !< share of the noise of contact forces
    real(wp), parameter :: search_margin = 1.0_wp   !< of the contact distance, searched beyond need
 
 contains
@@ -38,12 +39,14 @@ contains
 
       associate (detection => simulation%detection, neighbours => simulation%neighbours)
          detection%travel = 2.5_wp*simulation%speed*simulation%time_step
-         call measure_depths(detection, simulation%contacts(simulation%now))
+         call measure_depths(detection, simulation%contacts(simulation%now), simulation%blocks)
          ! What presses must not be lost from the list.
          detection%distance = max(detection%least, detection%travel, 2*detection%deepest) &
             + highest_lift(simulation)
          if (detection%distance + 2*neighbours%travel > neighbours%reach) &
             call search_anew(simulation, (1.0_wp + search_margin)*detection%distance, error)
+         if (any(simulation%blocks%body > 0)) simulation%iteration%rounding = min(1.0_wp, max( &
+            least_rounding, 0.1_wp*detection%travel/half_size(simulation%blocks)))
       end associate
       if (allocated(error)) return
       call renew_contacts(simulation)

@@ -9,6 +9,7 @@ module dda_open_close
    use dda_damage_passes, only: renew_damage
    use dda_errors, only: error_type, error_convergence, fail
    use dda_block_vectors, only: copy_vector
+   use dda_body_drift, only: solve_step_for
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
    use dda_contact_evaluation, only: evaluate_contacts
@@ -17,7 +18,7 @@ module dda_open_close
    use dda_interrupts, only: fail_if_stopped, fail_within_step, stop_within_step
    use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
    use dda_line_search, only: descend
-   use dda_linear_solver, only: solver_type, renew, solve, solve_change
+   use dda_linear_solver, only: solver_type, renew
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_rank_one, only: forget_changes
    use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
@@ -34,6 +35,8 @@ module dda_open_close
    real(wp), parameter :: very_short_step = 0.1_wp
    integer, parameter :: most_short_steps = 6        !< in a row; then a whole one is taken
    integer, parameter :: few_lines = 15              !< Newton's iterations without a line search
+   integer, parameter :: few_solves = 45             !< to less than the noise of places
+   real(wp), parameter :: more_noise = 3.0_wp        !< allowed with each more of them
    real(wp), parameter :: least_share = 0.1_wp       !< of the tolerance, below which a line stays
    integer, parameter :: most_friction_solves = 60   !< while the states are held
    integer, parameter :: most_runaways = 4           !< of friction forces, before the last resort
@@ -59,6 +62,9 @@ module dda_open_close
       real(wp) :: penetration_tolerance = 0.0_wp      !< m; > 0: augmented Lagrangian
       real(wp) :: weight = 0.0_wp                     !< largest block weight, N/m
       real(wp) :: noise = 0.0_wp                      !< contact force of rounding in places, N/m
+      !> share of the noise that is asked for at first: in a step increments round, places do not;
+      !> less than 1 for bodies, whose friction would else lag behind at each corner of a cell
+      real(wp) :: rounding = 1.0_wp
       logical :: may_stop = .false.                   !< a signal ends it: the step is begun anew
       integer :: iterations = 0                       !< solves of this step
       integer :: changes = 0                          !< states changed in this step
@@ -257,7 +263,7 @@ contains
       if (allocated(error)) return
       call lap(system%watch, phase_factorise)
       call copy_vector(size(system%d, 2), system%d, system%previous_d)
-      call solve(solver, system%matrix, system%rhs, system%d, error, iteration%reduction)
+      call solve_step_for(system, solver, contacts, error, iteration%reduction)
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
@@ -306,11 +312,21 @@ contains
 
       largest = iteration%weight
       call evaluate_contacts(contacts, laws, d, largest, iteration%residual)
-      iteration%tolerance = max(iteration%relative_tolerance*largest, iteration%noise)
+      iteration%tolerance = max(iteration%relative_tolerance*largest, &
+         noise_after(iteration, iteration%iterations))
       iteration%worst = 0
       if (iteration%residual > iteration%tolerance) &
          iteration%worst = maxloc(contacts%force_residual(:contacts%n), 1)
    end subroutine evaluate
+
+   !> Noise of the contact forces that has to be allowed after so many solves.
+   pure real(wp) function noise_after(iteration, solves) result(noise)
+      type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
+      integer, intent(in) :: solves  !< in vain
+
+      noise = iteration%noise*min(1.0_wp, iteration%rounding*more_noise**max(0, min(solves &
+         - few_solves, few_lines)))
+   end function noise_after
 
    !> A loose solve has led to forces within the tolerance: solve exactly, and evaluate again.
    subroutine finish_solve(iteration, system, solver, contacts, laws, error)
@@ -322,7 +338,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (solver%exact) return
-      call solve(solver, system%matrix, system%rhs, system%d, error)
+      call solve_step_for(system, solver, contacts, error, 0.0_wp)
       if (.not. allocated(error)) call evaluate(iteration, system%d, contacts, laws)
    end subroutine finish_solve
 
@@ -348,6 +364,7 @@ contains
          call evaluate_slides(iteration%slides, contacts, laws, system%d)
          difference = difference_of(iteration%slides)
          if (i == 1 .and. .not. exactly) wanted = max(wanted, friction_share*difference)
+         wanted = max(wanted, noise_after(iteration, i))
          reduction = loose
          if (difference > wanted) then
             call follow(iteration%slides, contacts, system)
@@ -357,10 +374,10 @@ contains
             return
          end if
          if (exactly) then
-            call solve(solver, system%matrix, system%rhs, system%d, error, reduction)
+            call solve_step_for(system, solver, contacts, error, reduction)
          else
-            call solve_change(solver, system%matrix, system%rhs, iteration%slides%rhs_change, &
-               system%d, error, reduction)
+            call solve_step_for(system, solver, contacts, error, reduction, &
+               iteration%slides%rhs_change)
          end if
          if (allocated(error)) return
       end do

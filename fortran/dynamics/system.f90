@@ -40,6 +40,9 @@ module dda_system
       real(wp), allocatable :: rhs(:,:)            !< [6,n] f̂
       real(wp), allocatable :: d(:,:)              !< [6,n] unknowns (paper eq. 2)
       real(wp), allocatable :: previous_d(:,:)     !< [6,n] those of the iteration before
+      logical :: drifts = .false.                  !< bodies move on in this step
+      !> [6,n] d₀ of bodies that do, K̂d₀ of the linear part, and memory, see dda_body_drift
+      real(wp), allocatable :: drift(:,:), drift_load(:,:), reduced(:,:)
       type(step_type) :: constant_step             !< that `constant` was made for
       logical :: constant_damps = .false.          !< it holds the damping of the materials
       type(stopwatch_type) :: watch                !< over the phases of the steps

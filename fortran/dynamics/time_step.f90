@@ -18,7 +18,7 @@ module dda_time_step
       fail
    use dda_impact, only: count_impacts, resolve_impacts
    use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
-   use dda_linear_solver, only: weigh_loads
+   use dda_body_drift, only: begin_drift
    use dda_model, only: half_size
    use dda_material_search, only: shorten_step
    use dda_open_close, only: close_contacts, counts_of, add_counts
@@ -88,7 +88,8 @@ contains
          do round = 1, most_rounds
             call assemble_linear(simulation%system, simulation%elements, simulation%blocks, &
                next_step(simulation))
-            call weigh_loads(simulation%solver, simulation%system%load)
+            call begin_drift(simulation%system, simulation%solver, simulation%blocks, &
+               next_step(simulation))
             call lap(simulation%system%watch, phase_assemble)
             if (simulation%laws%damped .and. round > 1) call damp_contacts(contacts, &
                simulation%laws, simulation%blocks, next_step(simulation))  ! nothing is hit yet

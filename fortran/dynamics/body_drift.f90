@@ -1,0 +1,147 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The solve of a step in which bodies move on: for what differs from the translation that each has.
+!>
+!> Stiff springs between the cells of a body that moves by d₀ in a step have no force, but K̂d₀
+!> rounds to 10⁻¹⁶ K̂d₀, in each step the same way: a body of E = 10¹⁴ Pa would gain 10⁻⁸ of its
+!> weight.  So K̂(d − d₀) = f̂ − K̂d₀ is solved, with K̂d₀ summed term by term, where that of two
+!> welded cells is exactly zero.
+module dda_body_drift
+   use dda_kinds, only: wp
+   use dda_block_vectors, only: add_multiple
+   use dda_blocks, only: blocks_type
+   use dda_contact, only: contacts_type
+   use dda_errors, only: error_type
+   use dda_linear_solver, only: solver_type, note_rigid_terms, solve, solve_change, &
+      weigh_loads
+   use dda_linear_terms, only: blocks_in, get_row, step_weights, stretch_of
+   use dda_scheme, only: step_type
+   use dda_system, only: system_type
+   implicit none
+   private
+   public :: begin_drift, solve_step_for
+
+   real(wp), parameter :: least_drift = 1.0e-6_wp  !< of half the model: less is rest
+   !> of loads, by which residuals are measured: those of supports and contacts that move are far
+   !> beyond the forces between bodies
+   real(wp), parameter :: share_of_rounding = 1.0e-3_wp
+
+contains
+
+   !> The translation of each body, and what the linear part of K̂ makes of it; the solver is told
+   !> of the loads that are left.
+   subroutine begin_drift(system, solver, blocks, step)
+      type(system_type), intent(inout) :: system  !< equations of the step, without contacts
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(blocks_type), intent(in) :: blocks     !< in their present state
+      type(step_type), intent(in) :: step         !< the one being taken
+      real(wp) :: weights(size(step_weights(step))), row(6), c
+      integer :: i, k, b
+
+      system%drifts = .false.
+      call weigh_loads(solver, system%load)
+      if (.not. any(blocks%body > 0)) return
+      if (.not. allocated(system%drift)) allocate (system%drift(6, blocks%n), &
+         system%drift_load(6, blocks%n), system%reduced(6, blocks%n))
+      call translate_bodies(blocks, step%time_step, system%drift)
+      system%drifts = any(abs(system%drift) > least_drift*blocks%half_size)
+      if (.not. system%drifts) return
+      do b = 1, blocks%n
+         system%drift_load(:, b) = matmul(system%constant(:, :2, b), system%drift(:2, b))
+      end do
+      weights = step_weights(step)
+      do i = 1, system%terms%n
+         associate (term => system%terms%term(i))
+            c = weights(term%instant)*term%coefficient*stretch_of(term, system%drift)
+            if (.not. abs(c) > 0.0_wp) cycle
+            do k = 1, blocks_in(term)
+               call get_row(term, k, b, row)
+               system%drift_load(:, b) = system%drift_load(:, b) + c*row
+            end do
+         end associate
+      end do
+      system%reduced = share_of_rounding*(system%load - system%drift_load)
+      call weigh_loads(solver, system%reduced)
+      call note_rigid_terms(solver)
+   end subroutine begin_drift
+
+   !> Mean velocity of each body × Δt, in each of its cells; zero of other blocks.
+   pure subroutine translate_bodies(blocks, time_step, drift)
+      type(blocks_type), intent(in) :: blocks    !< in their present state
+      real(wp), intent(in) :: time_step          !< s
+      real(wp), intent(out) :: drift(:,:)        !< [6,n] m
+      real(wp) :: total(3, maxval(blocks%body))  ! momentum and mass of each body
+      integer :: b
+
+      total = 0.0_wp
+      drift = 0.0_wp
+      do b = 1, blocks%n
+         if (blocks%body(b) == 0 .or. blocks%removed(b)) cycle
+         associate (sum => total(:, blocks%body(b)))
+            sum = sum + blocks%mass(b)*[blocks%velocity(1:2, b), 1.0_wp]
+         end associate
+      end do
+      do b = 1, blocks%n
+         if (blocks%body(b) == 0 .or. blocks%removed(b)) cycle
+         associate (sum => total(:, blocks%body(b)))
+            drift(1:2, b) = time_step*sum(1:2)/sum(3)
+         end associate
+      end do
+   end subroutine translate_bodies
+
+   !> K̂ d = f̂ with the contacts in their assumed states; of a change of f̂, see `solve_change`.
+   subroutine solve_step_for(system, solver, contacts, error, reduction, change)
+      type(system_type), intent(inout) :: system   !< equations of the step; d changes
+      type(solver_type), intent(inout) :: solver   !< linear solver
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      real(wp), intent(in) :: reduction            !< share of the first residual that is enough
+      real(wp), intent(in), optional :: change(:,:)  !< [6,n] of f̂ since the last solve, N
+
+      if (.not. system%drifts) then
+         call solve_for(system%rhs, system%d)
+         return
+      end if
+      associate (n => system%matrix%n)
+         system%reduced = system%rhs - system%drift_load
+         call subtract_contacts(system%reduced, system%drift, contacts)
+         call add_multiple(n, -1.0_wp, system%drift, system%d)
+         call solve_for(system%reduced, system%d)
+         call add_multiple(n, 1.0_wp, system%drift, system%d)
+      end associate
+
+   contains
+
+      subroutine solve_for(b, x)
+         real(wp), intent(in) :: b(:,:)     !< [6,n] right-hand side, N
+         real(wp), intent(inout) :: x(:,:)  !< [6,n] first guess, becomes the solution, m
+
+         if (present(change)) then
+            call solve_change(solver, system%matrix, b, change, x, error, reduction)
+         else
+            call solve(solver, system%matrix, b, x, error, reduction)
+         end if
+      end subroutine solve_for
+   end subroutine solve_step_for
+
+   !> b less the forces of the springs of all contacts at d₀.
+   pure subroutine subtract_contacts(b, drift, contacts)
+      real(wp), intent(inout) :: b(:,:)            !< [6,n] right-hand side, N
+      real(wp), intent(in) :: drift(:,:)           !< [6,n] d₀, m
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      real(wp) :: normal, shear
+      integer :: c
+
+      do c = 1, contacts%n
+         if (.not. any(abs(contacts%spring(:, c)) > 0.0_wp)) cycle
+         associate (v => contacts%block_v(c), e => contacts%block_e(c))
+            normal = contacts%spring(1, c)*(dot_product(contacts%normal_v(:, c), drift(:, v)) &
+               - dot_product(contacts%normal_e(:, c), drift(:, e)))
+            shear = contacts%spring(2, c)*(dot_product(contacts%shear_v(:, c), drift(:, v)) &
+               - dot_product(contacts%shear_e(:, c), drift(:, e)))
+            b(:, v) = b(:, v) - normal*contacts%normal_v(:, c) - shear*contacts%shear_v(:, c)
+            b(:, e) = b(:, e) + normal*contacts%normal_e(:, c) + shear*contacts%shear_e(:, c)
+         end associate
+      end do
+   end subroutine subtract_contacts
+
+end module dda_body_drift
