@@ -28,6 +28,7 @@ PAGES = [
         "colonnade",
         "study",
         "back_analysis",
+        "bonded_blocks",
         "profile",
         "wall",
         "tunnel",
