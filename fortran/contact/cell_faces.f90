@@ -8,10 +8,10 @@ module dda_cell_faces
    use dda_growth, only: grow
    use dda_neighbours, only: neighbours_type, find_near_pairs
    use dda_polygon, only: distance_to_boundary
-   use dda_weld, only: weld_type, new_weld
+   use dda_weld, only: weld_type, is_shifted, new_weld, weld_open
    implicit none
    private
-   public :: find_faces, find_gap
+   public :: find_faces, find_gap, part_cells
 
    real(wp), parameter :: same_place = 1.0e-6_wp  !< of the smaller radius
    real(wp), parameter :: near = 0.1_wp  !< of the smaller radius: cells so near are one piece
@@ -57,6 +57,72 @@ contains
       call counting_sort(blocks%n, joined(1, :), blocks%joined_first, order)
       blocks%joined = joined(2, order)
    end subroutine keep_joined
+
+   !> Cells that faces no longer hold together touch each other: they stay joined where a way from
+   !> face to face leads from one to the other, through cells that are joined to both.
+   subroutine part_cells(blocks, first, welds)
+      type(blocks_type), intent(inout) :: blocks  !< its lists are replaced
+      type(blocks_type), intent(in) :: first      !< with the lists of all that were joined
+      type(weld_type), intent(in) :: welds(:)     !< of all bodies
+      type(weld_type), allocatable :: holding(:)
+      integer, allocatable :: start(:), face(:), joined(:,:)
+      integer :: a, i, n
+
+      holding = pack(welds, welds%state /= weld_open)
+      holding = pack(holding, .not. is_shifted(holding))
+      call counting_sort(blocks%n, [(holding(i)%block, i=1, size(holding))], start, face)
+      face = (face + 1)/2
+      allocate (joined(2, size(first%joined)))
+      n = 0
+      do a = 1, blocks%n
+         do i = first%joined_first(a), first%joined_first(a + 1) - 1
+            if (.not. are_linked(first, holding, start, face, [a, first%joined(i)])) cycle
+            n = n + 1
+            joined(:, n) = [a, first%joined(i)]
+         end do
+      end do
+      call keep_joined(blocks, joined(:, :n))
+   end subroutine part_cells
+
+   !> A way leads from one of two cells to the other.
+   pure logical function are_linked(first, holding, start, face, pair)
+      type(blocks_type), intent(in) :: first     !< with the lists of all that were joined
+      type(weld_type), intent(in) :: holding(:)  !< faces that hold
+      integer, intent(in) :: start(:), face(:)   !< first face of each cell, and faces by cells
+      integer, intent(in) :: pair(2)             !< joined cells
+      integer, parameter :: most = 64            !< cells of a way
+      integer :: list(most), at, found, k, next
+
+      list(1) = pair(1)
+      found = 1
+      at = 1
+      are_linked = .false.
+      do while (at <= found)
+         do k = start(list(at)), start(list(at) + 1) - 1
+            next = sum(holding(face(k))%block) - list(at)
+            are_linked = next == pair(2)
+            if (are_linked) return
+            if (found == most) cycle
+            if (any(list(:found) == next)) cycle
+            if (.not. were_joined(first, next, pair(1))) cycle
+            if (.not. were_joined(first, next, pair(2))) cycle
+            found = found + 1
+            list(found) = next
+         end do
+         at = at + 1
+      end do
+   end function are_linked
+
+   !> Two cells were joined at the start.
+   pure logical function were_joined(first, a, b)
+      type(blocks_type), intent(in) :: first  !< with the lists of all that were joined
+      integer, intent(in) :: a, b             !< cells
+
+      associate (low => min(a, b), high => max(a, b))
+         were_joined = any(first%joined(first%joined_first(low):first%joined_first(low + 1) - 1) &
+            == high)
+      end associate
+   end function were_joined
 
    !> Append the faces of two cells.
    subroutine add_faces(blocks, a, b, welds, n)

@@ -44,6 +44,8 @@ contains
       integer :: first, last, c
 
       list%n = 0
+      if (.not. allocated(list%candidate)) allocate (list%candidate(0), list%point(0), &
+         list%place(0))
       first = 1
       do while (first <= contacts%n)
          last = first
@@ -143,8 +145,6 @@ contains
       real(wp), intent(in) :: place                   !< share of the edge before it
       type(candidate_type), allocatable :: longer(:)
 
-      if (.not. allocated(list%candidate)) allocate (list%candidate(0), list%point(0), &
-         list%place(0))
       list%n = list%n + 1
       if (list%n > size(list%candidate)) then
          allocate (longer(2*list%n))

@@ -178,8 +178,9 @@ contains
          if (counters%unsettled > 0) text = text//'; in '//to_text(counters%unsettled)// &
             ' steps the damage of cohesive joints did not converge: when they broke depends on Δt'
          if (counters%bounds_off > 0) text = text//'; in '//to_text(counters%bounds_off)// &
-            ' steps the strength of materials with dilation_angle below friction_angle did not '// &
-            'converge to the mean stress that acts'
+            ' steps what is held in a solution did not converge: the mean stress that gives '// &
+            'materials with dilation_angle below friction_angle their strength, or the damage '// &
+            'of broken faces'
          if (impacts%steps > 0) text = text//'; '//to_text(impacts%contacts)//' impacts in '// &
             to_text(impacts%steps)//' steps'//counted(int(impacts%reduced, long), ' of them '// &
             'with less restitution than asked for, which would have gained energy')

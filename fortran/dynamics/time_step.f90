@@ -3,6 +3,7 @@
 !> and may.
 module dda_time_step
    use dda_kinds, only: wp
+   use dda_breaking, only: break_faces
    use dda_friction, only: accept_contacts
    use dda_columns, only: column_count, column_of, follow_columns, name_column
    use dda_contact_damping, only: damp_contacts, hold_forces
@@ -302,6 +303,7 @@ contains
          simulation%step = simulation%step + 1
          call move_clock(simulation, end_time(step))
       end associate
+      if (.not. simulation%resting) call break_faces(simulation)
    end subroutine accept
 
    !> Count broken bonds, steps in which damage or bounds did not converge and, once the first step

@@ -7,11 +7,14 @@ module dda_elements
    use dda_blocks, only: blocks_type, stress_of
    use dda_body_force, only: body_force_type
    use dda_bolts, only: bolts_type, bolt_columns, new_bolts
+   use dda_cohesive, only: cohesive_type
+   use dda_crack_law, only: crack_law_type, new_crack_law
    use dda_edge_loads, only: new_edge_loads
    use dda_element, only: element_type
    use dda_energy, only: energy_type, energy_law, energy_support, energy_welded
    use dda_fixed_points, only: new_fixed_points
    use dda_free_sides, only: free_sides_type, new_free_sides, follow_column
+   use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_linear_terms, only: linear_terms_type, clear_terms
    use dda_model, only: model_type
    use dda_motion, only: motion_type
@@ -72,11 +75,28 @@ contains
       if (size(model%bolts) > 0) call register(elements, new_bolts(model%bolts, blocks))
       if (size(model%welds) > 0) call register(elements, new_welds(model%welds, blocks, &
          model%materials, model%control%plane_strain))
-      elements%nonlinear = any(model%materials%has_law())
+      elements%nonlinear = any(model%materials%has_law()) .or. any(model%welds%joint > 0)
       if (elements%nonlinear) call register(elements, new_strain_points(model%welds, blocks, &
-         model%materials, model%control%plane_strain))
+         model%materials, crack_laws(model), model%control%plane_strain))
       if (allocated(before)) call inherit_states(elements, before, blocks)
    end subroutine set_elements
+
+   !> Laws of faces that break, of all joints; of those that no face becomes, blank ones.
+   function crack_laws(model) result(laws)
+      type(model_type), intent(in) :: model  !< joints
+      type(crack_law_type) :: laws(size(model%joints))
+      type(law_slot_type) :: slot
+      integer :: j
+
+      do j = 1, size(model%joints)
+         call new_joint_law(slot, model%joints(j), model%contact%normal_stiffness, &
+            model%contact%shear_ratio)
+         select type (law => slot%law)
+         type is (cohesive_type)
+            laws(j) = new_crack_law(law)
+         end select
+      end do
+   end function crack_laws
 
    !> States of their own pass to the elements of the same type.
    subroutine inherit_states(elements, before, blocks)

@@ -18,7 +18,7 @@ module dda_energy
       energy_algorithmic, energy_kinetic_damping, energy_damping, energy_geometric, &
       energy_balance, energy_static, energy_removed, energy_changed, energy_zeroed, &
       energy_material, energy_dilation, energy_length, energy_yield, energy_impact, energy_welded, &
-      energy_law, energy_plastic
+      energy_law, energy_plastic, energy_breaking
 
    enum, bind(c)  ! in the order of energy_terms
       enumerator :: energy_kinetic = 1, energy_strain, energy_contact, energy_support, &
@@ -26,7 +26,7 @@ module dda_energy
          energy_fracture, energy_algorithmic, energy_kinetic_damping, energy_damping, &
          energy_static, energy_removed, energy_changed, energy_zeroed, energy_material, &
          energy_dilation, energy_length, energy_yield, energy_impact, energy_welded, &
-         energy_law, energy_plastic, energy_balance
+         energy_law, energy_plastic, energy_breaking, energy_balance
    end enum
 
    integer, parameter :: is_stored = 1, is_gain = 2, is_loss = 3, is_remainder = 4
@@ -66,6 +66,7 @@ module dda_energy
       energy_term_type('welded', 'elastic energy of welded faces of bodies', is_stored), &
       energy_term_type('law', 'strain energy of material laws beyond elasticity', is_stored), &
       energy_term_type('plastic', 'loss by yielding of materials', is_loss), &
+      energy_term_type('breaking', 'gain where welded faces break or come apart', is_gain), &
       energy_term_type('balance', 'what is left over', is_remainder)]
 
    !> Value of each term but the balance, J per metre of thickness.

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Strain points of materials that have a law of their own (`dda_material_law`): blocks, rests of
 !> cells, sides of welded faces, and, where a law limits them, the mean and the linear jump of these
-!> faces, whose law is `dda_jump_law`.
+!> faces, whose law is `dda_jump_law`; and the points of broken faces, whose law is `dda_crack_law`.
 !>
 !> Blocks and welded faces are linear elastic; a point adds what its law has beyond that, c = s −
 !> θDΔε − Dε.  It is solved by Newton's method: the step is solved with c linear about an increment,
@@ -18,9 +18,10 @@ module dda_strain_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_blocks, only: blocks_type
+   use dda_crack_law, only: crack_law_type, is_spent
    use dda_element, only: element_type
-   use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_law, &
-      energy_material, energy_plastic
+   use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_fracture, &
+      energy_friction, energy_law, energy_material, energy_plastic
    use dda_jump_law, only: jump_law_type
    use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_damping, &
       term_point
@@ -30,19 +31,23 @@ module dda_strain_points
    use dda_motion, only: motion_type
    use dda_ordered_sums, only: parallel_from
    use dda_scheme, only: scheme_type, step_type
-   use dda_weld, only: weld_type, is_shifted
+   use dda_overlap, only: weight
+   use dda_weld, only: weld_type, is_shifted, is_whole, weld_cracked
    use dda_weld_springs, only: n_deformations, jump_stiffness, own_strain, strains_of
    use dda_welds, only: deformations_of, derivatives_of
    implicit none
    private
-   public :: strain_points_type, new_strain_points, add_point_stress, &
-      bounds_are_off, largest_plastic_strain, worst_point
+   public :: strain_points_type, new_strain_points, add_point_stress, bounds_are_off, &
+      largest_plastic_strain, worst_point, points_force, strength_ratios, begin_crack, &
+      crack_damage, crack_motion, crack_points
 
    real(wp), parameter :: tolerance = 1.0e-11_wp     !< of a stress, over the largest
    real(wp), parameter :: rounding = 1.0e-15_wp      !< of the elastic stress of a strain
    real(wp), parameter :: agreed = 1.0e-7_wp         !< of a stress in bounds, over the largest
    integer, parameter :: most_held = 15              !< rounds in which bounds are taken anew
    real(wp), parameter :: no_curvature = 1.0e-13_wp  !< of D: a tangent that is none
+   integer, parameter :: crack_points = 3            !< of a broken face, by Lobatto
+   real(wp), parameter :: places(crack_points) = [-1.0_wp, 0.0_wp, 1.0_wp]  !< ξ of them
 
    !> A law of a material.
    type :: slot_type
@@ -53,10 +58,13 @@ module dda_strain_points
    type, extends(element_type) :: strain_points_type
       integer :: n = 0
       logical, allocatable :: active(:)                  !< [n] there is more than elasticity
-      type(slot_type), allocatable :: slot(:)            !< [materials]
+      !> [materials + 1 + joints] of materials, of jumps, of faces that break
+      type(slot_type), allocatable :: slot(:)
       integer, allocatable :: material(:)                !< [n]
       integer, allocatable :: block(:,:)                 !< [2,n] block and 0, or cells of the face
       integer, allocatable :: side(:,:)                  !< [2,n] points of a jump's face, else 0
+      integer, allocatable :: crack(:)                   !< [n] point 1 … 3 of a broken face, else 0
+      integer :: first_crack = 0                         !< points before those of broken faces
       real(wp), allocatable :: area(:)                   !< [n] m²; of jumps 1
       type(strain_point_type), allocatable :: point(:)   !< [n]
       type(weld_type), allocatable :: face(:)            !< [n]
@@ -95,17 +103,18 @@ contains
 
    !> The points of a model: of all blocks, of both sides of all welded faces, and of the jumps of
    !> these.
-   type(strain_points_type) function new_strain_points(welds, blocks, materials, plane_strain) &
-      result(self)
+   type(strain_points_type) function new_strain_points(welds, blocks, materials, cracks, &
+      plane_strain) result(self)
       type(weld_type), intent(in) :: welds(:)          !< of the model
       type(blocks_type), intent(in) :: blocks          !< in their present state
       type(material_type), intent(in) :: materials(:)  !< of the model
+      type(crack_law_type), intent(in) :: cracks(:)    !< [joints] of faces that break
       logical, intent(in) :: plane_strain              !< else plane stress
       real(wp) :: moduli(3, 3, size(materials))
       integer :: m, most
       logical :: with_jumps
 
-      allocate (self%slot(size(materials) + 1))
+      allocate (self%slot(size(materials) + 1 + size(cracks)))
       allocate (jump_law_type :: self%slot(size(materials) + 1)%law)
       most = 0
       with_jumps = any(materials%yields())
@@ -115,11 +124,18 @@ contains
          allocate (self%slot(m)%law, source=materials(m)%own_law)
          most = max(most, materials(m)%own_law%state_size())
       end do
-      call reserve(self, blocks%n + merge(4, 2, with_jumps)*size(welds), most)
+      do m = 1, size(cracks)
+         allocate (self%slot(size(materials) + 1 + m)%law, source=cracks(m))
+         most = max(most, cracks(m)%state_size())
+      end do
+      self%first_crack = blocks%n + merge(4, 2, with_jumps)*size(welds)
+      call reserve(self, self%first_crack + merge(crack_points, 0, any(welds%joint > 0)) &
+         *size(welds), most)
       self%point%plane_strain = plane_strain
       call set_block_points(self, blocks, moduli)
       call set_face_points(self, welds, blocks, moduli)
       if (with_jumps) call set_jump_points(self, welds, blocks, moduli)
+      if (any(welds%joint > 0)) call set_crack_points(self, welds, size(materials) + 1)
    end function new_strain_points
 
    !> A material has a law of its own.
@@ -136,7 +152,7 @@ contains
       integer, intent(in) :: n, states                  !< points; numbers of a state
 
       self%n = n
-      allocate (self%material(n), self%block(2, n), self%side(2, n), source=0)
+      allocate (self%material(n), self%block(2, n), self%side(2, n), self%crack(n), source=0)
       allocate (self%point(n), self%face(n))
       allocate (self%active(n), source=.false.)
       allocate (self%area(n), self%map(3, n_deformations, n), self%reference(3, n), &
@@ -202,7 +218,7 @@ contains
             self%face(p) = welds(i)
             self%area(p) = 1.0_wp
             self%side(:, p) = blocks%n + 2*(i - 1) + [1, 2]
-            self%material(p) = size(self%slot)
+            self%material(p) = size(moduli, 3) + 1
             do j = 1, 2
                self%map(j, 2*(k - 1) + j, p) = 1.0_wp
                self%point(p)%elasticity(j, j) = stiffness(k)
@@ -214,6 +230,39 @@ contains
          end do
       end do
    end subroutine set_jump_points
+
+   !> Points of faces that can break: opening and slip by the deformations.
+   subroutine set_crack_points(self, welds, before)
+      class(strain_points_type), intent(inout) :: self  !< with its arrays and other points
+      type(weld_type), intent(in) :: welds(:)           !< of the model
+      integer, intent(in) :: before                     !< slots before those of joints
+      integer :: i, k, p
+
+      do i = 1, size(welds)
+         if (welds(i)%joint == 0) cycle
+         associate (along => welds(i)%along)
+            do k = 1, crack_points
+               p = self%first_crack + crack_points*(i - 1) + k
+               self%crack(p) = k
+               self%block(:, p) = welds(i)%block
+               self%face(p) = welds(i)
+               self%material(p) = before + welds(i)%joint
+               self%area(p) = weight(crack_points, k)*welds(i)%length
+               self%point(p)%length = self%area(p)
+               select type (law => self%slot(self%material(p))%law)
+               type is (crack_law_type)
+                  self%point(p)%cap = maxval(law%springs())
+               end select
+               ! w = −[u] − ξ[u]_l, along n and along the face.
+               self%map(1, 1:2, p) = -[along(2), -along(1)]
+               self%map(2, 1:2, p) = -along
+               self%map(:2, 3:4, p) = places(k)*self%map(:2, 1:2, p)
+               self%active(p) = welds(i)%state == weld_cracked
+               self%tangent(1, 1, p) = 1.0_wp  ! both cells are coupled
+            end do
+         end associate
+      end do
+   end subroutine set_crack_points
 
    !> What the jump of point p may carry in a step, N/m, by the points of its face at its start.
    pure real(wp) function cap_of(self, p) result(cap)
@@ -274,7 +323,13 @@ contains
       type(blocks_type), intent(in) :: blocks        !< in their present state
 
       acts = self%active(p) .and. .not. blocks%removed(self%block(1, p))
-      if (self%block(2, p) > 0) acts = acts .and. .not. blocks%removed(self%block(2, p))
+      if (.not. acts .or. self%block(2, p) == 0) return
+      acts = .not. blocks%removed(self%block(2, p))
+      if (self%crack(p) > 0) then
+         acts = acts .and. self%face(p)%state == weld_cracked
+      else
+         acts = acts .and. is_whole(self%face(p))
+      end if
    end function acts
 
    !> Point p keeps its stress beyond elasticity, as its law rests in static stages.
@@ -347,7 +402,7 @@ contains
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
          if (self%side(1, p) > 0) self%point(p)%cap = cap_of(self, p)
-         call hold_bounds(self, p, self%strain(:, p), 0.0_wp)
+         call hold_bounds(self, p, [0.0_wp, 0.0_wp, 0.0_wp], step, 0.0_wp)
          call set_operator(self, p, blocks, step)
          self%change(:, p) = change_of(self, p, d)
          call respond(self, p, self%strain(:, p), self%change(:, p), step, self%stress(:, p), &
@@ -355,17 +410,19 @@ contains
       end do
    end subroutine prepare
 
-   !> Bounds of point p are held at the stress of a strain, if they are off.
-   subroutine hold_bounds(self, p, strain, allowed)
+   !> Bounds of point p are held at the stress of a change of strain, if they are off.
+   subroutine hold_bounds(self, p, change, step, allowed)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p                          !< point
-      real(wp), intent(in) :: strain(3)                 !< ε₀ + θΔε
+      real(wp), intent(in) :: change(3)                 !< Δε
+      type(step_type), intent(in) :: step               !< the one being taken
       real(wp), intent(in) :: allowed                   !< that they may be off, Pa
       real(wp) :: stress(3)
 
       if (resting(self, p)) return
       if (.not. has_law(self, self%material(p))) return
-      stress = self%slot(self%material(p))%law%held_stress(self%point(p), self%state(:, p), strain)
+      stress = self%slot(self%material(p))%law%held_stress(self%point(p), self%state(:, p), &
+         self%strain(:, p), change, step)
       if (any(abs(stress - self%point(p)%bounding) > allowed)) self%point(p)%bounding = stress
    end subroutine hold_bounds
 
@@ -546,8 +603,8 @@ contains
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
          change = change_of(self, p, d)
-         if (self%round <= most_held) call hold_bounds(self, p, self%strain(:, p) &
-            + step%scheme%theta*change, agreed*norm2(self%point(p)%held + self%stress(:, p) &
+         if (self%round <= most_held) call hold_bounds(self, p, change, step, &
+            agreed*norm2(self%point(p)%held + self%stress(:, p) &
             + matmul(self%point(p)%elasticity, self%strain(:, p) + step%scheme%theta*change)))
          call respond(self, p, self%strain(:, p), change, step, stress, tangent)
          associate (point => self%point(p), elastic => matmul(self%point(p)%elasticity, &
@@ -556,6 +613,8 @@ contains
                - matmul(self%tangent(:, :, p), change - self%change(:, p)))
             scale(p) = point%length*norm2(point%held + elastic + stress)
             noise(p) = point%length*norm2(elastic)
+            if (self%crack(p) > 0) noise(p) = point%length*point%cap*norm2(self%strain(:, p) &
+               + change)
          end associate
          self%change(:, p) = change
          self%stress(:, p) = stress
@@ -640,8 +699,12 @@ contains
             + change)]
       end do
       call add_energy(energy, energy_law, sum(part(losses + 1, :)))
-      call add_energy(energy, energy_plastic, sum(part(loss_plastic, :)))
-      call add_energy(energy, energy_material, sum(part(loss_damping, :)))
+      associate (n => self%first_crack)
+         call add_energy(energy, energy_plastic, sum(part(loss_plastic, :n)))
+         call add_energy(energy, energy_material, sum(part(loss_damping, :n)))
+         call add_energy(energy, energy_fracture, sum(part(loss_plastic, n + 1:)))
+         call add_energy(energy, energy_friction, sum(part(loss_damping, n + 1:)))
+      end associate
       call add_energy(energy, energy_algorithmic, sum(part(loss_scheme, :)))
    end subroutine account
 
@@ -808,7 +871,7 @@ contains
       integer :: p, i, k
 
       do p = 1, self%n
-         if (self%side(1, p) > 0) exit  ! jumps are no stress of a cell
+         if (self%side(1, p) > 0 .or. self%crack(p) > 0) exit  ! jumps are no stress of a cell
          if (.not. acts(self, p, blocks)) cycle
          own = self%area(p)*present_stress(self, p, blocks)
          if (self%block(2, p) == 0) then
@@ -827,5 +890,105 @@ contains
          end do
       end do
    end subroutine add_point_stress
+
+   !> What the points of whole face i add to the forces on its deformations in the present state.
+   pure function points_force(self, i, blocks) result(force)
+      class(strain_points_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i                       !< face
+      type(blocks_type), intent(in) :: blocks        !< in their present state
+      real(wp) :: force(n_deformations)
+      integer :: p, group, k
+
+      force = 0.0_wp
+      do group = 0, (self%first_crack - blocks%n)/(2*faces_of(self, blocks)) - 1
+         do k = 1, 2
+            p = blocks%n + 2*group*faces_of(self, blocks) + 2*(i - 1) + k
+            if (acts(self, p, blocks)) force = force + self%area(p)*matmul(present_stress(self, p, &
+               blocks), self%map(:, :, p))
+         end do
+      end do
+   end function points_force
+
+   !> Number of welded faces.
+   pure integer function faces_of(self, blocks) result(faces)
+      class(strain_points_type), intent(in) :: self  !< with points of faces that can break
+      type(blocks_type), intent(in) :: blocks        !< in any state
+
+      faces = (self%n - self%first_crack)/crack_points
+   end function faces_of
+
+   !> Tractions at the points of whole face i under forces on its deformations, and how much of
+   !> their strength they are.
+   pure subroutine strength_ratios(self, i, force, traction, ratio)
+      class(strain_points_type), intent(in) :: self          !< elements of this kind
+      integer, intent(in) :: i                               !< face that can break
+      real(wp), intent(in) :: force(:)                       !< [deformations]
+      real(wp), intent(out) :: traction(2, crack_points)     !< tension and shear, Pa
+      real(wp), intent(out) :: ratio(crack_points)           !< 1: damage begins
+      integer :: k, p
+
+      do k = 1, crack_points
+         p = self%first_crack + crack_points*(i - 1) + k
+         associate (axes => self%map(:2, 1:2, p), length => self%face(p)%length)
+            traction(:, k) = matmul(axes, force(1:2) + 3.0_wp*places(k)*force(3:4))/length
+         end associate
+         select type (law => self%slot(self%material(p))%law)
+         type is (crack_law_type)
+            ratio(k) = law%traction_ratio(traction(:, k))
+         end select
+      end do
+   end subroutine strength_ratios
+
+   !> The joint of face i begins with tractions at its points.
+   subroutine begin_crack(self, i, blocks, traction)
+      class(strain_points_type), intent(inout) :: self       !< elements of this kind
+      integer, intent(in) :: i                               !< face that has just broken
+      type(blocks_type), intent(in) :: blocks                !< in their present state
+      real(wp), intent(in) :: traction(2, crack_points)      !< tension and shear, Pa
+      integer :: k, p
+
+      do k = 1, crack_points
+         p = self%first_crack + crack_points*(i - 1) + k
+         self%state(:, p) = 0.0_wp
+         self%point(p)%bounding = 0.0_wp
+         self%reference(:, p) = total_strain(self, p, blocks)
+         select type (law => self%slot(self%material(p))%law)
+         type is (crack_law_type)
+            self%reference(:2, p) = self%reference(:2, p) - traction(:, k)/law%springs()
+         end select
+      end do
+   end subroutine begin_crack
+
+   !> Damage of face i, of its points by their weights; whether its bonds are gone.
+   pure subroutine crack_damage(self, i, damage, spent)
+      class(strain_points_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i                       !< broken face
+      real(wp), intent(out) :: damage                !< of its points by their weights
+      logical, intent(out) :: spent                  !< no bond is left
+      integer :: k, p
+
+      damage = 0.0_wp
+      spent = .true.
+      do k = 1, crack_points
+         p = self%first_crack + crack_points*(i - 1) + k
+         damage = damage + weight(crack_points, k)*self%state(1, p)
+         spent = spent .and. is_spent(self%state(:, p))
+      end do
+   end subroutine crack_damage
+
+   !> Opening and slip at the points of face i, m, from where the joint is free of force.
+   pure function crack_motion(self, i, blocks) result(motion)
+      class(strain_points_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i                       !< broken face
+      type(blocks_type), intent(in) :: blocks        !< in their present state
+      real(wp) :: motion(2, crack_points), strain(3)
+      integer :: k, p
+
+      do k = 1, crack_points
+         p = self%first_crack + crack_points*(i - 1) + k
+         strain = total_strain(self, p, blocks) - self%reference(:, p)
+         motion(:, k) = strain(:2)
+      end do
+   end function crack_motion
 
 end module dda_strain_points

@@ -18,7 +18,7 @@ module dda_welds
    use dda_material, only: material_type, elasticity
    use dda_motion, only: motion_type
    use dda_scheme, only: step_type
-   use dda_weld, only: weld_type, is_shifted
+   use dda_weld, only: weld_type, is_shifted, is_whole
    use dda_weld_damping, only: shares_of, damping_factor, memory_stretch, relaxing_stretch, &
       damping_energy, add_damping_loss, change_memory
    use dda_weld_springs, only: weld_springs_type, springs_of, n_deformations, most_springs, &
@@ -26,7 +26,7 @@ module dda_welds
    implicit none
    private
    public :: welds_type, new_welds, add_face_stress, add_jump_energies, deformations_of, &
-      derivatives_of
+      derivatives_of, weld_force
 
    !> All welded faces.
    type, extends(element_type) :: welds_type
@@ -203,12 +203,12 @@ contains
       end do
    end function initial_force
 
-   !> Both cells of a face are there.
+   !> The face is whole, and both cells are there.
    pure logical function acts(weld, blocks)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< in their present state
 
-      acts = .not. any(blocks%removed(weld%block))
+      acts = is_whole(weld) .and. .not. any(blocks%removed(weld%block))
    end function acts
 
    !> Deformations of a face in the present state.
@@ -551,19 +551,29 @@ contains
       call archive_values(archive, self%memory)
    end subroutine serialise
 
+   !> Forces on the deformations of face i in the present state.
+   pure function weld_force(self, i, blocks) result(force)
+      class(welds_type), intent(in) :: self    !< elements of this kind
+      integer, intent(in) :: i                 !< face
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp) :: force(n_deformations), q(n_deformations)
+
+      q = deformations_of(self%weld(i), blocks)
+      force = force_of(self%springs(i), self%force(:, i), q) + damping_force(self, i, blocks, q)
+   end function weld_force
+
    !> What faces add to the mean stress of their cells, Pa, in the axes of the cell: the forces on
    !> their strains over their area.
    pure subroutine add_face_stress(self, blocks, stress)
       class(welds_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(inout) :: stress(:,:)   !< [3,blocks] Pa
-      real(wp) :: force(n_deformations), q(n_deformations)
+      real(wp) :: force(n_deformations)
       integer :: i, k
 
       do i = 1, size(self%weld)
          if (.not. acts(self%weld(i), blocks)) cycle
-         q = deformations_of(self%weld(i), blocks)
-         force = force_of(self%springs(i), self%force(:, i), q) + damping_force(self, i, blocks, q)
+         force = weld_force(self, i, blocks)
          do k = 1, 2
             associate (b => self%weld(i)%block(k))
                stress(:, b) = stress(:, b) + force(own_strain(:, k))/blocks%area(b)

@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Bodies of an input: their cells are welded, and what bodies cannot have yet is refused.
 module dda_input_welds
+   use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, is_convex
    use dda_cell_faces, only: find_faces, find_gap
    use dda_errors, only: error_type, error_input, fail
    use dda_growth, only: grow
-   use dda_input_group, only: group_type, input_error
+   use dda_input_group, only: group_type, input_error, positions, require_name
    use dda_model, only: model_type
    use dda_outlines, only: outlines_type
    use dda_partition, only: join, name_parts
@@ -41,6 +42,7 @@ contains
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
             quoted(trim(outlines%body(b)))//' is not in one piece: no faces weld block '// &
             to_text(b)//' to block '//to_text(other)//'; give each piece a name of its own')
+         call set_fracture(model, groups, error)
          if (allocated(error)) return
          call find_gap(blocks, b, other)
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
@@ -49,6 +51,36 @@ contains
             'cells that share a face must have it at the same place')
       end associate
    end subroutine weld_cells
+
+   !> The joints that faces become where they break: between two materials the weaker one in
+   !> tension; faces of a material that does not break stay.
+   subroutine set_fracture(model, groups, error)
+      type(model_type), intent(inout) :: model   !< with its welds
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: joint(size(model%materials)), own(size(model%materials)), i, m
+
+      joint = 0
+      own = positions(groups, 'material')
+      do m = 1, size(joint)
+         if (model%materials(m)%fracture == '') cycle
+         call require_name(error, groups(own(m)), 'fracture', model%materials(m)%fracture, &
+            model%joints%name, 'joint', joint(m))
+         if (allocated(error)) return
+         associate (becomes => model%joints(joint(m)))
+            if (becomes%law /= 'cohesive' .or. .not. becomes%normal_stiffness > 0.0_wp) &
+               call input_error(error, groups(own(m)), 'fracture = '//quoted(trim( &
+               becomes%name))//" must be a joint of law 'cohesive' with a "// &
+               'normal_stiffness_per_area')
+         end associate
+      end do
+      do i = 1, size(model%welds)
+         associate (both => joint(model%blocks%material(model%welds(i)%block)))
+            if (any(both == 0)) cycle
+            model%welds(i)%joint = both(minloc(model%joints(both)%tensile_strength, 1))
+         end associate
+      end do
+   end subroutine set_fracture
 
    !> Bodies get numbers in the order of their first cells.
    pure subroutine number_bodies(name, number, names)

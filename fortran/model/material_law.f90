@@ -98,11 +98,12 @@ contains
    end function never_rests
 
    !> Stresses that bounds of a step are held at, as they are at a strain; here: there are none.
-   pure function no_held_stress(self, point, state, strain) result(stress)
+   pure function no_held_stress(self, point, state, strain, change, step) result(stress)
       class(material_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point  !< where it acts
       real(wp), intent(in) :: state(:)              !< [any] at the start of the step
-      real(wp), intent(in) :: strain(3)             !< ε₀ + θΔε
+      real(wp), intent(in) :: strain(3), change(3)  !< ε at the start, Δε
+      type(step_type), intent(in) :: step           !< the one being taken
       real(wp) :: stress(3)
 
       stress = 0.0_wp

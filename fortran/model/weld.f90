@@ -9,7 +9,12 @@ module dda_weld
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: weld_type, set_welds, new_weld, take_area, welds_within, is_shifted
+   public :: weld_type, set_welds, new_weld, take_area, welds_within, is_shifted, is_whole
+   public :: weld_whole, weld_cracked, weld_open
+
+   integer, parameter :: weld_whole = 0    !< it has a strain
+   integer, parameter :: weld_cracked = 1  !< a joint has its traction, and it is still closed
+   integer, parameter :: weld_open = 2     !< its edges are sides of the body
 
    !> A welded face, from a to b as the first cell has it, in the reference shapes.
    type :: weld_type
@@ -21,6 +26,11 @@ module dda_weld
       real(wp) :: area(2) = 0.0_wp       !< of its triangles, m²
       !> m, added to places of the second cell, as those of its image in level ground; else 0
       real(wp) :: shift(2) = 0.0_wp
+      integer :: joint = 0               !< joint material that it becomes where it breaks; 0: never
+      integer :: state = weld_whole
+      !> [component,cell] that it left in the initial stress of its cells when it broke, Pa m²
+      real(wp) :: left(3, 2) = 0.0_wp
+      real(wp) :: kept = 0.0_wp          !< share of it that is still there
    end type weld_type
 
 contains
@@ -51,7 +61,7 @@ contains
    !> Blocks know which of their area has their own strain, and which of their edges lie within a
    !> body.
    pure subroutine set_welds(blocks, welds)
-      type(blocks_type), intent(inout) :: blocks  !< with the bodies of blocks
+      type(blocks_type), intent(inout) :: blocks  !< as drawn, with the bodies of blocks
       type(weld_type), intent(in) :: welds(:)     !< all faces between neighbours
       real(wp), parameter :: covered = 1.0e-6_wp  !< of an edge: what may be left free
       real(wp) :: free(size(blocks%owner))
@@ -59,10 +69,12 @@ contains
 
       free = blocks%length
       do i = 1, size(welds)
+         if (welds(i)%state == weld_open) cycle
          free(welds(i)%edge) = free(welds(i)%edge) - welds(i)%length
       end do
       blocks%inner = free < covered*blocks%length
-      call find_outlines(blocks, welds)
+      call find_outlines(blocks, pack(welds, welds%state /= weld_open))
+      blocks%rest_share = 1.0_wp
       call take_area(blocks, welds)
       call add_up_areas(blocks)
    end subroutine set_welds
@@ -90,6 +102,7 @@ contains
       integer :: i, k
 
       do i = 1, size(welds)
+         if (.not. is_whole(welds(i))) cycle
          do k = 1, 2
             associate (b => welds(i)%block(k))
                blocks%rest_share(b) = blocks%rest_share(b) - welds(i)%area(k)/blocks%area(b)
@@ -105,6 +118,13 @@ contains
 
       is_shifted = any(abs(weld%shift) > 0.0_wp)
    end function is_shifted
+
+   !> The face has a strain.
+   elemental logical function is_whole(weld)
+      type(weld_type), intent(in) :: weld  !< a face
+
+      is_whole = weld%state == weld_whole
+   end function is_whole
 
    !> Faces between some of the blocks, in their numbers.
    pure function welds_within(welds, block, vertex) result(within)
@@ -128,6 +148,8 @@ contains
       integer, parameter :: most_cells = 64       !< round a vertex
       integer :: beyond(2, size(blocks%owner)), v, at, turn
 
+      blocks%outline(1, :) = blocks%previous
+      blocks%outline(2, :) = [(v, v=1, size(blocks%owner))]
       beyond = 0
       do v = 1, size(welds)
          call note_ends(blocks, welds(v), beyond)

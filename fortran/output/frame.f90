@@ -5,6 +5,8 @@
 module dda_frame
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
+   use dda_breaking, only: can_break
+   use dda_broken_faces, only: edge_damage
    use dda_contact, only: contacts_type
    use dda_contact_table, only: contact_columns, take_column
    use dda_elements, only: block_stress, plastic_strain, stress_error
@@ -20,8 +22,8 @@ module dda_frame
 contains
 
    !> Time, stage; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; of
-   !> bodies, errors of stresses [n]; of what yields, plastic strains [n]; contacts [contacts,
-   !> columns].
+   !> bodies, errors of stresses [n]; of what yields, plastic strains [n]; of what breaks, damage of
+   !> edges [vertices]; contacts [contacts, columns].
    subroutine append_frame(journal, simulation, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       type(simulation_type), intent(in) :: simulation  !< at its present time
@@ -37,6 +39,9 @@ contains
             stress_error(simulation%elements, simulation%blocks), simulation%blocks%n, error)
          if (any(simulation%model%materials%yields())) call append_numbers(journal, &
             plastic_strain(simulation%elements, simulation%blocks), simulation%blocks%n, error)
+         if (can_break(simulation%model)) call append_numbers(journal, &
+            edge_damage(simulation%elements, simulation%model%welds, &
+            size(simulation%blocks%owner)), size(simulation%blocks%owner), error)
          do i = 1, contact_columns(simulation)
             call append_column(journal, contacts, i, error)
          end do

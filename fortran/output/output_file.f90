@@ -10,6 +10,7 @@ module dda_output_file
    use dda_base_motion, only: base_words
    use dda_byte_file, only: reserve_space, flush_file, close_file
    use dda_bolt, only: bolt_type
+   use dda_breaking, only: can_break
    use dda_bolts, only: bolt_columns
    use dda_boundary_motion, only: boundary_series
    use dda_energy, only: energy_terms
@@ -202,6 +203,10 @@ module dda_output_file
       variable_type('block_plastic_strain', nf90_double, 'block frame', '1', &
          'largest plastic strain in a block, as the law of its material counts it')]
 
+   type(variable_type), parameter :: crack_variables(1) = [ &
+      variable_type('edge_damage', nf90_double, 'vertex frame', '1', &
+         'damage of the faces of the edge that begins at a vertex: 0 whole, 1 broken')]
+
    !> An output file that is being written.
    type :: output_type
       type(dataset_type) :: dataset
@@ -341,6 +346,7 @@ contains
          call define_family(dataset, 'bolt', size(model%bolts), bolt_variables)
          call define_family(dataset, 'body', size(model%body_names), body_variables)
          if (any(model%materials%yields())) call define_variables(dataset, yield_variables)
+         if (can_break(model)) call define_variables(dataset, crack_variables)
          call define_family(dataset, 'through', points_between(model%bolts), through_variables)
          call define_family(dataset, 'boundary_edge', size(model%boundary_edges), edge_variables)
          call define_family(dataset, 'boundary', size(model%boundary_motions), motion_variables)
@@ -691,6 +697,7 @@ contains
          if (size(simulation%model%body_names) > 0) call copy('block_stress_error', [1, f], [n, 1])
          if (any(simulation%model%materials%yields())) &
             call copy('block_plastic_strain', [1, f], [n, 1])
+         if (can_break(simulation%model)) call copy('edge_damage', [1, f], [vertices, 1])
       end associate
       if (contacts == 0) return
       part = spread(real(f - 1, wp), 1, contacts)

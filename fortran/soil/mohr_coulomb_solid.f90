@@ -126,17 +126,18 @@ contains
    end subroutine return_stress
 
    !> Principal stresses that bounds are held at.
-   pure function held_stress(self, point, state, strain) result(stress)
+   pure function held_stress(self, point, state, strain, change, step) result(stress)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< where it acts
       real(wp), intent(in) :: state(:)                    !< [any] at the start of the step
-      real(wp), intent(in) :: strain(3)                   !< ε₀ + θΔε
+      real(wp), intent(in) :: strain(3), change(3)        !< ε at the start, Δε
+      type(step_type), intent(in) :: step                 !< the one being taken
       real(wp) :: stress(3)
       type(circle_type) :: circle
 
       stress = point%bounding
       if (self%peak%dilation >= self%peak%friction) return
-      call return_stress(self, point, state, strain, circle)
+      call return_stress(self, point, state, strain + step%scheme%theta*change, circle)
       stress = circle%to%stress
    end function held_stress
 

@@ -3,6 +3,7 @@
 !> started.
 module dda_simulation_state
    use dda_archive, only: archive_type, fail_archive, serialise, serialise_label, serialise_number
+   use dda_breaking, only: can_break, restore_faces
    use dda_system, only: set_matrix_pattern
    use dda_blocks, only: blocks_type, has_memory
    use dda_columns, only: column_count, column_of
@@ -21,6 +22,7 @@ module dda_simulation_state
    use dda_stages, only: restore_stages
    use dda_solver_state, only: serialise_solver
    use dda_support, only: point_type
+   use dda_weld, only: weld_open, weld_whole
    implicit none
    private
    public :: serialise_simulation
@@ -97,6 +99,7 @@ contains
       if (archive%reading .and. .not. allocated(archive%failure)) call restore_stages(simulation)
       call serialise_stepping(archive, simulation)
       call serialise_places(archive, simulation)
+      call serialise_faces(archive, simulation)
       if (archive%reading .and. .not. allocated(archive%failure)) call set_elements( &
          simulation%elements, simulation%model, simulation%blocks, simulation%time)
    end subroutine serialise_stage
@@ -136,6 +139,23 @@ contains
          call serialise(archive, simulation%model%loads(i)%start)
       end do
    end subroutine serialise_places
+
+   !> Welded faces that have broken.
+   subroutine serialise_faces(archive, simulation)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      integer :: i
+
+      if (.not. can_break(simulation%model)) return
+      associate (welds => simulation%model%welds)
+         do i = 1, size(welds)
+            call serialise_number(archive, welds(i)%state, weld_whole, weld_open)
+            call serialise(archive, welds(i)%left)
+            call serialise(archive, welds(i)%kept)
+         end do
+      end associate
+      if (archive%reading .and. .not. allocated(archive%failure)) call restore_faces(simulation)
+   end subroutine serialise_faces
 
    !> Changes made between steps: when they are read, the input with them is read again.
    subroutine serialise_changes(archive, simulation)

@@ -25,7 +25,7 @@ contains
       call check_close(balance(energy), total_energy(energy) + of('friction') + of('fracture') &
          + of('algorithmic') + of('kinetic_damping') + of('damping') + of('static') &
          + of('removed') + of('material_damping') + of('yield') + of('impact') &
-         + of('plastic') - of('changed') &
+         + of('plastic') - of('changed') - of('breaking') &
          - of('zeroed') - of('input') - of('dilation') - of('length') - of('geometric') &
          - of('initial'), 'balance')
       call check_close(turnover(energy), sum(energy%value) - of('geometric'), 'turnover')

@@ -5,6 +5,7 @@ module api_tables
    use api_failure, only: error
    use dda_contact_table, only: contact_table
    use dda_diagnostics, only: audit_warning
+   use dda_broken_faces, only: edge_damage
    use dda_elements, only: block_stress, bolt_states, plastic_strain, stress_error
    use dda_energy, only: energy_values
    use dda_errors, only: error_type, error_input, fail
@@ -37,9 +38,10 @@ contains
    end subroutine take_table
 
    !> 'coordinates' and 'rates' [6, blocks], 'stresses' [3, blocks];
-   !> 'stress_errors' and 'plastic_strains' [1, blocks]; 'blocks': material from 0,
-   !> body, 1 if it is removed [blocks, 3]; 'vertices' [2, vertices]; 'edges', by the vertex where
-   !> each begins: block and joint from 0, 1 within a body [vertices, 3]; 'contacts' [contacts,
+   !> 'stress_errors' and 'plastic_strains' [1, blocks]; 'edge_damages' [1, vertices]; 'blocks':
+   !> material from 0, body, 1 if it is removed [blocks, 3]; 'vertices' [2, vertices]; 'edges', by
+   !> the vertex where each begins: block and joint from 0, 1 within a body [vertices, 3];
+   !> 'contacts' [contacts,
    !> columns]; 'boundary_edges': edge and group from 0, shares of the edge [pieces, 4]; 'bolts':
    !> axial and shear force, stretch, state [4, bolts]; 'points': displacement, velocity,
    !> acceleration [2, 3 points].
@@ -62,6 +64,9 @@ contains
             table = reshape(stress_error(simulation%elements, blocks), [1, blocks%n])
          case ('plastic_strains')
             table = reshape(plastic_strain(simulation%elements, blocks), [1, blocks%n])
+         case ('edge_damages')
+            table = reshape(edge_damage(simulation%elements, model%welds, size(blocks%owner)), &
+               [1, size(blocks%owner)])
          case ('blocks')
             table = as_columns([blocks%material - 1, blocks%body, merge(1, 0, blocks%removed)], 3)
          case ('vertices')

@@ -381,15 +381,23 @@ def _line_width(scene: Scene) -> float:
 
 
 def _body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
-    """Sides of blocks that lie in no body, where there are bodies."""
+    """Sides of blocks that lie in no body, where there are bodies, and cracks of these."""
     if not scene.welded.any():
         return []
     shown = ~scene.welded & ~scene.removed(frame)[scene.owner]
     sides = np.stack([vertices[shown], vertices[scene.next_vertex[shown]]], axis=1)
-    lines = LineCollection(
-        sides, colors=EDGE, linewidths=_line_width(scene), capstyle="round", zorder=2.1
-    )
-    return [axes.add_collection(lines, autolim=False)]
+    width = _line_width(scene)
+    lines = LineCollection(sides, colors=EDGE, linewidths=width, capstyle="round", zorder=2.1)
+    found = [axes.add_collection(lines, autolim=False)]
+    damage = np.where(scene.removed(frame)[scene.owner], 0.0, scene.edge_damage(frame))
+    broken = damage > 0
+    if broken.any():
+        edges = np.stack([vertices[broken], vertices[scene.next_vertex[broken]]], axis=1)
+        cracks = LineCollection(
+            edges, colors=FORCE, linewidths=width * (0.5 + 1.5 * damage[broken]), zorder=2.2
+        )
+        found.append(axes.add_collection(cracks, autolim=False))
+    return found
 
 
 def _standing(scene: Scene, frame: int, vertices) -> list[np.ndarray]:

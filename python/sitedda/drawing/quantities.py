@@ -47,6 +47,7 @@ _ALL = (
     Quantity("tension", "largest tension", "Pa"),
     Quantity("stress_error", "error of the stress of cells", "Pa"),
     Quantity("plastic_strain", "largest plastic strain", "%"),
+    Quantity("damage", "largest damage of the faces of a cell", "%"),
 )
 QUANTITIES = {one.name: one for one in _ALL}
 MOVEMENTS = {
@@ -69,7 +70,8 @@ def quantity(scene: Scene, name: str, frame: int, since: int = 0) -> np.ndarray:
     if name == "rotation":
         return np.degrees(scene.coordinates(frame)[:, 2] - scene.coordinates(since)[:, 2])
     if name in OWN_QUANTITIES:
-        return scene.own_quantity(name, frame) * (100.0 if name == "plastic_strain" else 1.0)
+        shares = ("plastic_strain", "damage")
+        return scene.own_quantity(name, frame) * (100.0 if name in shares else 1.0)
     largest, smallest = principal_stresses(scene.stress(frame))
     return -smallest if name == "compression" else largest
 

@@ -484,6 +484,11 @@ class Simulation:
         return self._table("plastic_strains")[0]
 
     @property
+    def edge_damages(self) -> np.ndarray:
+        """Damage of the welded faces of each edge, shape (vertices,): 0 whole, 1 broken."""
+        return self._table("edge_damages")[0]
+
+    @property
     def polygons(self) -> list[np.ndarray]:
         """Vertices of each block, shape (vertices, 2), m, counter-clockwise."""
         owner = self._table("edges")[:, 0]

@@ -21,7 +21,9 @@ LOST = {
     "by impacts, fracture, yield": ("impact", "fracture", "yield", "plastic"),
     "with removed blocks": ("removed",),
 }
-GAINED = ("initial", "input", "geometric", "changed", "zeroed", "dilation", "length")
+GAINED = (
+    "initial", "input", "geometric", "changed", "zeroed", "dilation", "length", "breaking",
+)  # fmt: skip
 TERMS = (*(n for names in STORED.values() for n in names), *GAINED,
          *(n for names in LOST.values() for n in names), "balance")  # fmt: skip
 _LEAST = 1e-3  # of what was given: less is told with others

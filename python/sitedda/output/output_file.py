@@ -81,6 +81,9 @@ _FAMILIES = (
         block_plastic_strain  real    frame block
     """),
     _kinds("""
+        edge_damage           real    frame vertex
+    """),
+    _kinds("""
         stage                 number  time
         frame_stage           number  frame
     """),

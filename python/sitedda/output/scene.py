@@ -19,9 +19,9 @@ from ..input.input_text import input_values
 from .output_file import damaged, open_output, read
 
 PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie on each other
-# `block_…` of some outputs: the error of the stress of cells (Pa), the largest plastic strain of
-# blocks that yield.
-OWN_QUANTITIES = ("stress_error", "plastic_strain")
+# Of some outputs: the error of the stress of cells (Pa), the largest plastic strain of blocks that
+# yield, the largest damage of the faces of a cell.
+OWN_QUANTITIES = ("stress_error", "plastic_strain", "damage")
 _LOST = 1.0  # sizes of the first view that a block may be outside of it
 _SLACK = 0.01  # of the duration, that a time asked for may be beyond the frames
 
@@ -189,13 +189,22 @@ class Scene:
     @property
     def own_quantities(self) -> list[str]:
         """Those of `OWN_QUANTITIES` that the model has."""
-        return [name for name in OWN_QUANTITIES if f"block_{name}" in self.data]
+        known = {"damage": "edge_damage"}
+        return [n for n in OWN_QUANTITIES if known.get(n, f"block_{n}") in self.data]
 
     def own_quantity(self, name: str, frame: int) -> np.ndarray:
         """One of `OWN_QUANTITIES`, shape (blocks,); 0 where the model does not have it."""
         if name not in self.own_quantities:
             return np.zeros(self.blocks)
+        if name == "damage":
+            return np.maximum.reduceat(self.edge_damage(frame), self.first[:-1])
         return self._read(f"block_{name}", frame)
+
+    def edge_damage(self, frame: int) -> np.ndarray:
+        """Damage of the welded faces of each edge, shape (vertices,): 0 whole, 1 broken."""
+        if "edge_damage" not in self.data:
+            return np.zeros(len(self.owner))
+        return self._read("edge_damage", frame)
 
     def displacement(self, frame: int) -> np.ndarray:
         """Displacement of the centroids since the first frame, shape (blocks, 2), m."""
@@ -562,6 +571,8 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
     }
     own = {"stress_error": simulation.stress_errors, "plastic_strain": simulation.plastic_strains}
     frame |= {f"block_{k}": (("frame", "block"), v[None]) for k, v in own.items() if v.any()}
+    if (damages := simulation.edge_damages).any():
+        frame["edge_damage"] = (("frame", "vertex"), damages[None])
     edges = simulation.boundary_edges
     if len(edges["edge"]):
         frame["boundary_edge"] = ("boundary_edge", edges.pop("edge"))

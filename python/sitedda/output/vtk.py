@@ -134,7 +134,11 @@ def blocks_of(scene: Scene, frame: int) -> PolyData:
     for k, axes in enumerate(("xx", "yy", "xy")):  # scalars: of a vector a magnitude is offered
         data.cells[f"stress {axes} (Pa)"] = stress[:, k]
         data.cells[f"strain {'gamma ' * (k == 2)}{axes}"] = now[:, 3 + k]
-    words = {"stress_error": "error of stress (Pa)", "plastic_strain": "largest plastic strain"}
+    words = {
+        "stress_error": "error of stress (Pa)",
+        "plastic_strain": "largest plastic strain",
+        "damage": "largest damage of faces",
+    }
     for name in scene.own_quantities:
         data.cells[words[name]] = scene.own_quantity(name, frame)
     data.field = {"block names": scene.names, "material names": scene.material_names}

@@ -156,7 +156,7 @@ export class Model {
       case "compression": return -this.stresses(frame, b)[1];
       case "tension": return this.stresses(frame, b)[0];
       case "stress_error": return this.at(name, frame, b);
-      case "plastic_strain": return 100 * this.at(name, frame, b);
+      case "plastic_strain": case "damage": return 100 * this.at(name, frame, b);
       default: return 0;
     }
   }

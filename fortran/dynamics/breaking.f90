@@ -1,0 +1,237 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Welded faces that break, judged at the end of each step.
+!>
+!> Where the traction of a face reaches the strength of its joint at one of three points, the joint
+!> takes its place, and begins with the tractions of all three.  The triangles of the face go back
+!> to their cells.  What their stress was beyond that of the cell stays in the initial stress, so
+!> that no force changes; it is let off as the joint is damaged.  Where the bond is spent and the
+!> face gapes, its edges become sides, which touch as those of any blocks.
+!>
+!> All that this takes and gives is booked as `breaking`.
+module dda_breaking
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type, update_geometry
+   use dda_broken_faces, only: face_force, face_strength, begin_joint, joint_damage, joint_motion, &
+      crack_points
+   use dda_cell_faces, only: part_cells
+   use dda_elements, only: set_elements, update_stored
+   use dda_energy, only: add_energy, total_energy, energy_breaking
+   use dda_energy_budget, only: update_state
+   use dda_model, only: model_type
+   use dda_ordered_sums, only: parallel_from
+   use dda_simulation, only: simulation_type, next_step
+   use dda_weld, only: is_shifted, is_whole, set_welds, take_area, weld_cracked, weld_open
+   use dda_weld_springs, only: own_strain
+   implicit none
+   private
+   public :: break_faces, can_break, restore_faces
+
+   !> of the length of a face: one that has slipped so far is no longer closed by its joint
+   real(wp), parameter :: farthest = 0.1_wp
+
+contains
+
+   !> After a step: what has broken, and what has come apart.
+   subroutine break_faces(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      real(wp), allocatable :: traction(:,:,:)
+      integer, allocatable :: broken(:), opened(:)
+      real(wp) :: before
+      integer :: i
+
+      if (.not. can_break(simulation%model)) return
+      broken = faces_at_strength(simulation)
+      opened = gaping_faces(simulation)
+      before = total_energy(simulation%energy)
+      call let_off(simulation)
+      if (size(broken) + size(opened) > 0) then
+         allocate (traction(2, crack_points, size(broken)))
+         do i = 1, size(broken)
+            call free_face(simulation, broken(i), traction(:, :, i))
+         end do
+         do i = 1, size(opened)
+            call open_face(simulation, opened(i))
+         end do
+         call renew_faces(simulation, size(opened) > 0)
+         call set_elements(simulation%elements, simulation%model, simulation%blocks, &
+            simulation%time)
+         do i = 1, size(broken)
+            call begin_joint(simulation%elements, broken(i), simulation%blocks, &
+               traction(:, :, i))
+         end do
+         simulation%counters%broken = simulation%counters%broken + size(broken)
+      end if
+      call update_state(simulation%energy, simulation%blocks)
+      if (size(broken) + size(opened) > 0) call update_stored(simulation%elements, &
+         simulation%blocks, next_step(simulation), simulation%energy)
+      call add_energy(simulation%energy, energy_breaking, total_energy(simulation%energy) - before)
+   end subroutine break_faces
+
+   !> Some faces of a model have a joint that they become.
+   pure logical function can_break(model)
+      type(model_type), intent(in) :: model  !< as read from the input
+
+      can_break = allocated(model%welds)
+      if (can_break) can_break = any(model%welds%joint > 0)
+   end function can_break
+
+   !> Whole faces whose traction has reached their strength.
+   function faces_at_strength(simulation) result(found)
+      type(simulation_type), intent(in) :: simulation  !< between two steps
+      integer, allocatable :: found(:)
+      logical :: reached(size(simulation%model%welds))
+      real(wp) :: traction(2, crack_points), ratio
+      integer :: i
+
+      reached = .false.
+      associate (welds => simulation%model%welds, blocks => simulation%blocks)
+         !$omp parallel do schedule(static) private(traction, ratio) &
+         !$omp if (size(welds) >= parallel_from)
+         do i = 1, size(welds)
+            if (welds(i)%joint == 0 .or. .not. is_whole(welds(i))) cycle
+            if (any(blocks%removed(welds(i)%block))) cycle
+            call face_strength(simulation%elements, i, face_force(simulation%elements, i, blocks), &
+               traction, ratio)
+            reached(i) = ratio >= 1.0_wp
+         end do
+         found = pack([(i, i=1, size(welds))], reached)
+      end associate
+   end function faces_at_strength
+
+   !> Broken faces without a bond that gape at all points, or have slipped far.
+   function gaping_faces(simulation) result(found)
+      type(simulation_type), intent(in) :: simulation  !< between two steps
+      integer, allocatable :: found(:)
+      logical :: gapes(size(simulation%model%welds)), spent
+      real(wp) :: motion(2, crack_points), damage
+      integer :: i
+
+      gapes = .false.
+      associate (welds => simulation%model%welds)
+         do i = 1, size(welds)
+            if (welds(i)%state /= weld_cracked) cycle
+            call joint_damage(simulation%elements, i, damage, spent)
+            if (.not. spent) cycle
+            motion = joint_motion(simulation%elements, i, simulation%blocks)
+            gapes(i) = all(motion(1, :) > 0.0_wp) .or. &
+               maxval(abs(motion(2, :))) > farthest*welds(i)%length
+         end do
+         found = pack([(i, i=1, size(welds))], gapes)
+      end associate
+   end function gaping_faces
+
+   !> Initial stresses that broken faces have left go with the damage of their joints.
+   subroutine let_off(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      real(wp) :: damage
+      logical :: spent
+      integer :: i
+
+      do i = 1, size(simulation%model%welds)
+         if (simulation%model%welds(i)%state /= weld_cracked) cycle
+         call joint_damage(simulation%elements, i, damage, spent)
+         call keep_share(simulation, i, 1.0_wp - damage)
+      end do
+   end subroutine let_off
+
+   !> Keep a share of what face i left when it broke.
+   subroutine keep_share(simulation, i, share)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      integer, intent(in) :: i                            !< broken face
+      real(wp), intent(in) :: share                       !< of what it left
+      integer :: k
+
+      associate (weld => simulation%model%welds(i), blocks => simulation%blocks)
+         do k = 1, 2
+            associate (b => weld%block(k))
+               if (.not. blocks%rest_share(b) > 0.0_wp) cycle
+               blocks%initial_stress(:, b) = blocks%initial_stress(:, b) + (share - weld%kept) &
+                  *weld%left(:, k)/(blocks%rest_share(b)*blocks%area(b))
+            end associate
+         end do
+         weld%kept = share
+      end associate
+   end subroutine keep_share
+
+   !> Face i breaks: its triangles go back to its cells, and no force changes.
+   subroutine free_face(simulation, i, traction)
+      type(simulation_type), intent(inout) :: simulation    !< between two steps
+      integer, intent(in) :: i                              !< whole face
+      real(wp), intent(out) :: traction(2, crack_points)    !< at its points, Pa
+      real(wp) :: force(size(own_strain) + 4), ratio, elastic(3), area
+      integer :: k
+
+      force = face_force(simulation%elements, i, simulation%blocks)
+      call face_strength(simulation%elements, i, force, traction, ratio)
+      associate (weld => simulation%model%welds(i), blocks => simulation%blocks)
+         do k = 1, 2
+            associate (b => weld%block(k))
+               ! Of the rest and of the triangle together, so that A σ of both stays.
+               area = blocks%rest_share(b)*blocks%area(b)
+               elastic = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b))/blocks%area(b)
+               weld%left(:, k) = force(own_strain(:, k)) - weld%area(k)*(elastic &
+                  + blocks%initial_stress(:, b))
+               blocks%initial_stress(:, b) = blocks%initial_stress(:, b) + weld%left(:, k) &
+                  /(area + weld%area(k))
+               blocks%rest_share(b) = blocks%rest_share(b) + weld%area(k)/blocks%area(b)
+            end associate
+         end do
+         weld%state = weld_cracked
+         weld%kept = 1.0_wp
+      end associate
+   end subroutine free_face
+
+   !> Face i has come apart.
+   subroutine open_face(simulation, i)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      integer, intent(in) :: i                            !< broken face
+
+      call keep_share(simulation, i, 0.0_wp)
+      simulation%model%welds(i)%state = weld_open
+   end subroutine open_face
+
+   !> Which area of cells has their own strain; where faces have opened, sides, joints, neighbours.
+   subroutine renew_faces(simulation, opened)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      logical, intent(in) :: opened                       !< some have
+      type(blocks_type) :: drawn
+      integer :: i, e, b
+
+      drawn = simulation%blocks
+      drawn%position = simulation%model%blocks%position
+      call update_geometry(drawn)
+      associate (welds => simulation%model%welds, blocks => simulation%blocks)
+         call set_welds(drawn, pack(welds, .not. is_shifted(welds)))
+         call take_area(drawn, pack(welds, is_shifted(welds)))
+         blocks%rest_share = drawn%rest_share
+         simulation%system%constant_step%time_step = 0.0_wp  ! K has changed
+         if (.not. opened) return
+         blocks%inner = drawn%inner
+         blocks%outline = drawn%outline
+         call part_cells(blocks, simulation%model%blocks, welds)
+         do i = 1, size(welds)
+            if (welds(i)%state /= weld_open) cycle
+            do e = 1, 2
+               b = welds(i)%block(e)
+               blocks%joint(welds(i)%edge(e)) = welds(i)%joint
+               associate (joint => blocks%joint(blocks%first(b):blocks%first(b + 1) - 1))
+                  blocks%mixed(b) = any(joint /= joint(1))
+               end associate
+            end do
+         end do
+      end associate
+      simulation%neighbours%reach = 0.0_wp  ! search anew
+   end subroutine renew_faces
+
+   !> After a checkpoint has told the states of faces.
+   subroutine restore_faces(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< just started, with these states
+      real(wp) :: reach
+
+      if (all(is_whole(simulation%model%welds))) return
+      reach = simulation%neighbours%reach
+      call renew_faces(simulation, .true.)
+      simulation%neighbours%reach = reach
+   end subroutine restore_faces
+
+end module dda_breaking

@@ -1,0 +1,217 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Law of a point of a broken face: the cohesive joint that it becomes, (1 − D) bond + D contact, as
+!> `dda_joint_bond` has it for contacts.
+!>
+!> In place of strains there are the opening g and the slip s of the face, and tractions of
+!> stresses.  The bond acts at t₀ + θΔt, the contact at the end of the step.  Between the damages D₀
+!> and D₁ of its ends a step has a D* at which it spends just the fracture energy; D* and the
+!> pressure that bounds friction are held in each solution of a step, which then is the least of a
+!> convex function.
+module dda_crack_law
+   use dda_kinds, only: wp
+   use dda_cohesive, only: cohesive_type
+   use dda_material_law, only: material_law_type, strain_point_type, loss_damping, loss_plastic, &
+      loss_scheme, losses
+   use dda_scheme, only: step_type
+   implicit none
+   private
+   public :: crack_law_type, new_crack_law, is_spent
+
+   integer, parameter :: damaged = 1  !< D in a state
+   integer, parameter :: slipped = 2  !< what the slider of friction has slipped, m
+   !> of the stiffness: left of a tangent, so that both cells stay coupled
+   real(wp), parameter :: floor_share = 1.0e-9_wp
+
+   !> A joint material.
+   type, extends(material_law_type) :: crack_law_type
+      type(cohesive_type) :: joint
+   contains
+      procedure :: state_size
+      procedure :: respond
+      procedure :: finish
+      procedure :: stored
+      procedure :: held_stress
+      procedure :: traction_ratio
+      procedure :: springs
+   end type crack_law_type
+
+   !> A point in a step.
+   type :: motion_type
+      real(wp) :: opening(2) = 0.0_wp   !< g at both ends, m
+      real(wp) :: slip(2) = 0.0_wp      !< s at both ends, m
+      real(wp) :: slider(2) = 0.0_wp    !< of it that the slider has slipped, m
+      logical :: sticks = .true.        !< the slider does not slip
+   end type motion_type
+
+contains
+
+   !> The law of a joint material with stiffnesses per area.
+   pure type(crack_law_type) function new_crack_law(joint) result(law)
+      type(cohesive_type), intent(in) :: joint  !< with its stiffnesses, Pa/m
+
+      law%joint = joint
+   end function new_crack_law
+
+   !> D, and the slip of the slider.
+   pure integer function state_size(self)
+      class(crack_law_type), intent(in) :: self  !< law
+
+      state_size = 2
+   end function state_size
+
+   !> Of opening and of slip, Pa/m.
+   pure function springs(self) result(k)
+      class(crack_law_type), intent(in) :: self  !< law
+      real(wp) :: k(2)
+
+      k = [self%joint%normal_stiffness, self%joint%shear_stiffness]
+   end function springs
+
+   !> A traction over the strength: 1 where damage begins.
+   pure real(wp) function traction_ratio(self, traction) result(ratio)
+      class(crack_law_type), intent(in) :: self  !< law
+      real(wp), intent(in) :: traction(2)        !< tension, shear, Pa
+
+      associate (shear => max(0.0_wp, abs(traction(2)) - self%joint%friction &
+         *max(0.0_wp, -traction(1))))
+         ratio = norm2([max(0.0_wp, traction(1)), shear]/self%joint%strengths)
+      end associate
+   end function traction_ratio
+
+   !> What a step does to a point, with the pressure that is held.
+   pure type(motion_type) function motion_of(self, point, state, strain, change) result(motion)
+      class(crack_law_type), intent(in) :: self     !< law
+      type(strain_point_type), intent(in) :: point  !< where it acts
+      real(wp), intent(in) :: state(:)              !< [any] at the start of the step
+      real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start, their change, m
+      real(wp) :: elastic, most
+
+      motion%opening = strain(1) + [0.0_wp, change(1)]
+      motion%slip = strain(2) + [0.0_wp, change(2)]
+      motion%slider = state(slipped)
+      most = self%joint%friction*point%bounding(1)/self%joint%shear_stiffness
+      elastic = motion%slip(2) - state(slipped)
+      motion%sticks = abs(elastic) <= most
+      if (.not. motion%sticks) motion%slider(2) = motion%slip(2) - sign(most, elastic)
+   end function motion_of
+
+   !> D* of a point, as it is held.
+   pure real(wp) function acting_damage(self, point, state) result(share)
+      class(crack_law_type), intent(in) :: self     !< law
+      type(strain_point_type), intent(in) :: point  !< where it acts
+      real(wp), intent(in) :: state(:)              !< [any] at the start of the step
+
+      share = max(state(damaged), min(1.0_wp, point%bounding(2)/self%joint%strengths(1)))
+   end function acting_damage
+
+   !> What is held: the pressure that bounds friction, and D* times the tensile strength.
+   pure function held_stress(self, point, state, strain, change, step) result(stress)
+      class(crack_law_type), intent(in) :: self     !< law
+      type(strain_point_type), intent(in) :: point  !< where it acts
+      real(wp), intent(in) :: state(:)              !< [any] at the start of the step
+      real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start, their change, m
+      type(step_type), intent(in) :: step           !< the one being taken
+      real(wp) :: stress(3), energy(2), after, share, surplus
+      type(motion_type) :: motion
+
+      motion = motion_of(self, point, state, strain, change)
+      associate (joint => self%joint, before => state(damaged), opening => motion%opening, &
+         slider => motion%slider)
+         after = joint%damage(opening(2), slider(2), before)
+         share = before
+         if (after > before) then
+            energy = [joint%bond_energy(opening(1), slider(1)), &
+               joint%bond_energy(opening(2), slider(2))]
+            surplus = energy(2)*(after - before) &
+               - joint%spent(opening(2), slider(2), before, after)
+            if (energy(2) > energy(1)) share = before + max(0.0_wp, min(after - before, &
+               surplus/(energy(2) - energy(1))))
+         end if
+         stress = [joint%normal_stiffness*max(0.0_wp, -opening(2)), share*joint%strengths(1), &
+            0.0_wp]
+      end associate
+   end function held_stress
+
+   !> Traction that acts in a step, and its tangent.
+   pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
+      class(crack_law_type), intent(in) :: self          !< law
+      type(strain_point_type), intent(in) :: point       !< where it acts
+      real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
+      real(wp), intent(in) :: strain(3), change(3)       !< g and s at the start, their change, m
+      type(step_type), intent(in) :: step                !< the one being taken
+      real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa; Pa/m
+      type(motion_type) :: motion
+      real(wp) :: share, slope(2)
+
+      motion = motion_of(self, point, state, strain, change)
+      share = acting_damage(self, point, state)
+      associate (k => self%springs(), theta => step%scheme%theta)
+         stress(1) = (1.0_wp - share)*(strain(1) + theta*change(1)) &
+            + share*min(0.0_wp, motion%opening(2))
+         stress(2) = (1.0_wp - share)*(strain(2) + theta*change(2)) &
+            + share*(motion%slip(2) - motion%slider(2))
+         stress = [k*stress(1:2), 0.0_wp]
+         slope = (1.0_wp - share)*theta
+         if (motion%opening(2) < 0.0_wp) slope(1) = slope(1) + share
+         if (motion%sticks) slope(2) = slope(2) + share
+         slope = k*max(floor_share, slope)
+      end associate
+      tangent = 0.0_wp
+      tangent(1, 1) = slope(1)
+      tangent(2, 2) = slope(2)
+   end subroutine respond
+
+   !> State at the end of a step, and its losses: by fracture, by friction, by the scheme.
+   pure subroutine finish(self, point, state, strain, change, step, loss)
+      class(crack_law_type), intent(in) :: self      !< law
+      type(strain_point_type), intent(in) :: point   !< where it acts
+      real(wp), intent(inout) :: state(:)            !< [any] at the start, then of the end
+      real(wp), intent(in) :: strain(3), change(3)   !< g and s at the start, their change, m
+      type(step_type), intent(in) :: step            !< the one being taken
+      real(wp), intent(out) :: loss(losses)          !< J/m²
+      type(motion_type) :: motion
+      real(wp) :: share, after, rise(2), stretch(2), k(2), pressed(2)
+
+      motion = motion_of(self, point, state, strain, change)
+      share = acting_damage(self, point, state)
+      k = self%springs()
+      associate (joint => self%joint, slider => motion%slider, theta => step%scheme%theta)
+         after = max(share, joint%damage(motion%opening(2), slider(2), state(damaged)))
+         rise = [share - state(damaged), after - share]
+         stretch = motion%slip - slider
+         pressed = min(0.0_wp, motion%opening)
+         loss(loss_plastic) = rise(1)*joint%bond_energy(motion%opening(1), slider(1)) &
+            + rise(2)*joint%bond_energy(motion%opening(2), slider(2))
+         loss(loss_damping) = k(2)*(share*stretch(2)*(slider(2) - slider(1)) &
+            + dot_product(rise, slider*stretch))
+         loss(loss_scheme) = (1.0_wp - share)*(theta - 0.5_wp)*dot_product(k, change(1:2)**2) &
+            + share*(k(1)*(pressed(2)*change(1) - 0.5_wp*(pressed(2)**2 - pressed(1)**2)) &
+            + 0.5_wp*k(2)*(stretch(2) - stretch(1))**2)
+         state(damaged) = after
+         state(slipped) = slider(2)
+      end associate
+   end subroutine finish
+
+   !> Energy of bond and contact, J/m².
+   pure real(wp) function stored(self, point, state, strain)
+      class(crack_law_type), intent(in) :: self     !< law
+      type(strain_point_type), intent(in) :: point  !< where it acts
+      real(wp), intent(in) :: state(:)              !< [any] of the point
+      real(wp), intent(in) :: strain(3)             !< g and s, m
+      real(wp) :: k(2)
+
+      k = self%springs()
+      associate (left => 1.0_wp - state(damaged))
+         stored = 0.5_wp*k(1)*(min(0.0_wp, strain(1))**2 + left*max(0.0_wp, strain(1))**2) &
+            + 0.5_wp*k(2)*(state(damaged)*(strain(2) - state(slipped))**2 + left*strain(2)**2)
+      end associate
+   end function stored
+
+   !> The bond of a point is gone.
+   pure logical function is_spent(state)
+      real(wp), intent(in) :: state(:)  !< [any] of the point
+
+      is_spent = state(damaged) >= 1.0_wp
+   end function is_spent
+
+end module dda_crack_law
