@@ -4,8 +4,9 @@
 Each step drops all velocities, so that blocks out of balance move by d = M⁻¹ F Δt², and what
 inertia takes of the load is known: with f the load at a factor of 1, virtual work of the step's own
 displacements gives the factor at which the blocks are in balance, λ − Σ d·M d/(Δt² Σ f·d).  The
-next factor is that and an excess which makes the largest displacement of a step as large as it is
-wanted: displacement controls the load, also where a mechanism of a part of the blocks falls.  The
+next factor is that and an excess which makes the displacement of the named point in a step as large
+as it is wanted, or that of the block that moves farthest where the point hardly moves:
+displacement controls the load, also where a mechanism falls that the point is no part of.  The
 forces of a step balance where it begins, so that the curve of a mechanism is exact.
 """
 
@@ -31,9 +32,12 @@ _EXCESS = 0.005  # of the weight, that moves the blocks by a step
 _FIRST, _LEAST = 0.01, 0.05  # first factor; factor that changes are shares of, at least
 _MOST = 0.05  # share of the factor, of its excess
 _SMALLEST = 1e-4  # the same, at least
-_LESS, _MORE = 0.3, 1.5  # change of the excess from step to step
+_MORE = 1.5  # times the excess of a step is that of the next at most
 _SHORTEST = 1e-3  # of the time step, below which a step does not converge
 _LOOKS = 20  # times the steps asked for: at most so many are taken
+_HARDLY = 0.2  # of the largest displacement of a step: the point does not control it
+_ELASTIC = 0.1  # of the displacement wanted of a step: less is no mechanism
+_PARTED = 3.0  # times the displacement asked for: what falls has left the point behind
 _STILL = 1e-3  # of the largest displacement of a mode: a block that is held
 _UNCONVERGED = "a step does not converge"
 _TILT = math.radians(89.0)  # at which a tilting table ends
@@ -169,9 +173,9 @@ def pushover(
     sense : {1, -1}
         Of the load along x.
     displacement : float, optional
-        Of the point or of a block, at the end, m (a tenth of the point's height above the lowest).
+        Of the point along the load, at the end, m (a tenth of its height above the lowest vertex).
     steps : int
-        In the largest displacement; elastic ones before them are smaller.
+        In that displacement; elastic ones before them are smaller.
     changes : mapping, optional
         Variables to change first, see `Simulation`.
 
@@ -254,6 +258,7 @@ class _Pushed:
         """Step to the end."""
         rows, states, ending = [], [], ""
         excess, factor, work, moved, far = _FIRST, _FIRST, 0.0, 0.0, 0.0
+        steps: list[tuple[float, float]] = []  # way of the point or block that controls; balance
         with Simulation(self.model) as run:
             start = before = run.coordinates
             time, lost = run.time, run.energies["friction"]
@@ -266,7 +271,7 @@ class _Pushed:
                     break
                 now = run.coordinates
                 change, step = now - before, run.time - time
-                before, time = now, run.time
+                before, time, last = now, run.time, moved
                 power, inertia = self._power(change, factor), self._inertia(change) / step**2
                 balance = factor - (inertia / power if power > 0 else 0.0)
                 work += balance * power
@@ -275,24 +280,34 @@ class _Pushed:
                 moved = self.sense * float(run.point_motions[0, self.index, 0])
                 far = float(np.hypot(*(now - start)[:, :2].T).max())
                 ending = self._ending(done, moved, far, balance)
-                excess = self._excess(excess, factor, balance, change)
-                factor = balance + excess
+                steps.append((self._way(change, moved - last), balance))
+                excess = self._excess(excess, factor, steps)
+                factor = min(factor, _balance_ahead(steps)) + excess
             polygons = run.polygons
         return self._found(rows, states, polygons, ending)
 
-    def _excess(self, excess: float, factor: float, balance: float, change: np.ndarray) -> float:
-        """What the next factor has beyond balance, from the displacements of the last step."""
-        way = float(np.hypot(*change[:, :2].T).max())
-        wanted = self.end / self.steps / max(way, 1e-12 * self.end)
+    def _way(self, change: np.ndarray, own: float) -> float:
+        """Displacement that controls a step: of the point, or of the block that moves farthest."""
+        most = float(np.hypot(*change[:, :2].T).max())
+        return max(abs(own) if abs(own) > _HARDLY * most else most, 1e-12 * self.end)
+
+    def _excess(self, excess: float, factor: float, steps: list[tuple[float, float]]) -> float:
+        """What the next factor has beyond balance: a mechanism moves in proportion to it."""
+        (way, balance), wanted = steps[-1], self.end / self.steps
+        next_one = _MORE * excess
+        if way > _ELASTIC * wanted:
+            next_one = min(next_one, (factor - balance) * wanted / way)
         least, most = _SMALLEST * max(factor, _LEAST), _MOST * max(balance, _LEAST)
-        return min(max(excess * min(max(wanted, _LESS), _MORE), least), most)
+        return min(max(next_one, least), most)
 
     def _ending(self, done: bool, moved: float, far: float, balance: float) -> str:
         """Why the last step was the last one; empty if it was not."""
         if balance <= 0:
             return "collapse: nothing resists any more"
-        if max(abs(moved), far) >= self.end:
+        if abs(moved) >= self.end:
             return "the displacement asked for"
+        if far >= _PARTED * self.end:
+            return f"blocks have moved by {1e3 * far:.4g} mm: the point is no part of what falls"
         if self.load == "tilt" and balance >= math.tan(_TILT):
             return "the table is upright"
         return "the blocks do not move any farther" if done else ""
@@ -333,6 +348,14 @@ class _Pushed:
                         friction, float(self.mass.sum()), self.bodies.names,
                         verdicts, mean, tuple(verdicts[i] for i in self.bodies.of), polygons,
                         ending)  # fmt: skip
+
+
+def _balance_ahead(steps: list[tuple[float, float]]) -> float:
+    """Factor of balance where the last step ended, by the slope over the two before."""
+    if len(steps) < 2:
+        return steps[-1][1]
+    (before, higher), (way, balance) = steps[-2:]
+    return balance + (balance - higher) * way / before
 
 
 def _polar(offsets: np.ndarray) -> float:
