@@ -34,7 +34,7 @@ PAGES = [
         "tunnel",
     )
 ]
-PAGES += [f"casebook/{name}" for name in ("arch", "slope", "rocking")]
+PAGES += [f"casebook/{name}" for name in ("arch", "slope", "rocking", "column")]
 
 
 def run_block(kind: str, text: str, names: dict) -> str:
