@@ -37,7 +37,7 @@ _SHORTEST = 1e-3  # of the time step, below which a step does not converge
 _LOOKS = 20  # times the steps asked for: at most so many are taken
 _HARDLY = 0.2  # of the largest displacement of a step: the point does not control it
 _ELASTIC = 0.1  # of the displacement wanted of a step: less is no mechanism
-_PARTED = 3.0  # times the displacement asked for: what falls has left the point behind
+_PARTED = 3.0  # times the displacement asked for: a block has left the point behind
 _STILL = 1e-3  # of the largest displacement of a mode: a block that is held
 _UNCONVERGED = "a step does not converge"
 _TILT = math.radians(89.0)  # at which a tilting table ends
@@ -307,7 +307,7 @@ class _Pushed:
         if abs(moved) >= self.end:
             return "the displacement asked for"
         if far >= _PARTED * self.end:
-            return f"blocks have moved by {1e3 * far:.4g} mm: the point is no part of what falls"
+            return f"a block has moved by {1e3 * far:.4g} mm, much farther than the point"
         if self.load == "tilt" and balance >= math.tan(_TILT):
             return "the table is upright"
         return "the blocks do not move any farther" if done else ""
