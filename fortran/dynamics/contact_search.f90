@@ -45,8 +45,10 @@ contains
             + highest_lift(simulation)
          if (detection%distance + 2*neighbours%travel > neighbours%reach) &
             call search_anew(simulation, (1.0_wp + search_margin)*detection%distance, error)
-         if (any(simulation%blocks%body > 0)) simulation%iteration%rounding = min(1.0_wp, max( &
-            least_rounding, 0.1_wp*detection%travel/half_size(simulation%blocks)))
+         simulation%iteration%rounding = 1.0_wp
+         if (any(simulation%blocks%body > 0) .and. .not. simulation%resting) &
+            simulation%iteration%rounding = min(1.0_wp, max(least_rounding, &
+            0.1_wp*detection%travel/half_size(simulation%blocks)))
       end associate
       if (allocated(error)) return
       call renew_contacts(simulation)
