@@ -231,31 +231,61 @@ contains
    end function coupled_blocks
 
    !> Add weight × c u uᵀ of all terms to a matrix whose pattern holds them.
+   !>
+   !> The springs of a welded face follow each other: their place in the matrix is looked for once.
    pure subroutine add_to_matrix(terms, weights, matrix)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       real(wp), intent(in) :: weights(instants)  !< by the instant of a term; 0 leaves it out
       type(block_matrix_type), intent(inout) :: matrix  !< block matrix
-      real(wp) :: c, row_a(6), row_b(6)
-      integer :: i, j, k, a, b, entry
+      real(wp) :: c
+      integer :: i, pair(2), entry
 
+      pair = 0
       do i = 1, terms%n
-         c = weights(terms%term(i)%instant)*terms%term(i)%coefficient
-         if (.not. abs(c) > 0.0_wp) cycle
-         do j = 1, blocks_in(terms%term(i))
-            call get_row(terms%term(i), j, b, row_b)
-            call add_product(matrix%diagonal(:, :, b), c, row_b, row_b)
-            do k = 1, j - 1
-               call get_row(terms%term(i), k, a, row_a)
-               entry = entry_of(matrix, a, b)
-               if (a > b) then
-                  call add_product(matrix%lower(:, :, entry), c, row_a, row_b)
-               else
-                  call add_product(matrix%lower(:, :, entry), c, row_b, row_a)
-               end if
-            end do
-         end do
+         associate (term => terms%term(i))
+            c = weights(term%instant)*term%coefficient
+            if (.not. abs(c) > 0.0_wp) cycle
+            if (allocated(term%further) .or. term%block_b == 0) then
+               call add_rows(term, c, matrix)
+               cycle
+            end if
+            if (pair(1) /= term%block_a .or. pair(2) /= term%block_b) then
+               pair = [term%block_a, term%block_b]
+               entry = entry_of(matrix, pair(1), pair(2))
+            end if
+            call add_product(matrix%diagonal(:, :, pair(1)), c, term%row_a, term%row_a)
+            call add_product(matrix%diagonal(:, :, pair(2)), c, term%row_b, term%row_b)
+            if (pair(1) > pair(2)) then
+               call add_product(matrix%lower(:, :, entry), -c, term%row_a, term%row_b)
+            else
+               call add_product(matrix%lower(:, :, entry), -c, term%row_b, term%row_a)
+            end if
+         end associate
       end do
    end subroutine add_to_matrix
+
+   !> c u uᵀ of a term of any number of blocks.
+   pure subroutine add_rows(term, c, matrix)
+      type(linear_term_type), intent(in) :: term  !< one of the list
+      real(wp), intent(in) :: c  !< factor, N/m per metre of thickness
+      type(block_matrix_type), intent(inout) :: matrix  !< block matrix
+      real(wp) :: row_a(6), row_b(6)
+      integer :: j, k, a, b, entry
+
+      do j = 1, blocks_in(term)
+         call get_row(term, j, b, row_b)
+         call add_product(matrix%diagonal(:, :, b), c, row_b, row_b)
+         do k = 1, j - 1
+            call get_row(term, k, a, row_a)
+            entry = entry_of(matrix, a, b)
+            if (a > b) then
+               call add_product(matrix%lower(:, :, entry), c, row_a, row_b)
+            else
+               call add_product(matrix%lower(:, :, entry), c, row_b, row_a)
+            end if
+         end do
+      end do
+   end subroutine add_rows
 
    !> block += c a bᵀ
    pure subroutine add_product(block, c, a, b)

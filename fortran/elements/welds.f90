@@ -238,8 +238,14 @@ contains
       associate (half => 0.5_wp*weld%length*weld%along, jump => placed%jump)
          do k = 1, 2
             associate (b => weld%block(k))
-               coordinates(:, k) = blocks%position(:, b) + ahead*blocks%velocity(:, b)
-               call set_axes(coordinates(:, k), placed%axes(:, :, k), placed%gradient(:, :, k))
+               coordinates(:, k) = blocks%position(:, b)
+               if (abs(ahead) > 0.0_wp) then
+                  coordinates(:, k) = coordinates(:, k) + ahead*blocks%velocity(:, b)
+                  call set_axes(coordinates(:, k), placed%axes(:, :, k), placed%gradient(:, :, k))
+               else
+                  placed%axes(:, :, k) = blocks%axes(:, :, b)
+                  placed%gradient(:, :, k) = blocks%gradient(:, :, b)
+               end if
             end associate
          end do
          jump(:, 1) = coordinates(1:2, 1) - coordinates(1:2, 2) - weld%shift &
