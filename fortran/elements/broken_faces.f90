@@ -3,9 +3,10 @@
 module dda_broken_faces
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
+   use dda_crack_points, only: points_force, strength_ratios, begin_crack, crack_damage, crack_motion
    use dda_elements, only: elements_type
-   use dda_strain_points, only: strain_points_type, points_force, strength_ratios, begin_crack, &
-      crack_damage, crack_motion, crack_points
+   use dda_material_points, only: crack_points
+   use dda_strain_points, only: strain_points_type
    use dda_weld, only: weld_type, weld_cracked, weld_whole
    use dda_weld_springs, only: n_deformations
    use dda_welds, only: welds_type, weld_force

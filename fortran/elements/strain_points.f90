@@ -1,84 +1,48 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Strain points of materials that have a law of their own (`dda_material_law`): blocks, rests of
-!> cells, sides of welded faces, and, where a law limits them, the mean and the linear jump of these
-!> faces, whose law is `dda_jump_law`; and the points of broken faces, whose law is `dda_crack_law`.
+!> What the laws of materials add to the equations of a step at their points
+!> (`dda_material_points`).
 !>
-!> Blocks and welded faces are linear elastic; a point adds what its law has beyond that, c = s −
-!> θDΔε − Dε.  It is solved by Newton's method: the step is solved with c linear about an increment,
-!> and again about its solution, until c at the solution is the one that was solved with.  c is the
-!> derivative of a potential less a quadratic one, so where the law is convex a step is the least of
-!> a convex function, and `slope_beyond` makes its line search exact.
+!> A step is solved by Newton's method: with the stress c beyond elasticity linear about an
+!> increment, and again about its solution, until c at the solution is the one that was solved with.
+!> c is the derivative of a potential less a quadratic one, so where the law is convex a step is the
+!> least of a convex function, and `slope_beyond` makes its line search exact.
 !>
 !> Bounds that a law holds at the stress of a step are taken from the last solution until they agree
 !> or a number of rounds has passed; they are then off by what the last round changed.
-!>
-!> At a face between two materials each side has its own strain, with the displacement of the face
-!> that small strains give it (`dda_weld_springs`).
 module dda_strain_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_blocks, only: blocks_type
-   use dda_crack_law, only: crack_law_type, is_spent
+   use dda_crack_law, only: crack_law_type
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_fracture, &
       energy_friction, energy_law, energy_material, energy_plastic
-   use dda_jump_law, only: jump_law_type
    use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_damping, &
       term_point
-   use dda_material, only: material_type, elasticity
-   use dda_material_law, only: material_law_type, strain_point_type, loss_damping, loss_plastic, &
-      loss_scheme, losses
+   use dda_material, only: material_type
+   use dda_material_law, only: loss_damping, loss_plastic, loss_scheme, losses
+   use dda_material_points, only: material_points_type, set_points, has_law, acts, resting, &
+      respond, cap_of, total_strain, present_stress, beyond_elastic, take_step, take_over
    use dda_motion, only: motion_type
    use dda_ordered_sums, only: parallel_from
-   use dda_scheme, only: scheme_type, step_type
-   use dda_overlap, only: weight
-   use dda_weld, only: weld_type, is_shifted, is_whole, weld_cracked
-   use dda_weld_springs, only: n_deformations, jump_stiffness, own_strain, strains_of
-   use dda_welds, only: deformations_of, derivatives_of
+   use dda_scheme, only: step_type
+   use dda_weld, only: weld_type, is_shifted
+   use dda_weld_springs, only: n_deformations, own_strain
+   use dda_welds, only: derivatives_of
    implicit none
    private
    public :: strain_points_type, new_strain_points, add_point_stress, bounds_are_off, &
-      largest_plastic_strain, worst_point, points_force, strength_ratios, begin_crack, &
-      crack_damage, crack_motion, crack_points
+      largest_plastic_strain, worst_point
 
    real(wp), parameter :: tolerance = 1.0e-11_wp     !< of a stress, over the largest
    real(wp), parameter :: rounding = 1.0e-15_wp      !< of the elastic stress of a strain
    real(wp), parameter :: agreed = 1.0e-7_wp         !< of a stress in bounds, over the largest
    integer, parameter :: most_held = 15              !< rounds in which bounds are taken anew
    real(wp), parameter :: no_curvature = 1.0e-13_wp  !< of D: a tangent that is none
-   integer, parameter :: crack_points = 3            !< of a broken face, by Lobatto
-   real(wp), parameter :: places(crack_points) = [-1.0_wp, 0.0_wp, 1.0_wp]  !< ξ of them
 
-   !> A law of a material.
-   type :: slot_type
-      class(material_law_type), allocatable :: law
-   end type slot_type
-
-   !> All points.
-   type, extends(element_type) :: strain_points_type
-      integer :: n = 0
-      logical, allocatable :: active(:)                  !< [n] there is more than elasticity
-      !> [materials + 1 + joints] of materials, of jumps, of faces that break
-      type(slot_type), allocatable :: slot(:)
-      integer, allocatable :: material(:)                !< [n]
-      integer, allocatable :: block(:,:)                 !< [2,n] block and 0, or cells of the face
-      integer, allocatable :: side(:,:)                  !< [2,n] points of a jump's face, else 0
-      integer, allocatable :: crack(:)                   !< [n] point 1 … 3 of a broken face, else 0
-      integer :: first_crack = 0                         !< points before those of broken faces
-      real(wp), allocatable :: area(:)                   !< [n] m²; of jumps 1
-      type(strain_point_type), allocatable :: point(:)   !< [n]
-      type(weld_type), allocatable :: face(:)            !< [n]
-      real(wp), allocatable :: map(:,:,:)                !< [3,deformations,n] its strain by these
-      real(wp), allocatable :: reference(:,:)            !< [3,n] strain where the law began
-      real(wp), allocatable :: carried(:,:)              !< [3,n] c that stays from laws before, Pa
-      real(wp), allocatable :: state(:,:)                !< [any,n] of the laws
-      logical :: static = .false.                        !< laws that rest do
-      real(wp), allocatable :: rest(:,:)                 !< [3,n] ε at which they began to, else 0
-      real(wp), allocatable :: kept(:,:)                 !< [3,n] c that they keep meanwhile, Pa
-      real(wp), allocatable :: rest_energy(:)            !< [n] work of kept c, J/m³
-      ! Of a step
+   !> The equations of all points in a step.
+   type, extends(material_points_type) :: strain_points_type
       real(wp), allocatable :: operator(:,:,:,:)         !< [3,6,2,n] Δε by increments of blocks
-      real(wp), allocatable :: strain(:,:)               !< [3,n] ε at its start
       real(wp), allocatable :: change(:,:)               !< [3,n] Δε about which c is linear
       real(wp), allocatable :: stress(:,:)               !< [3,n] c there, Pa
       real(wp), allocatable :: tangent(:,:,:)            !< [3,3,n] ∂c/∂Δε there, Pa
@@ -101,8 +65,7 @@ module dda_strain_points
 
 contains
 
-   !> The points of a model: of all blocks, of both sides of all welded faces, and of the jumps of
-   !> these.
+   !> The points of a model.
    type(strain_points_type) function new_strain_points(welds, blocks, materials, cracks, &
       plane_strain) result(self)
       type(weld_type), intent(in) :: welds(:)          !< of the model
@@ -110,259 +73,12 @@ contains
       type(material_type), intent(in) :: materials(:)  !< of the model
       type(crack_law_type), intent(in) :: cracks(:)    !< [joints] of faces that break
       logical, intent(in) :: plane_strain              !< else plane stress
-      real(wp) :: moduli(3, 3, size(materials))
-      integer :: m, most
-      logical :: with_jumps
 
-      allocate (self%slot(size(materials) + 1 + size(cracks)))
-      allocate (jump_law_type :: self%slot(size(materials) + 1)%law)
-      most = 0
-      with_jumps = any(materials%yields())
-      do m = 1, size(materials)
-         moduli(:, :, m) = elasticity(materials(m), plane_strain)
-         if (.not. allocated(materials(m)%own_law)) cycle
-         allocate (self%slot(m)%law, source=materials(m)%own_law)
-         most = max(most, materials(m)%own_law%state_size())
-      end do
-      do m = 1, size(cracks)
-         allocate (self%slot(size(materials) + 1 + m)%law, source=cracks(m))
-         most = max(most, cracks(m)%state_size())
-      end do
-      self%first_crack = blocks%n + merge(4, 2, with_jumps)*size(welds)
-      call reserve(self, self%first_crack + merge(crack_points, 0, any(welds%joint > 0)) &
-         *size(welds), most)
-      self%point%plane_strain = plane_strain
-      call set_block_points(self, blocks, moduli)
-      call set_face_points(self, welds, blocks, moduli)
-      if (with_jumps) call set_jump_points(self, welds, blocks, moduli)
-      if (any(welds%joint > 0)) call set_crack_points(self, welds, size(materials) + 1)
+      call set_points(self, welds, blocks, materials, cracks, plane_strain)
+      allocate (self%operator(3, 6, 2, self%n), self%change(3, self%n), self%stress(3, self%n), &
+         self%tangent(3, 3, self%n), source=0.0_wp)
+      where (self%crack > 0) self%tangent(1, 1, :) = 1.0_wp  ! both cells are coupled
    end function new_strain_points
-
-   !> A material has a law of its own.
-   pure logical function has_law(self, material)
-      class(strain_points_type), intent(in) :: self  !< with its laws
-      integer, intent(in) :: material                !< number
-
-      has_law = allocated(self%slot(material)%law)
-   end function has_law
-
-   !> Arrays for n points with states of a size.
-   subroutine reserve(self, n, states)
-      class(strain_points_type), intent(inout) :: self  !< gets its arrays
-      integer, intent(in) :: n, states                  !< points; numbers of a state
-
-      self%n = n
-      allocate (self%material(n), self%block(2, n), self%side(2, n), self%crack(n), source=0)
-      allocate (self%point(n), self%face(n))
-      allocate (self%active(n), source=.false.)
-      allocate (self%area(n), self%map(3, n_deformations, n), self%reference(3, n), &
-         self%carried(3, n), self%state(states, n), self%rest(3, n), self%kept(3, n), &
-         self%rest_energy(n), self%operator(3, 6, 2, n), self%strain(3, n), self%change(3, n), &
-         self%stress(3, n), self%tangent(3, 3, n), source=0.0_wp)
-   end subroutine reserve
-
-   !> Points of blocks, and of what welded faces leave of cells.
-   subroutine set_block_points(self, blocks, moduli)
-      class(strain_points_type), intent(inout) :: self  !< with its arrays
-      type(blocks_type), intent(in) :: blocks           !< in their present state
-      real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
-      integer :: b
-
-      do b = 1, blocks%n
-         self%block(1, b) = b
-         self%area(b) = blocks%rest_share(b)*blocks%area(b)
-         call begin_point(self, b, blocks, blocks%material(b), moduli, blocks%initial_stress(:, b))
-      end do
-   end subroutine set_block_points
-
-   !> Points of welded faces; one material has the first alone.
-   subroutine set_face_points(self, welds, blocks, moduli)
-      class(strain_points_type), intent(inout) :: self  !< with its arrays
-      type(weld_type), intent(in) :: welds(:)           !< of the model
-      type(blocks_type), intent(in) :: blocks           !< in their present state
-      real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
-      real(wp) :: map(3, n_deformations, 2), mean(3)
-      integer :: i, k, p
-
-      do i = 1, size(welds)
-         associate (weld => welds(i), material => blocks%material(welds(i)%block))
-            map = strains_of(weld, moduli(:, :, material))
-            mean = matmul(blocks%initial_stress(:, weld%block), weld%area)/sum(weld%area)
-            do k = 1, 2
-               p = blocks%n + 2*(i - 1) + k
-               self%block(:, p) = weld%block
-               self%face(p) = weld
-               self%map(:, :, p) = map(:, :, k)
-               self%area(p) = weld%area(k)
-               if (material(1) == material(2)) self%area(p) = merge(sum(weld%area), 0.0_wp, k == 1)
-               call begin_point(self, p, blocks, material(k), moduli, mean)
-            end do
-         end associate
-      end do
-   end subroutine set_face_points
-
-   !> Points of the jumps of welded faces, of the mean and the linear one.
-   subroutine set_jump_points(self, welds, blocks, moduli)
-      class(strain_points_type), intent(inout) :: self  !< with its arrays and other points
-      type(weld_type), intent(in) :: welds(:)           !< of the model
-      type(blocks_type), intent(in) :: blocks           !< in their present state
-      real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
-      real(wp) :: stiffness(2)
-      integer :: i, j, k, p
-
-      do i = 1, size(welds)
-         stiffness = jump_stiffness(welds(i), moduli(:, :, blocks%material(welds(i)%block)))
-         do k = 1, 2
-            p = blocks%n + 2*size(welds) + 2*(i - 1) + k
-            self%block(:, p) = welds(i)%block
-            self%face(p) = welds(i)
-            self%area(p) = 1.0_wp
-            self%side(:, p) = blocks%n + 2*(i - 1) + [1, 2]
-            self%material(p) = size(moduli, 3) + 1
-            do j = 1, 2
-               self%map(j, 2*(k - 1) + j, p) = 1.0_wp
-               self%point(p)%elasticity(j, j) = stiffness(k)
-            end do
-            self%point(p)%length = 1.0_wp
-            self%reference(:, p) = total_strain(self, p, blocks)
-            self%point(p)%held = matmul(self%point(p)%elasticity, self%reference(:, p))
-            self%active(p) = cap_of(self, p) < huge(1.0_wp)
-         end do
-      end do
-   end subroutine set_jump_points
-
-   !> Points of faces that can break: opening and slip by the deformations.
-   subroutine set_crack_points(self, welds, before)
-      class(strain_points_type), intent(inout) :: self  !< with its arrays and other points
-      type(weld_type), intent(in) :: welds(:)           !< of the model
-      integer, intent(in) :: before                     !< slots before those of joints
-      integer :: i, k, p
-
-      do i = 1, size(welds)
-         if (welds(i)%joint == 0) cycle
-         associate (along => welds(i)%along)
-            do k = 1, crack_points
-               p = self%first_crack + crack_points*(i - 1) + k
-               self%crack(p) = k
-               self%block(:, p) = welds(i)%block
-               self%face(p) = welds(i)
-               self%material(p) = before + welds(i)%joint
-               self%area(p) = weight(crack_points, k)*welds(i)%length
-               self%point(p)%length = self%area(p)
-               select type (law => self%slot(self%material(p))%law)
-               type is (crack_law_type)
-                  self%point(p)%cap = maxval(law%springs())
-               end select
-               ! w = −[u] − ξ[u]_l, along n and along the face.
-               self%map(1, 1:2, p) = -[along(2), -along(1)]
-               self%map(2, 1:2, p) = -along
-               self%map(:2, 3:4, p) = places(k)*self%map(:2, 1:2, p)
-               self%active(p) = welds(i)%state == weld_cracked
-               self%tangent(1, 1, p) = 1.0_wp  ! both cells are coupled
-            end do
-         end associate
-      end do
-   end subroutine set_crack_points
-
-   !> What the jump of point p may carry in a step, N/m, by the points of its face at its start.
-   pure real(wp) function cap_of(self, p) result(cap)
-      class(strain_points_type), intent(in) :: self  !< with strains at the start of the step
-      integer, intent(in) :: p                       !< point of a jump
-      integer :: k
-
-      cap = huge(1.0_wp)
-      do k = 1, 2
-         associate (side => self%side(k, p))
-            if (.not. self%active(side)) cycle
-            if (.not. has_law(self, self%material(side))) cycle
-            cap = min(cap, self%slot(self%material(side))%law%jump_cap(self%point(side), &
-               self%state(:, side), self%strain(:, side)))
-         end associate
-      end do
-      if (cap < huge(1.0_wp)) cap = cap*self%face(p)%length
-   end function cap_of
-
-   !> The law of point p begins in the present state, under the elastic stress of its strain.
-   subroutine begin_point(self, p, blocks, material, moduli, initial)
-      class(strain_points_type), intent(inout) :: self  !< with blocks, area and map of the point
-      integer, intent(in) :: p                          !< point
-      type(blocks_type), intent(in) :: blocks           !< in their present state
-      integer, intent(in) :: material                   !< of the point
-      real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
-      real(wp), intent(in) :: initial(3)                !< stress at no strain, Pa
-
-      self%material(p) = material
-      self%reference(:, p) = total_strain(self, p, blocks)
-      self%point(p)%elasticity = moduli(:, :, material)
-      self%point(p)%held = initial + matmul(moduli(:, :, material), self%reference(:, p))
-      self%point(p)%length = sqrt(self%area(p))
-      self%point(p)%thickness = self%point(p)%length
-      if (self%block(2, p) > 0) self%point(p)%thickness = self%area(p)/self%face(p)%length
-      self%active(p) = self%area(p) > 0.0_wp
-      if (self%active(p)) self%active(p) = has_law(self, material)
-   end subroutine begin_point
-
-   !> Strain of point p in the present state, from the shape that was drawn on.
-   pure function total_strain(self, p, blocks) result(strain)
-      class(strain_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
-      type(blocks_type), intent(in) :: blocks        !< in their present state
-      real(wp) :: strain(3)
-
-      if (self%block(2, p) == 0) then
-         strain = blocks%position(4:6, self%block(1, p))
-      else
-         strain = matmul(self%map(:, :, p), deformations_of(self%face(p), blocks))
-      end if
-   end function total_strain
-
-   !> Point p acts, and its blocks are there.
-   pure logical function acts(self, p, blocks)
-      class(strain_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
-      type(blocks_type), intent(in) :: blocks        !< in their present state
-
-      acts = self%active(p) .and. .not. blocks%removed(self%block(1, p))
-      if (.not. acts .or. self%block(2, p) == 0) return
-      acts = .not. blocks%removed(self%block(2, p))
-      if (self%crack(p) > 0) then
-         acts = acts .and. self%face(p)%state == weld_cracked
-      else
-         acts = acts .and. is_whole(self%face(p))
-      end if
-   end function acts
-
-   !> Point p keeps its stress beyond elasticity, as its law rests in static stages.
-   pure logical function resting(self, p)
-      class(strain_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
-
-      resting = self%static
-      if (resting) resting = has_law(self, self%material(p))
-      if (resting) resting = self%slot(self%material(p))%law%rests()
-   end function resting
-
-   !> c of point p in a step, and its derivative by Δε.
-   pure subroutine respond(self, p, strain, change, step, stress, tangent)
-      class(strain_points_type), intent(in) :: self      !< elements of this kind
-      integer, intent(in) :: p                           !< point
-      real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
-      type(step_type), intent(in) :: step                !< the one being taken
-      real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
-
-      stress = self%carried(:, p)
-      tangent = 0.0_wp
-      if (resting(self, p)) then
-         stress = self%kept(:, p)
-      else if (has_law(self, self%material(p))) then
-         associate (theta => step%scheme%theta, d => self%point(p)%elasticity)
-            call self%slot(self%material(p))%law%respond(self%point(p), self%state(:, p), strain, &
-               change, step, stress, tangent)
-            stress = stress - matmul(d, strain + theta*change) + self%carried(:, p)
-            tangent = tangent - theta*d
-         end associate
-      end if
-   end subroutine respond
 
    !> The largest plastic strain of all points of each block.
    pure function largest_plastic_strain(self, blocks) result(strain)
@@ -636,28 +352,6 @@ contains
       if (self%worst > 0) block = self%block(1, self%worst)
    end function worst_point
 
-   !> What point p stores beyond an elastic one at a strain, J/m³.
-   pure real(wp) function beyond_elastic(self, p, state, strain) result(energy)
-      class(strain_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
-      real(wp), intent(in) :: state(:)               !< [any] of its law
-      real(wp), intent(in) :: strain(3)              !< ε
-      real(wp) :: at(3)
-
-      energy = self%rest_energy(p)
-      if (resting(self, p)) then
-         at = self%rest(:, p)
-         energy = energy + dot_product(self%kept(:, p) - self%carried(:, p), strain - at)
-      else
-         at = strain
-      end if
-      energy = energy + dot_product(self%carried(:, p), strain)
-      if (.not. has_law(self, self%material(p))) return
-      energy = energy + self%slot(self%material(p))%law%stored(self%point(p), state, at) &
-         - 0.5_wp*dot_product(at, matmul(self%point(p)%elasticity, at)) &
-         - dot_product(self%point(p)%held, at)
-   end function beyond_elastic
-
    !> What all points store beyond elastic ones.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
@@ -708,24 +402,6 @@ contains
       call add_energy(energy, energy_algorithmic, sum(part(loss_scheme, :)))
    end subroutine account
 
-   !> Take the state of point p to the end of a step; its losses, of the scheme beyond elasticity.
-   pure subroutine take_step(self, p, state, change, step, loss)
-      class(strain_points_type), intent(in) :: self  !< prepared for the step
-      integer, intent(in) :: p                       !< point
-      real(wp), intent(inout) :: state(:)            !< [any] of its law
-      real(wp), intent(in) :: change(3)              !< Δε
-      type(step_type), intent(in) :: step            !< the one being taken
-      real(wp), intent(out) :: loss(losses)          !< J/m³
-
-      loss = 0.0_wp
-      if (resting(self, p)) return
-      if (.not. has_law(self, self%material(p))) return
-      call self%slot(self%material(p))%law%finish(self%point(p), state, self%strain(:, p), &
-         change, step, loss)
-      loss(loss_scheme) = loss(loss_scheme) - (step%scheme%theta - 0.5_wp) &
-         *dot_product(change, matmul(self%point(p)%elasticity, change))
-   end subroutine take_step
-
    !> States at the end of the step.
    subroutine accept(self, blocks, motions, step, d)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
@@ -750,17 +426,6 @@ contains
 
       bounds_are_off = self%round > most_held
    end function bounds_are_off
-
-   !> c of point p in the present state.
-   pure function present_stress(self, p, blocks) result(stress)
-      class(strain_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
-      type(blocks_type), intent(in) :: blocks        !< in their present state
-      real(wp) :: stress(3), tangent(3, 3)
-
-      call respond(self, p, total_strain(self, p, blocks) - self%reference(:, p), &
-         [0.0_wp, 0.0_wp, 0.0_wp], step_type(scheme_type(1.0_wp, 1.0_wp)), stress, tangent)
-   end function present_stress
 
    !> In static stages laws that rest keep what they have beyond elasticity.
    subroutine freeze(self, blocks, motions, time)
@@ -803,40 +468,6 @@ contains
       source = p
       if (before%area(p) <= 0.0_wp .and. before%block(2, p) > 0) source = p - 1
    end function source_of
-
-   !> Point p takes over the state of a point before.
-   subroutine take_over(self, p, before, old, blocks)
-      class(strain_points_type), intent(inout) :: self  !< elements of this kind
-      integer, intent(in) :: p, old                     !< point, and that before
-      class(strain_points_type), intent(in) :: before   !< elements before
-      type(blocks_type), intent(in) :: blocks           !< in their present state
-      real(wp) :: moved(3)
-      logical :: other
-
-      if (.not. (self%active(p) .or. before%active(old)) .or. self%area(p) <= 0.0_wp) return
-      other = self%material(p) /= before%material(old)
-      if (self%side(1, p) > 0) other = any(self%material(self%side(:, p)) &
-         /= before%material(self%side(:, p)))
-      if (other) then
-         self%active(p) = .true.
-         self%carried(:, p) = present_stress(before, old, blocks)
-         self%point(p)%held = before%point(old)%held + matmul(before%point(old)%elasticity, &
-            self%reference(:, p) - before%reference(:, old)) + self%carried(:, p)
-         return
-      end if
-      self%point(p)%held = before%point(old)%held
-      self%point(p)%bounding = before%point(old)%bounding
-      self%reference(:, p) = before%reference(:, old)
-      self%carried(:, p) = before%carried(:, old)
-      self%active(p) = .true.
-      self%state(:, p) = before%state(:, old)
-      self%rest_energy(p) = before%rest_energy(old)
-      if (.not. resting(before, old)) return
-      moved = total_strain(self, p, blocks) - self%reference(:, p) - before%rest(:, old)
-      self%rest_energy(p) = self%rest_energy(p) + dot_product(before%kept(:, old), moved)
-      self%reference(:, p) = self%reference(:, p) + moved
-      self%point(p)%held = self%point(p)%held + matmul(self%point(p)%elasticity, moved)
-   end subroutine take_over
 
    !> What points keep.
    subroutine serialise(self, archive)
@@ -890,105 +521,5 @@ contains
          end do
       end do
    end subroutine add_point_stress
-
-   !> What the points of whole face i add to the forces on its deformations in the present state.
-   pure function points_force(self, i, blocks) result(force)
-      class(strain_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i                       !< face
-      type(blocks_type), intent(in) :: blocks        !< in their present state
-      real(wp) :: force(n_deformations)
-      integer :: p, group, k
-
-      force = 0.0_wp
-      do group = 0, (self%first_crack - blocks%n)/(2*faces_of(self, blocks)) - 1
-         do k = 1, 2
-            p = blocks%n + 2*group*faces_of(self, blocks) + 2*(i - 1) + k
-            if (acts(self, p, blocks)) force = force + self%area(p)*matmul(present_stress(self, p, &
-               blocks), self%map(:, :, p))
-         end do
-      end do
-   end function points_force
-
-   !> Number of welded faces.
-   pure integer function faces_of(self, blocks) result(faces)
-      class(strain_points_type), intent(in) :: self  !< with points of faces that can break
-      type(blocks_type), intent(in) :: blocks        !< in any state
-
-      faces = (self%n - self%first_crack)/crack_points
-   end function faces_of
-
-   !> Tractions at the points of whole face i under forces on its deformations, and how much of
-   !> their strength they are.
-   pure subroutine strength_ratios(self, i, force, traction, ratio)
-      class(strain_points_type), intent(in) :: self          !< elements of this kind
-      integer, intent(in) :: i                               !< face that can break
-      real(wp), intent(in) :: force(:)                       !< [deformations]
-      real(wp), intent(out) :: traction(2, crack_points)     !< tension and shear, Pa
-      real(wp), intent(out) :: ratio(crack_points)           !< 1: damage begins
-      integer :: k, p
-
-      do k = 1, crack_points
-         p = self%first_crack + crack_points*(i - 1) + k
-         associate (axes => self%map(:2, 1:2, p), length => self%face(p)%length)
-            traction(:, k) = matmul(axes, force(1:2) + 3.0_wp*places(k)*force(3:4))/length
-         end associate
-         select type (law => self%slot(self%material(p))%law)
-         type is (crack_law_type)
-            ratio(k) = law%traction_ratio(traction(:, k))
-         end select
-      end do
-   end subroutine strength_ratios
-
-   !> The joint of face i begins with tractions at its points.
-   subroutine begin_crack(self, i, blocks, traction)
-      class(strain_points_type), intent(inout) :: self       !< elements of this kind
-      integer, intent(in) :: i                               !< face that has just broken
-      type(blocks_type), intent(in) :: blocks                !< in their present state
-      real(wp), intent(in) :: traction(2, crack_points)      !< tension and shear, Pa
-      integer :: k, p
-
-      do k = 1, crack_points
-         p = self%first_crack + crack_points*(i - 1) + k
-         self%state(:, p) = 0.0_wp
-         self%point(p)%bounding = 0.0_wp
-         self%reference(:, p) = total_strain(self, p, blocks)
-         select type (law => self%slot(self%material(p))%law)
-         type is (crack_law_type)
-            self%reference(:2, p) = self%reference(:2, p) - traction(:, k)/law%springs()
-         end select
-      end do
-   end subroutine begin_crack
-
-   !> Damage of face i, of its points by their weights; whether its bonds are gone.
-   pure subroutine crack_damage(self, i, damage, spent)
-      class(strain_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i                       !< broken face
-      real(wp), intent(out) :: damage                !< of its points by their weights
-      logical, intent(out) :: spent                  !< no bond is left
-      integer :: k, p
-
-      damage = 0.0_wp
-      spent = .true.
-      do k = 1, crack_points
-         p = self%first_crack + crack_points*(i - 1) + k
-         damage = damage + weight(crack_points, k)*self%state(1, p)
-         spent = spent .and. is_spent(self%state(:, p))
-      end do
-   end subroutine crack_damage
-
-   !> Opening and slip at the points of face i, m, from where the joint is free of force.
-   pure function crack_motion(self, i, blocks) result(motion)
-      class(strain_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i                       !< broken face
-      type(blocks_type), intent(in) :: blocks        !< in their present state
-      real(wp) :: motion(2, crack_points), strain(3)
-      integer :: k, p
-
-      do k = 1, crack_points
-         p = self%first_crack + crack_points*(i - 1) + k
-         strain = total_strain(self, p, blocks) - self%reference(:, p)
-         motion(:, k) = strain(:2)
-      end do
-   end function crack_motion
 
 end module dda_strain_points
