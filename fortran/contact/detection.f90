@@ -12,7 +12,7 @@ module dda_detection
    use dda_crossings, only: most_across
    use dda_contact_geometry, only: candidate_type, set_contacts
    use dda_entrance, only: choice_type, corners_type, project, list_choices, is_glancing, &
-      entrance_edge
+      entrance_edge, other_end
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
@@ -20,7 +20,6 @@ module dda_detection
    public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
-   real(wp), parameter :: same_place = 1.0e-6_wp  !< of the size of a corner
    real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)  !< of the angle between edges
 
    !> Distances that control the detection, and memory for the candidates.
@@ -410,9 +409,8 @@ contains
          .not. was_pressed(detection, corners%vertex, corners%edge)
    end subroutine list_corners
 
-   !> Where two corners that are close lie on sides of bodies, a short overlap of parallel edges has
-   !> contacts at both ends, as a longer one has: this is the one that `test_vertex` leaves out.  It
-   !> belongs to the probe of the higher number.
+   !> Where two corners that are close lie on sides of bodies: the contact at the other end of their
+   !> overlap, which `test_vertex` leaves out.  It belongs to the probe of the higher number.
    subroutine add_other_end(last, blocks, neighbours, p, w, detection)
       integer, intent(inout) :: last                    !< place of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
@@ -421,23 +419,16 @@ contains
       integer, intent(in) :: w                          !< vertex of the other block, lower
       type(detection_type), intent(inout) :: detection  !< receives the candidate
       type(corners_type) :: corners
-      real(wp) :: tolerance, small
-      integer :: v, best, other
+      real(wp) :: tolerance
+      integer :: v, best
 
       v = neighbours%probe(1, p)
       if (.not. (detection%flat(v) .or. detection%flat(w))) return
       call list_corners(blocks, w, v, detection, corners, tolerance)
-      best = entrance_edge(blocks, corners, detection%corner(w), tolerance)
-      small = same_place*min(detection%corner(v), detection%corner(w))
-      if (corners%overshoot(best) > -small) return
-      do other = merge(3, 1, best <= 2), merge(4, 2, best <= 2)
-         if (corners%overshoot(other) > -small .or. blocks%inner(corners%edge(other))) cycle
-         if (corners%gap(other) > detection%distance .or. .not. dot_product( &
-            corners%normal(best, :), corners%normal(other, :)) < -straight) cycle
-         call append(detection, last, corners%vertex(other), corners%edge(other), &
-            neighbours%probe(2, p), merge(w, v, corners%vertex(other) == v))
-         return
-      end do
+      best = other_end(blocks, corners, entrance_edge(blocks, corners, detection%corner(w), &
+         tolerance), min(detection%corner(v), detection%corner(w)), detection%distance)
+      if (best > 0) call append(detection, last, corners%vertex(best), corners%edge(best), &
+         neighbours%probe(2, p), merge(w, v, corners%vertex(best) == v))
    end subroutine add_other_end
 
    pure subroutine append(detection, last, vertex, edge, pair, corner)

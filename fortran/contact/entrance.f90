@@ -12,13 +12,16 @@ module dda_entrance
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: choice_type, corners_type, project, list_choices, is_glancing, entrance_edge
+   public :: choice_type, corners_type, project, list_choices, is_glancing, entrance_edge, &
+      other_end
 
    !> edges nearer than this are parallel
    real(wp), parameter :: parallel_angle = 3.0_wp*pi/180.0_wp
    real(wp), parameter :: parallel_sine = sin(parallel_angle)
    real(wp), parameter :: same_direction = cos(2*parallel_angle)
+   real(wp), parameter :: opposite = -cos(parallel_angle)
    real(wp), parameter :: tie = 1.0e-9_wp         !< of the corner size: no difference
+   real(wp), parameter :: same_place = 1.0e-6_wp  !< of the corner size: no overlap
 
    !> A vertex beside an edge.
    type :: choice_type
@@ -158,6 +161,25 @@ contains
       end do
       if (best == 0) best = maxloc(corners%separation, 1)
    end function entrance_edge
+
+   !> A short overlap of parallel edges has contacts at both ends, as a longer one has: the choice at
+   !> the end where the entrance is not; 0 if there is none.
+   pure integer function other_end(blocks, corners, entrance, size, distance) result(other)
+      type(blocks_type), intent(in) :: blocks    !< present geometry
+      type(corners_type), intent(in) :: corners  !< choices
+      integer, intent(in) :: entrance            !< one of them
+      real(wp), intent(in) :: size               !< m, of the corner
+      real(wp), intent(in) :: distance           !< m, at which contacts are listed
+      integer :: k
+
+      do k = merge(3, 1, entrance <= 2), merge(4, 2, entrance <= 2)
+         other = k
+         if (any(corners%overshoot([entrance, k]) > -same_place*size)) cycle
+         if (blocks%inner(corners%edge(k)) .or. corners%gap(k) > distance) cycle
+         if (dot_product(corners%normal(entrance, :), corners%normal(k, :)) < opposite) return
+      end do
+      other = 0
+   end function other_end
 
    !> The foot on the edge of choice i is farther off than that on a parallel edge.
    pure logical function superseded(corners, admissible, i, small)
