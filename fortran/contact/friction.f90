@@ -1,13 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Contact law: unilateral normal spring, elastic–perfectly plastic Coulomb slider, bond.
+!> The laws of the joints of a model, and what they make of its contacts: forces at a trial d, and
+!> states at the end of a step.
 !>
-!> The normal spring acts exactly in penetration, without a dead band: its potential
-!> ½ k min(gap, 0)² is convex, so it cannot create energy.  The shear force is elastic in the slip
-!> since the contact stuck, up to a bound that follows the normal force of the same iteration.
+!> The normal spring acts exactly in penetration, without a dead band: its potential is convex, so
+!> it cannot create energy.  The shear force is elastic in the slip since the contact stuck, up to
+!> a bound that follows the normal force of the same iteration.
 module dda_friction
    use dda_kinds, only: wp, pi
-   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick, is_carried, &
-      is_struck
+   use dda_contact, only: contacts_type, contact_open, contact_slide, is_carried, is_struck
+   use dda_coulomb, only: coulomb_contact_type, respond, bound_friction
    use dda_joint_bond, only: accept_bond, add_bond, is_cohesive, slider_stretch
    use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end, comes_down
    use dda_joint_law, only: joint_state_type
@@ -16,9 +17,8 @@ module dda_friction
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
-   public :: laws_type, law_type, response_type, set_laws, weaker_joint, law_of, respond
-   public :: find_response, acting_gap, acting_stretch, end_stretch, accept_contacts
-   public :: acts_at_theta, shear_stiffness_of, inelastic_slip, has_slipped
+   public :: laws_type, set_laws, weaker_joint, law_of, find_response, acting_gap, acting_stretch, &
+      end_stretch, accept_contacts, acts_at_theta, shear_stiffness_of, inelastic_slip, has_slipped
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
@@ -42,17 +42,6 @@ module dda_friction
       logical :: pointed = .false.              !< of some joint more than the two at its ends
       type(law_slot_type), allocatable :: slot(:)  !< [joints] if not plain
    end type laws_type
-
-   !> The law of one contact.
-   type :: law_type
-      real(wp) :: normal_stiffness    !< k_n, N/m per metre of thickness
-      real(wp) :: shear_stiffness     !< k_s, N/m per metre of thickness
-      real(wp) :: multiplier          !< multiplier of the augmented Lagrangian, N/m
-      real(wp) :: friction            !< tan φ
-      real(wp) :: cohesion_force      !< cohesion × length while bonded, else 0, N/m
-      real(wp) :: tension_force       !< tensile strength × length while bonded, else 0, N/m
-      logical :: bonded               !< holds tension as long as the bond lasts
-   end type law_type
 
 contains
 
@@ -115,53 +104,14 @@ contains
       logical, intent(in) :: bonded           !< the bond is not broken
       real(wp), intent(in) :: length          !< m, that the bond acts on
       real(wp), intent(in) :: multiplier      !< N/m, of the augmented Lagrangian, else 0
-      type(law_type) :: law
+      type(coulomb_contact_type) :: law
 
-      law = law_type(laws%normal_stiffness, laws%shear_stiffness, multiplier, &
+      law = coulomb_contact_type(laws%normal_stiffness, laws%shear_stiffness, multiplier, &
          laws%friction(joint), 0.0_wp, 0.0_wp, bonded)
       if (.not. bonded) return
       law%cohesion_force = laws%cohesion(joint)*length
       law%tension_force = laws%tension(joint)*length
    end function law_of
-
-   !> Forces at a gap and a trial elastic stretch of the shear spring.
-   !>
-   !> Components are assigned one by one: reads of a structure that was copied as a whole wait for
-   !> that store.
-   pure subroutine respond(law, gap, trial_stretch, response)
-      type(law_type), intent(in) :: law           !< of the contact
-      real(wp), intent(in) :: gap, trial_stretch  !< m
-      type(response_type), intent(out) :: response  !< state and forces
-      real(wp) :: trial
-
-      response%state = contact_open
-      response%normal_force = 0.0_wp
-      response%shear_force = 0.0_wp
-      response%bound = 0.0_wp
-      response%strength_ratio = -1.0_wp
-      if (law%normal_stiffness*gap >= law%multiplier .and. .not. law%bonded) return
-      response%normal_force = law%multiplier - law%normal_stiffness*gap
-      response%bound = law%friction*max(response%normal_force, 0.0_wp) + law%cohesion_force
-      trial = law%shear_stiffness*trial_stretch
-      if (abs(trial) <= response%bound .or. law%bonded) then
-         response%state = contact_stick
-         response%shear_force = trial
-      else
-         response%state = contact_slide
-         response%shear_force = sign(response%bound, trial)
-      end if
-      if (law%bonded) response%strength_ratio = strength_ratio_of(law, response)
-   end subroutine respond
-
-   !> Positive where tension exceeds the strength or shear the bound.
-   pure real(wp) function strength_ratio_of(law, response)
-      type(law_type), intent(in) :: law             !< of a bonded contact
-      type(response_type), intent(in) :: response   !< its forces
-
-      strength_ratio_of = max(-response%normal_force - law%tension_force, &
-         abs(response%shear_force) - response%bound)/max(law%tension_force, law%cohesion_force, &
-         tiny(1.0_wp))
-   end function strength_ratio_of
 
    !> What contact c exerts if the step ends at a gap and a trial stretch.
    pure subroutine find_response(contacts, laws, c, gap, stretch, response)
@@ -185,21 +135,9 @@ contains
       end if
       call respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
          contacts%multiplier(c)), at_gap, at_stretch, response)
-      if (allocated(contacts%held_bound) .and. .not. contacts%bonded(c)) call hold_friction( &
+      if (allocated(contacts%held_bound) .and. .not. contacts%bonded(c)) call bound_friction( &
          response, contacts%held_bound(c), laws%shear_stiffness*at_stretch)
    end subroutine find_response
-
-   !> Friction at a held bound, whatever the normal force is, also where the contact opens.
-   pure subroutine hold_friction(response, bound, trial)
-      type(response_type), intent(inout) :: response  !< with the normal force
-      real(wp), intent(in) :: bound  !< N/m
-      real(wp), intent(in) :: trial  !< shear force if nothing slips, N/m
-
-      response%bound = bound
-      response%shear_force = sign(min(bound, abs(trial)), trial)
-      if (response%state /= contact_open) &
-         response%state = merge(contact_stick, contact_slide, abs(trial) <= bound)
-   end subroutine hold_friction
 
    !> Contact c acts at t₀ + θΔt, θ < 1: it is bonded, and a law of its own lets it.
    elemental logical function acts_at_theta(contacts, laws, c) result(acts)

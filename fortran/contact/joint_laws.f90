@@ -4,6 +4,7 @@ module dda_joint_laws
    use dda_kinds, only: wp
    use dda_barton_bandis, only: new_barton_bandis
    use dda_cohesive, only: new_cohesive
+   use dda_coulomb, only: new_coulomb
    use dda_joint_law, only: joint_law_type
    use dda_material, only: joint_type
    use dda_mohr_coulomb, only: new_mohr_coulomb
@@ -31,7 +32,9 @@ contains
          allocate (slot%law, source=new_barton_bandis(joint))
       case ('cohesive')
          allocate (slot%law, source=new_cohesive(joint))
-      case ('coulomb', 'mohr_coulomb')
+      case ('coulomb')
+         allocate (slot%law, source=new_coulomb(joint))
+      case ('mohr_coulomb')
          allocate (slot%law, source=new_mohr_coulomb(joint))
       case ('plesha')
          allocate (slot%law, source=new_plesha(joint))

@@ -73,9 +73,8 @@ contains
 
       strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
          strength_type('cohesion', joint%cohesion/factor), &
-         strength_type('tensile_strength', joint%tensile_strength/factor)]
-      if (joint%law == 'coulomb') return  ! has nothing after the peak
-      strengths = [strengths, strength_type('residual_friction_angle', &
+         strength_type('tensile_strength', joint%tensile_strength/factor), &
+         strength_type('residual_friction_angle', &
          reduced_angle(joint%residual_friction_angle, factor)), &
          strength_type('residual_cohesion', joint%residual_cohesion/factor), &
          strength_type('residual_tensile_strength', joint%residual_tensile_strength/factor), &

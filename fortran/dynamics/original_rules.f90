@@ -10,7 +10,8 @@ module dda_original_rules
    use dda_system, only: system_type
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_errors, only: error_type, error_convergence, fail
-   use dda_friction, only: laws_type, law_type, law_of
+   use dda_coulomb, only: coulomb_contact_type
+   use dda_friction, only: laws_type, law_of
    use dda_contact_evaluation, only: measure_contacts, assumed_normal, assumed_shear
    use dda_open_close, only: open_close_type, fail_if_given_up, solve_assumed
    use dda_linear_solver, only: solver_type
@@ -84,7 +85,7 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: half_size  !< of the model, m
       integer, intent(in) :: c  !< number of the contact
-      type(law_type) :: law
+      type(coulomb_contact_type) :: law
       real(wp) :: gap, offset, friction
 
       law = law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), 0.0_wp)
@@ -112,7 +113,7 @@ contains
    pure subroutine adopt(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(law_type) :: law
+      type(coulomb_contact_type) :: law
       integer :: c
 
       do c = 1, contacts%n

@@ -3,7 +3,9 @@
 module test_friction
    use dda_kinds, only: wp, pi
    use dda_contact, only: contact_open, contact_slide, contact_stick
-   use dda_friction, only: law_of, law_type, laws_type, respond, response_type, set_laws
+   use dda_coulomb, only: coulomb_contact_type, respond
+   use dda_friction, only: law_of, laws_type, set_laws
+   use dda_joint_contact, only: response_type
    use dda_material, only: joint_type
    use models, only: random, sow
    use testing, only: case, check, check_close
@@ -34,7 +36,7 @@ contains
 
    subroutine constants()
       type(laws_type) :: laws
-      type(law_type) :: law
+      type(coulomb_contact_type) :: law
 
       call case('constants')
       call make_laws(laws)
@@ -51,7 +53,7 @@ contains
 
    subroutine states()
       type(laws_type) :: laws
-      type(law_type) :: law
+      type(coulomb_contact_type) :: law
       type(response_type) :: response
 
       call case('states')
@@ -105,7 +107,7 @@ contains
    !> No dead band, no jump: forces are Lipschitz in gap and stretch.
    subroutine continuity()
       type(laws_type) :: laws
-      type(law_type) :: law
+      type(coulomb_contact_type) :: law
       type(response_type) :: one, other
       real(wp) :: gap, stretch, worst
       real(wp), parameter :: h = 1.0e-9_wp
@@ -130,7 +132,7 @@ contains
    !> While it lasts, a bond holds whatever is asked; it says by how much it is over its strength.
    subroutine bonds()
       type(laws_type) :: laws
-      type(law_type) :: law
+      type(coulomb_contact_type) :: law
       type(response_type) :: response
 
       call case('bonds')

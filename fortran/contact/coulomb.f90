@@ -1,0 +1,134 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Coulomb joint: friction N tan φ, and a bond that holds cohesion c L and tension T L until it
+!> breaks, at once.
+!>
+!> Where all joints of a model are such, with springs of the contacts at corners, contacts remember
+!> their stretch and bond alone, and `respond` gives their forces.  With the general code, a state
+!> and a line for each contact, steps take 1.2 times as long (15 layers) to 1.7 times (a quiet wall
+!> of 1,000 bricks).
+module dda_coulomb
+   use dda_kinds, only: wp, pi
+   use dda_contact, only: contact_open, contact_slide, contact_stick
+   use dda_joint_contact, only: response_type
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
+   use dda_material, only: joint_type
+   implicit none
+   private
+   public :: coulomb_type, new_coulomb, coulomb_contact_type, respond, bound_friction
+
+   !> Strength, until the bond breaks and after.
+   type, extends(joint_law_type) :: coulomb_type
+      real(wp) :: friction = 0.0_wp   !< tan φ
+      real(wp) :: cohesion = 0.0_wp   !< Pa, until it breaks
+      real(wp) :: tensile = 0.0_wp    !< Pa, likewise
+   contains
+      procedure :: strength
+      procedure :: reduced
+      procedure :: tension
+   end type coulomb_type
+
+   !> One contact without a state.
+   type :: coulomb_contact_type
+      real(wp) :: normal_stiffness    !< k_n, N/m per metre of thickness
+      real(wp) :: shear_stiffness     !< k_s, N/m per metre of thickness
+      real(wp) :: multiplier          !< multiplier of the augmented Lagrangian, N/m
+      real(wp) :: friction            !< tan φ
+      real(wp) :: cohesion_force      !< cohesion × length while bonded, else 0, N/m
+      real(wp) :: tension_force       !< tensile strength × length while bonded, else 0, N/m
+      logical :: bonded               !< holds tension as long as the bond lasts
+   end type coulomb_contact_type
+
+contains
+
+   !> The law of a joint material but for its stiffness.
+   pure type(coulomb_type) function new_coulomb(joint) result(law)
+      type(joint_type), intent(in) :: joint  !< as checked
+
+      law%friction = tan(joint%friction_angle*pi/180.0_wp)
+      law%cohesion = joint%cohesion
+      law%tensile = joint%tensile_strength
+      law%brittle = .true.
+   end function new_coulomb
+
+   !> Largest shear force, N/m.
+   pure real(wp) function strength(law, state, normal_force)
+      class(coulomb_type), intent(in) :: law       !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: normal_force         !< compression positive, N/m
+
+      strength = law%friction*max(normal_force, 0.0_wp) &
+         + (1.0_wp - state%weakened)*law%cohesion*state%length
+   end function strength
+
+   !> tan φ, c, T divided by a factor.
+   pure function reduced(law, joint, factor) result(strengths)
+      class(coulomb_type), intent(in) :: law  !< of the joint
+      type(joint_type), intent(in) :: joint   !< that it was made of
+      real(wp), intent(in) :: factor          !< above 0
+      type(strength_type), allocatable :: strengths(:)
+
+      strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
+         strength_type('cohesion', joint%cohesion/factor), &
+         strength_type('tensile_strength', joint%tensile_strength/factor)]
+   end function reduced
+
+   !> Largest tension of a bonded contact, N/m.
+   pure real(wp) function tension(law, state)
+      class(coulomb_type), intent(in) :: law       !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+
+      tension = (1.0_wp - state%weakened)*law%tensile*state%length
+   end function tension
+
+   !> Forces of a contact without a state, at a gap and a trial elastic stretch of its shear spring.
+   !>
+   !> Components are assigned one by one: reads of a structure that was copied as a whole wait for
+   !> that store.
+   pure subroutine respond(law, gap, trial_stretch, response)
+      type(coulomb_contact_type), intent(in) :: law  !< of the contact
+      real(wp), intent(in) :: gap, trial_stretch     !< m
+      type(response_type), intent(out) :: response   !< state and forces
+      real(wp) :: trial
+
+      response%state = contact_open
+      response%normal_force = 0.0_wp
+      response%shear_force = 0.0_wp
+      response%bound = 0.0_wp
+      response%strength_ratio = -1.0_wp
+      if (law%normal_stiffness*gap >= law%multiplier .and. .not. law%bonded) return
+      response%normal_force = law%multiplier - law%normal_stiffness*gap
+      response%bound = law%friction*max(response%normal_force, 0.0_wp) + law%cohesion_force
+      trial = law%shear_stiffness*trial_stretch
+      if (abs(trial) <= response%bound .or. law%bonded) then
+         response%state = contact_stick
+         response%shear_force = trial
+      else
+         response%state = contact_slide
+         response%shear_force = sign(response%bound, trial)
+      end if
+      if (law%bonded) response%strength_ratio = strength_ratio_of(law, response)
+   end subroutine respond
+
+   !> Positive where tension exceeds the strength or shear the bound.
+   pure real(wp) function strength_ratio_of(law, response)
+      type(coulomb_contact_type), intent(in) :: law  !< of a bonded contact
+      type(response_type), intent(in) :: response   !< its forces
+
+      strength_ratio_of = max(-response%normal_force - law%tension_force, &
+         abs(response%shear_force) - response%bound)/max(law%tension_force, law%cohesion_force, &
+         tiny(1.0_wp))
+   end function strength_ratio_of
+
+   !> Friction at a held bound, whatever the normal force is, also where the contact opens.
+   pure subroutine bound_friction(response, bound, trial)
+      type(response_type), intent(inout) :: response  !< with the normal force
+      real(wp), intent(in) :: bound  !< N/m
+      real(wp), intent(in) :: trial  !< shear force if nothing slips, N/m
+
+      response%bound = bound
+      response%shear_force = sign(min(bound, abs(trial)), trial)
+      if (response%state /= contact_open) &
+         response%state = merge(contact_stick, contact_slide, abs(trial) <= bound)
+   end subroutine bound_friction
+
+end module dda_coulomb
