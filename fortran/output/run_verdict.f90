@@ -309,6 +309,7 @@ contains
             call note(verdict, 'sa_m_s2['//name//']', spectral(1))
             call note(verdict, 'sa_period_s['//name//']', period(1))
             call note(verdict, 'pgv_m_s['//name//']', shaken%velocity(axis))
+            call note(verdict, 'resolved_frequency_hz['//name//']', verdict%frequency)
             low = arias_intensity(resolved)
             place = name//', '//merge('x', 'y', axis == 1)//', below '// &
                short_text(verdict%frequency)//' Hz'

@@ -14,7 +14,7 @@ from .bars import SMALL, Bar
 
 _COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
 # What is no figure of the model: what the audit leaves, times and periods of a largest value.
-_NOT = ("energy_balance_j_m", "sa_period_s", "first_block_", "end_s")
+_NOT = ("energy_balance_j_m", "sa_period_s", "resolved_frequency_hz", "first_block_", "end_s")
 _REST = 1e-9  # share of the largest value of a run below which one at its end is round-off
 _NO_DRIFT = 1e-6
 _BLOW = 1.5  # by which each halving of the steps raises what has no limit

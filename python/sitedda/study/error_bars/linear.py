@@ -9,7 +9,6 @@ as it did, times H(Δt/2)/H(Δt) at each frequency.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -108,9 +107,6 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     found = {name: _without(name, values[name]) for name in names if is_figure(name, values)}
     step = float(history.time.values[-1]) / (history.sizes["time"] - 1)
     highest = 0.499 / np.max(history.time_step.values[1:])  # that Δt carries, Hz
-    resolved = min(
-        [0.9 * highest, *map(float, re.findall(r"below ([\d.e+-]+) Hz", str(told.lines)))]
-    )
     points = _points(history)
     rest = 1 if all(map(_has_died_out, points)) else 2  # what goes on is not to come round
     length = next_fast_len(rest * history.sizes["time"], real=True)
@@ -122,6 +118,7 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
         numbers.append({})
         with Simulation(model, changes={**changes, **variant.changes}) as simulation:
             for point in points:
+                resolved = min(0.9 * highest, values[f"resolved_frequency_hz[{point.name}]"])
                 velocity, acceleration = _moved(simulation, point, frequency, highest, before)
                 numbers[-1] |= _measured(point, velocity, acceleration, step, resolved, values)
             for group in facts.groups.get("amplification", []):
