@@ -18,7 +18,7 @@ module dda_errors
 
    integer, parameter :: error_input = 1        !< the input cannot be run
    integer, parameter :: error_check = 2        !< a pre-check refuses the run
-   integer, parameter :: error_convergence = 3  !< a step does not close
+   integer, parameter :: error_convergence = 3  !< a step does not converge
    integer, parameter :: error_solver = 4       !< the linear system cannot be solved
    integer, parameter :: error_file = 5         !< a file cannot be read or written
    integer, parameter :: error_interrupted = 6  !< stopped on request, results so far kept

@@ -289,7 +289,7 @@ contains
          'a higher normal_stiffness, unless the joints are meant to be that soft'))
    end subroutine check_penalty
 
-   !> Not so soft that blocks sink into each other, not so stiff that the rounding of places is a
+   !> Not so soft that blocks sink into each other, not so stiff that the rounding of positions is a
    !> force.
    subroutine check_penalty_bounds(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state

@@ -26,7 +26,7 @@ module dda_contact
    integer, parameter :: is_damped = 1      !< with dashpots
    integer, parameter :: is_struck = 2      !< by the impact law: it is hit in this step
    integer, parameter :: is_carried = 3     !< by the impact law: one of its blocks is hit
-   integer, parameter :: is_lifted = 4      !< the impact opens it: a share of its force, no more
+   integer, parameter :: is_lifted = 4      !< opened by the impact: keeps a fraction of its force
 
    integer, parameter :: spare = 32         !< one more contact per so many is reserved
 

@@ -4,9 +4,9 @@
 !> Of the up to four (vertex, edge) choices at two corners, those whose edge can separate the two
 !> blocks are entrance edges (Shi's first-entrance theory), and the one of least penetration acts.
 !>
-!> A vertex that is pressed into one block and slides on to the next one of the same height stands a
-!> little lower than that one's corner.  It must not catch on its side: an edge that is hit by
-!> little more than that depth is a glancing contact, and is not an entrance.
+!> A vertex pressed into one block that slides on to the next one of equal height lies below that
+!> one's corner by its penetration.  So that it does not catch there, an edge that is hit by little
+!> more than that depth is a glancing contact, and is not an entrance.
 module dda_entrance
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -162,8 +162,8 @@ contains
       if (best == 0) best = maxloc(corners%separation, 1)
    end function entrance_edge
 
-   !> A short overlap of parallel edges has contacts at both ends, as a longer one has: the choice at
-   !> the end where the entrance is not; 0 if there is none.
+   !> A short overlap of parallel edges has contacts at both ends, as a longer one has: the choice
+   !> at the end where the entrance is not; 0 if there is none.
    pure integer function other_end(blocks, corners, entrance, size, distance) result(other)
       type(blocks_type), intent(in) :: blocks    !< present geometry
       type(corners_type), intent(in) :: corners  !< choices

@@ -11,7 +11,7 @@ module dda_body_drift
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
    use dda_errors, only: error_type
-   use dda_linear_solver, only: solver_type, note_rigid_terms, solve, solve_change, &
+   use dda_linear_solver, only: solver_type, record_rigid_terms, solve, solve_change, &
       weigh_loads
    use dda_linear_terms, only: blocks_in, get_row, step_weights, stretch_of
    use dda_scheme, only: step_type
@@ -61,7 +61,7 @@ contains
       end do
       system%reduced = share_of_rounding*(system%load - system%drift_load)
       call weigh_loads(solver, system%reduced)
-      call note_rigid_terms(solver)
+      call record_rigid_terms(solver)
    end subroutine begin_drift
 
    !> Mean velocity of each body × Δt, in each of its cells; zero of other blocks.

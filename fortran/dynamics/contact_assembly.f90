@@ -10,8 +10,8 @@ module dda_contact_assembly
    use dda_block_matrix, only: block_matrix_type, copy_block
    use dda_system, only: system_type
    use dda_contact, only: contacts_type
-   use dda_contact_terms, only: hold_contacts, is_clean, is_dirty_force, is_dirty_stiffness, &
-      is_free
+   use dda_contact_terms, only: update_contact_terms, is_clean, is_dirty_force, &
+      is_dirty_stiffness, is_free
    use dda_friction, only: laws_type
    use dda_ordered_sums, only: share_of_thread
    use dda_stopwatch, only: lap, phase_assemble, phase_iterate
@@ -32,8 +32,8 @@ contains
       integer :: n, first, last
 
       call lap(system%watch, phase_iterate)
-      if (system%held%rebuild) call index_contacts(system, contacts)
-      call hold_contacts(system%held, contacts, laws)
+      if (system%contact_terms%rebuild) call index_contacts(system, contacts)
+      call update_contact_terms(system%contact_terms, contacts, laws)
       n = system%matrix%n
       if (n < rows_from) then
          call assemble_rows(system, contacts, 1, n)
@@ -44,8 +44,8 @@ contains
          call assemble_rows(system, contacts, first, last)
          !$omp end parallel
       end if
-      system%held%dirty = is_clean
-      system%held%rebuild = .false.
+      system%contact_terms%dirty = is_clean
+      system%contact_terms%rebuild = .false.
       call lap(system%watch, phase_assemble)
    end subroutine assemble_contacts
 
@@ -74,7 +74,7 @@ contains
       integer, intent(in) :: first, last  !< of the range
       integer :: i, k
 
-      associate (matrix => system%matrix, dirty => system%held%dirty)
+      associate (matrix => system%matrix, dirty => system%contact_terms%dirty)
          do i = first, last
             if (dirty(i) >= is_dirty_force) call copy_row(system%load(:, i), system%rhs(:, i))
             if (dirty(i) == is_dirty_stiffness) call begin_row(system, i)
@@ -101,9 +101,10 @@ contains
       integer :: c, dirty_i, dirty_j
       logical :: coupled
 
-      dirty_i = merge(system%held%dirty(i), is_clean, row_too)
-      dirty_j = merge(system%held%dirty(j), is_clean, column_too)
-      coupled = dirty_i == is_dirty_stiffness .and. system%held%dirty(j) == is_dirty_stiffness
+      dirty_i = merge(system%contact_terms%dirty(i), is_clean, row_too)
+      dirty_j = merge(system%contact_terms%dirty(j), is_clean, column_too)
+      coupled = dirty_i == is_dirty_stiffness .and. &
+         system%contact_terms%dirty(j) == is_dirty_stiffness
       if (dirty_i == is_clean .and. dirty_j == is_clean) return
       if (coupled) call begin_coupling(system%linear, system%linear_entry, entry, &
          system%matrix%lower(:, :, entry))
@@ -234,7 +235,7 @@ contains
       real(wp), intent(in) :: row(6)      !< gradient of the gap or the slip
 
       system%rhs(:, b) = system%rhs(:, b) + force*row
-      system%held%dirty(b) = max(system%held%dirty(b), is_dirty_force)
+      system%contact_terms%dirty(b) = max(system%contact_terms%dirty(b), is_dirty_force)
    end subroutine add_to_row
 
 end module dda_contact_assembly

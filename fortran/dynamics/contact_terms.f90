@@ -4,12 +4,12 @@
 !>
 !> A contact assumes N = N₀ − K_n (z − z₀) and T = T₀ + K_s s in a gap z and a slip s.  Its state,
 !> its law, the instant that it acts at, its damping and what it retains are in these four numbers.
-!> Of a spring that a state does without, a share may stay for an iteration about the place where
-!> the last one has led: that regularises the iteration where it would overshoot, and leaves its
-!> solution as it is.
+!> Of a spring that a state lacks, a fraction may stay for an iteration, about the last iterate:
+!> that regularises the iteration where it would overshoot, and vanishes at its solution.
 !>
 !> Within a step the geometry of the contacts stays and the open–close iteration changes few of
-!> their states: a contact whose spring or force is other than held marks both its blocks as dirty.
+!> their states: where its spring or force is not the one assembled, a contact marks both its
+!> blocks as dirty.
 module dda_contact_terms
    use dda_kinds, only: wp, long
    use dda_contact, only: contacts_type, contact_open, contact_slide
@@ -21,7 +21,7 @@ module dda_contact_terms
    use dda_rank_one, only: rank_one_type, add_change
    implicit none
    private
-   public :: contact_terms_type, prepare_contact_terms, hold_contacts, is_free, is_clean, &
+   public :: contact_terms_type, prepare_contact_terms, update_contact_terms, is_free, is_clean, &
       is_dirty_force, is_dirty_stiffness
 
    integer, parameter :: is_clean = 0
@@ -30,8 +30,7 @@ module dda_contact_terms
 
    integer, parameter :: none = -1   !< no state
 
-   !> Share of a spring by which it may change without a word to the solver, as by the drift of the
-   !> geometry
+   !> relative change of a spring that the solver need not know, as by the drift of the geometry
    real(wp), parameter :: drift = 1.0e-3_wp
 
    !> What of the contacts has to be assembled, and what of it a solver has not yet seen.
@@ -49,50 +48,50 @@ module dda_contact_terms
 
 contains
 
-   !> Nothing is held yet.
-   subroutine prepare_contact_terms(held, n)
-      type(contact_terms_type), intent(out) :: held  !< what K̂ and f̂ hold of the contacts
+   !> Nothing is assembled yet.
+   subroutine prepare_contact_terms(terms, n)
+      type(contact_terms_type), intent(out) :: terms  !< what K̂ and f̂ hold of the contacts
       integer, intent(in) :: n  !< blocks
 
-      allocate (held%dirty(n), source=is_dirty_stiffness)
+      allocate (terms%dirty(n), source=is_dirty_stiffness)
    end subroutine prepare_contact_terms
 
    !> Hold the contacts in their assumed states; blocks of those that have changed become dirty.
-   subroutine hold_contacts(held, contacts, laws)
-      type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
+   subroutine update_contact_terms(terms, contacts, laws)
+      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ hold of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: p, c
 
-      call grow(held%changed, contacts%n)
-      call grow(held%steady, contacts%n)
-      held%by_state = laws%plain .and. .not. (laws%augmented .or. laws%damped .or. &
+      call grow(terms%changed, contacts%n)
+      call grow(terms%steady, contacts%n)
+      terms%by_state = laws%plain .and. .not. (laws%augmented .or. laws%damped .or. &
          allocated(contacts%imposed_spring) .or. allocated(contacts%held_bound))
-      if (held%rebuild .or. .not. held%by_state) held%steady(:contacts%n) = none
+      if (terms%rebuild .or. .not. terms%by_state) terms%steady(:contacts%n) = none
       if (contacts%n < parallel_from) then
-         call compare_range(held, contacts, laws, 1, contacts%n)
+         call compare_range(terms, contacts, laws, 1, contacts%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(contacts%n)
-            call compare_range(held, contacts, laws, first_of(p, contacts%n), &
+            call compare_range(terms, contacts, laws, first_of(p, contacts%n), &
                last_of(p, contacts%n))
          end do
       end if
-      if (held%rebuild) held%dirty = is_dirty_stiffness
-      held%other_matrix = held%rebuild .or. any(held%changed(:contacts%n) == is_dirty_stiffness)
+      if (terms%rebuild) terms%dirty = is_dirty_stiffness
+      terms%other_matrix = terms%rebuild .or. any(terms%changed(:contacts%n) == is_dirty_stiffness)
       do c = 1, contacts%n
-         if (held%changed(c) == is_clean) cycle
-         if (held%changed(c) == is_dirty_stiffness) call renew_springs(held, contacts, laws, c)
+         if (terms%changed(c) == is_clean) cycle
+         if (terms%changed(c) == is_dirty_stiffness) call renew_springs(terms, contacts, laws, c)
          associate (v => contacts%block_v(c), e => contacts%block_e(c))
-            held%dirty(v) = max(held%dirty(v), held%changed(c))
-            held%dirty(e) = max(held%dirty(e), held%changed(c))
+            terms%dirty(v) = max(terms%dirty(v), terms%changed(c))
+            terms%dirty(e) = max(terms%dirty(e), terms%changed(c))
          end associate
       end do
-   end subroutine hold_contacts
+   end subroutine update_contact_terms
 
    !> Forces at rest of contacts first … last, and what has changed; in a new list all forces have.
-   pure subroutine compare_range(held, contacts, laws, first, last)
-      type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
+   pure subroutine compare_range(terms, contacts, laws, first, last)
+      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ hold of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
@@ -100,25 +99,25 @@ contains
       integer :: c
 
       do c = first, last
-         held%changed(c) = is_clean
-         if (held%steady(c) == contacts%state(c) .and. .not. contacts%retained(c) > 0.0_wp) cycle
+         terms%changed(c) = is_clean
+         if (terms%steady(c) == contacts%state(c) .and. .not. contacts%retained(c) > 0.0_wp) cycle
          forces = forces_at_rest(contacts, laws, c)
-         if (.not. held%rebuild) then
+         if (.not. terms%rebuild) then
             if (.not. all(same_bits(forces, contacts%free_force(:, c)))) &
-               held%changed(c) = is_dirty_force
+               terms%changed(c) = is_dirty_force
          end if
          contacts%free_force(:, c) = forces
          if (.not. all(same_bits(acting_springs(contacts, laws, c), contacts%spring(:, c)))) &
-            held%changed(c) = is_dirty_stiffness
-         held%steady(c) = merge(contacts%state(c), none, held%by_state .and. .not. &
+            terms%changed(c) = is_dirty_stiffness
+         terms%steady(c) = merge(contacts%state(c), none, terms%by_state .and. .not. &
             (contacts%state(c) == contact_slide .or. contacts%bonded(c) .or. &
             contacts%retained(c) > 0.0_wp))
       end do
    end subroutine compare_range
 
    !> Other springs of contact c, noted for the solver.
-   pure subroutine renew_springs(held, contacts, laws, c)
-      type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
+   pure subroutine renew_springs(terms, contacts, laws, c)
+      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ hold of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
@@ -126,7 +125,7 @@ contains
       logical :: matters(2)
 
       springs = acting_springs(contacts, laws, c)
-      associate (change => springs - contacts%spring(:, c), changes => held%spring_changes, &
+      associate (change => springs - contacts%spring(:, c), changes => terms%spring_changes, &
          v => contacts%block_v(c), e => contacts%block_e(c))
          matters = abs(change) > drift*max(springs, contacts%spring(:, c))
          if (matters(1)) call add_change(changes, v, contacts%normal_v(:, c), e, &

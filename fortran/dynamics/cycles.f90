@@ -1,21 +1,21 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Cycles of the open–close iteration: seen when a set of states comes back, broken by changing only
-!> some of the contacts that want to change.
+!> Cycles of the open–close iteration: detected when a set of states repeats, broken by changing
+!> only some of the contacts that want to change.
 !>
-!> Which ones is drawn from the number of the contact and of the iteration, so that the same input
-!> takes the same way; no cycle survives draws that differ each time it comes round.
+!> A pseudo-random choice by the numbers of contact and iteration: the same input gives the same
+!> iterates, and no cycle survives, since the choice differs each time it comes round.
 module dda_cycles
    use dda_kinds, only: long
    implicit none
    private
-   public :: cycle_type, note_states, may_change
+   public :: cycle_type, record_states, may_change
 
    integer, parameter :: memory = 32                         !< iterations that are remembered
-   integer(long), parameter :: prime = 2147483647_long, base = 48271_long  !< of the marks and draws
+   integer(long), parameter :: prime = 2147483647_long, base = 48271_long  !< of hash and choice
    integer, parameter :: state_radix = 4                     !< more than any state
    integer, parameter :: together = 15                       !< such digits stay below `prime`
 
-   !> Marks of the last sets of states.
+   !> Hashes of the last sets of states.
    type :: cycle_type
       integer(long) :: mark(memory) = -1
       integer :: noted = 0
@@ -24,8 +24,8 @@ module dda_cycles
 
 contains
 
-   !> Remember a set of states and see whether it has come back.
-   pure subroutine note_states(past, state)
+   !> Remember a set of states by its hash, and see whether it repeats one.
+   pure subroutine record_states(past, state)
       type(cycle_type), intent(inout) :: past  !< states that have been assumed
       integer, intent(in) :: state(:)  !< contact_open, contact_slide or contact_stick
       integer(long) :: mark, digits
@@ -42,9 +42,9 @@ contains
       past%back = any(past%mark == mark)
       past%noted = past%noted + 1
       past%mark(1 + modulo(past%noted, memory)) = mark
-   end subroutine note_states
+   end subroutine record_states
 
-   !> Contact c may change in this iteration: always, or by a draw while states come back.
+   !> Contact c may change in this iteration: always, or by choice while states repeat.
    elemental logical function may_change(past, c)
       type(cycle_type), intent(in) :: past  !< states that have been assumed
       integer, intent(in) :: c  !< number of the contact

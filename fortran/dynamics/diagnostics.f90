@@ -16,7 +16,7 @@ module dda_diagnostics
 
    !> of half the model size, from its middle: beyond, a block is lost
    real(wp), parameter :: most_away = 1.0e4_wp
-   !> of the energy that changed hands: tolerance of the audit
+   !> of the gross energy exchanged: tolerance of the audit
    real(wp), parameter :: most_unexplained = 1.0e-6_wp
    real(wp), parameter :: most_strain = 0.02_wp  !< that counts as small
    real(wp), parameter :: deepest = 0.05_wp      !< contact, of the smaller block's size
@@ -163,7 +163,7 @@ contains
       end associate
    end function depth_warning
 
-   !> What rounding of places leaves open, J/m: work of the weight over it in all steps, of the
+   !> Residual of the rounding of positions, J/m: work of the weight over it in all steps, of the
    !> forces that it makes in contacts over the path, and velocities.  A model at rest, or without
    !> weight, balances no better.
    pure real(wp) function rounding(simulation)

@@ -87,7 +87,7 @@ module dda_equilibrium
    real(wp), parameter :: fully_explained = 1.0e-3_wp
    !> a vertex between two edges may be pressed from each to the other: it stays between
    integer, parameter :: most_releases = 5
-   integer, parameter :: few_iterations = 20       !< of a step that closes easily
+   integer, parameter :: few_iterations = 20       !< of a step that converges easily
    real(wp), parameter :: shrink = 0.1_wp          !< of Δt after a step that failed
    real(wp), parameter :: longest = 1.0e2_wp       !< of the first Δt
    real(wp), parameter :: shortest = 1.0e-5_wp     !< of the first Δt
@@ -161,7 +161,7 @@ contains
       simulation%iteration%relaxes = .false.
       simulation%iteration%attempts = 0
       simulation%iteration%correction = huge(1.0_wp)
-      simulation%iteration%closed = .true.
+      simulation%iteration%converged = .true.
       simulation%iteration%may_stop = .true.
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)
       simulation%laws%theta = 1.0_wp
@@ -190,9 +190,9 @@ contains
          call find_unbalanced(simulation, equilibrium, error)
          if (allocated(error)) return
          equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%allowed &
-            .and. simulation%iteration%closed
+            .and. simulation%iteration%converged
          call doubt_contacts(simulation, equilibrium)
-         if (.not. equilibrium%at_rest) call note_falling(simulation, equilibrium)
+         if (.not. equilibrium%at_rest) call record_falling(simulation, equilibrium)
          if (equilibrium%falling > 0) return
          if (equilibrium%largest < 0.5_wp*least) gained = simulation%counters%iterations
          in_vain = merge(0, in_vain + 1, equilibrium%largest < 0.5_wp*least)
@@ -379,7 +379,7 @@ contains
    end subroutine doubt_contacts
 
    !> Blocks that no contact forces can hold, and that nothing can stop.
-   subroutine note_falling(simulation, equilibrium)
+   subroutine record_falling(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< with its loads and contacts
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets how many, and the first
       logical :: falls(simulation%blocks%n)
@@ -388,7 +388,7 @@ contains
          simulation%system%load, simulation%system%has_terms, falls)
       equilibrium%falling = count(falls)
       equilibrium%falls = findloc(falls, .true., 1)
-   end subroutine note_falling
+   end subroutine record_falling
 
    !> Contacts press by their whole depth.  Where vertices changed edges in soft contacts, as in a
    !> pile that has fallen, they keep depths that bear nothing, so that no energy is gained.
@@ -450,7 +450,7 @@ contains
       if (equilibrium%block > 0) equilibrium%words = equilibrium%words//': block '// &
          block_name(simulation, equilibrium%block)//' has an unbalanced force of '// &
          to_text(equilibrium%unbalanced)//' N/m, allowed '//to_text(equilibrium%allowed)
-      if (.not. simulation%iteration%closed) equilibrium%words = equilibrium%words// &
+      if (.not. simulation%iteration%converged) equilibrium%words = equilibrium%words// &
          ', and the contacts of the last step do not converge'
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine put_in_words

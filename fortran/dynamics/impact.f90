@@ -22,9 +22,9 @@ module dda_impact
    use dda_contact_damping, only: losses_type, carry, is_approached, lift, losses_of, strike
    use dda_errors, only: error_type, error_convergence, fail
    use dda_friction, only: laws_type
-   use dda_linear_solver, only: note_rigid_terms, solver_type
+   use dda_linear_solver, only: record_rigid_terms, solver_type
    use dda_linear_terms, only: linear_term_type, add_product, at_end, term_support
-   use dda_open_close, only: open_close_type, close_contacts
+   use dda_open_close, only: open_close_type, solve_contacts
    use dda_scheme, only: step_type
    use dda_system, only: system_type, begin_diagonal
    implicit none
@@ -96,7 +96,7 @@ contains
             impacts%struck = impacts%struck + found
             call carry_neighbours(impacts, contacts, laws, blocks, step)
             if (found > 0) call stiffen(impacts, system, impacts%struck == found)
-            call note_rigid_terms(solver)
+            call record_rigid_terms(solver)
          end if
          call solve_again(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
@@ -141,13 +141,13 @@ contains
          if (first .and. found == 0) impacts%hit = .false.
          found = found + 1
          call strike(contacts, laws, blocks, step, c, target_of(impacts, contacts, laws, step, c))
-         call note_hit(impacts, contacts%block_v(c), share_before(contacts, step, c))
-         call note_hit(impacts, contacts%block_e(c), share_before(contacts, step, c))
+         call record_hit(impacts, contacts%block_v(c), share_before(contacts, step, c))
+         call record_hit(impacts, contacts%block_e(c), share_before(contacts, step, c))
       end do
    end subroutine strike_closing
 
    !> A block is hit after a share of the step.
-   pure subroutine note_hit(impacts, b, share)
+   pure subroutine record_hit(impacts, b, share)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       integer, intent(in) :: b  !< number of the block
       real(wp), intent(in) :: share  !< of the step
@@ -155,7 +155,7 @@ contains
       if (.not. impacts%hit(b)) impacts%before(b) = 0.0_wp
       impacts%hit(b) = .true.
       impacts%before(b) = max(impacts%before(b), share)
-   end subroutine note_hit
+   end subroutine record_hit
 
    !> Share of the step before contact c touches at its present velocity; 0 if it touched before.
    pure real(wp) function share_before(contacts, step, c) result(share)
@@ -333,8 +333,8 @@ contains
       changes = iteration%changes
       broken = iteration%broken
       contacts%state(:contacts%n) = contacts%trial_state(:contacts%n)
-      system%held%rebuild = .true.
-      call close_contacts(iteration, system, solver, contacts, laws, error)
+      system%contact_terms%rebuild = .true.
+      call solve_contacts(iteration, system, solver, contacts, laws, error)
       iteration%iterations = iteration%iterations + iterations
       iteration%changes = iteration%changes + changes
       iteration%broken = iteration%broken + broken

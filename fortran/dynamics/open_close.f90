@@ -13,7 +13,7 @@ module dda_open_close
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
    use dda_contact_evaluation, only: evaluate_contacts
-   use dda_cycles, only: cycle_type, note_states, may_change
+   use dda_cycles, only: cycle_type, record_states, may_change
    use dda_friction, only: acting_stretch, laws_type, shear_stiffness_of
    use dda_interrupts, only: fail_if_stopped, fail_within_step, stop_within_step
    use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
@@ -22,13 +22,13 @@ module dda_open_close
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_rank_one, only: forget_changes
    use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
-      farthest_off, follow
+      farthest_off, assume_next
    use dda_joint_lines, only: break_joint, has_bond, renew_lines
    use dda_stopwatch, only: lap, phase_factorise, phase_solve
    use dda_system, only: system_type
    implicit none
    private
-   public :: open_close_type, close_contacts, solve_assumed, begin_iteration, counts_of, &
+   public :: open_close_type, solve_contacts, solve_assumed, begin_iteration, counts_of, &
       add_counts, iterate, evaluate, check_strength, take_states, fail_if_given_up
 
    real(wp), parameter :: short_step = 0.5_wp        !< share left of a step that overshot
@@ -39,7 +39,7 @@ module dda_open_close
    real(wp), parameter :: more_noise = 3.0_wp        !< allowed with each more of them
    real(wp), parameter :: least_share = 0.1_wp       !< of the tolerance, below which a line stays
    integer, parameter :: most_friction_solves = 60   !< while the states are held
-   integer, parameter :: most_runaways = 4           !< of friction forces, before the last resort
+   integer, parameter :: most_diverged = 4           !< of friction forces, before the last resort
    real(wp), parameter :: loose = 1.0e-2_wp          !< of the first residual, before the last solve
    real(wp), parameter :: friction_share = 0.05_wp   !< of the first difference, likewise
    real(wp), parameter :: least_retained = 0.01_wp   !< share of the shear stiffness to begin with
@@ -78,7 +78,7 @@ module dda_open_close
       logical :: shortened = .false.                  !< the last step has been
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
       logical :: relaxes = .false.                    !< static steps do, see dda_static_relaxation
-      logical :: closed = .true.                      !< the last of these has, as rest asks
+      logical :: converged = .true.                   !< the last of these has, as rest asks
       real(wp) :: correction = huge(1.0_wp)           !< first of the last relaxed step, J/m
       integer :: attempts = 0                         !< at static steps, in vain
       real(wp) :: unbalanced_work = 0.0_wp            !< of forces that it left unbalanced, J/m
@@ -93,22 +93,22 @@ contains
    !>
    !> Where that does not converge and no shorter step can be taken, the bounds of friction are
    !> found from outside.
-   subroutine close_contacts(iteration, system, solver, contacts, laws, error)
+   subroutine solve_contacts(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      logical :: closed
+      logical :: converged
 
-      call iterate(iteration, system, solver, contacts, laws, closed, error)
-      if (allocated(error) .or. closed) return
+      call iterate(iteration, system, solver, contacts, laws, converged, error)
+      if (allocated(error) .or. converged) return
       if (has_last_resort(iteration, laws)) &
-         call find_bounds(iteration, system, solver, contacts, laws, closed, error)
-      if (.not. (closed .or. allocated(error))) call fail(error, error_convergence, &
+         call find_bounds(iteration, system, solver, contacts, laws, converged, error)
+      if (.not. (converged .or. allocated(error))) call fail(error, error_convergence, &
          'the open–close iteration does not converge')
-   end subroutine close_contacts
+   end subroutine solve_contacts
 
    !> The bounds of friction may be found from outside.
    pure logical function has_last_resort(iteration, laws)
@@ -119,13 +119,13 @@ contains
    end function has_last_resort
 
    !> Iterate with held bounds of friction until they are those of the normal forces.
-   subroutine find_bounds(iteration, system, solver, contacts, laws, closed, error)
+   subroutine find_bounds(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(out) :: closed  !< they are, and every contact exerts what was assumed of it
+      logical, intent(out) :: converged  !< they are, and all contacts exert what was assumed
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(bounds_type) :: bounds
       integer :: before(3)
@@ -133,12 +133,12 @@ contains
       call hold_bounds(bounds, contacts, laws)
       do while (iteration%iterations < most_rounds*iteration%max_iterations)
          before = counts_of(iteration)
-         call iterate(iteration, system, solver, contacts, laws, closed, error)
+         call iterate(iteration, system, solver, contacts, laws, converged, error)
          call add_counts(iteration, before)
-         if (allocated(error) .or. .not. closed) exit
+         if (allocated(error) .or. .not. converged) exit
          call renew_bounds(bounds, contacts, laws)
-         closed = bounds%difference <= iteration%tolerance
-         if (closed) exit
+         converged = bounds%difference <= iteration%tolerance
+         if (converged) exit
          iteration%worst = bounds%worst
          iteration%residual = bounds%difference
       end do
@@ -146,20 +146,20 @@ contains
    end subroutine find_bounds
 
    !> Assume, solve, evaluate and change states until every contact exerts what was assumed of it.
-   subroutine iterate(iteration, system, solver, contacts, laws, closed, error)
+   subroutine iterate(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(out) :: closed  !< every contact does
+      logical, intent(out) :: converged  !< every contact does
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer :: changed, runaway, runaways, i
+      integer :: changed, diverged, times_diverged, i
       logical :: exactly
 
       call begin_iteration(iteration, contacts)
-      closed = .false.
-      runaways = 0
+      converged = .false.
+      times_diverged = 0
       exactly = .not. any(contacts%state(:contacts%n) == contact_slide)
       if (.not. exactly) iteration%reduction = loose
       do i = 1, iteration%max_iterations
@@ -168,13 +168,13 @@ contains
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
-         call find_forces(iteration, system, solver, contacts, laws, exactly, runaway, error)
+         call find_forces(iteration, system, solver, contacts, laws, exactly, diverged, error)
          if (allocated(error)) return
-         if (runaway > 0) then
-            call force_to_stick(system, contacts, runaway)
+         if (diverged > 0) then
+            call force_to_stick(system, contacts, diverged)
             exactly = .false.
-            runaways = runaways + 1
-            if (runaways > most_runaways .and. has_last_resort(iteration, laws)) return
+            times_diverged = times_diverged + 1
+            if (times_diverged > most_diverged .and. has_last_resort(iteration, laws)) return
             cycle
          end if
          if (iteration%residual <= iteration%tolerance) &
@@ -182,8 +182,8 @@ contains
          if (allocated(error)) return
          iteration%reduction = loose
          if (iteration%residual <= iteration%tolerance) then
-            call check_strength(iteration, contacts, laws, closed)
-            if (closed) return
+            call check_strength(iteration, contacts, laws, converged)
+            if (converged) return
          end if
          call globalise(iteration, system, contacts, laws)
          call adopt_states(iteration, contacts, laws, changed)
@@ -210,7 +210,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
 
-      iteration%closed = .true.
+      iteration%converged = .true.
       iteration%unbalanced_work = 0.0_wp
       iteration%iterations = 0
       iteration%changes = 0
@@ -255,8 +255,8 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call assemble_contacts(system, contacts, laws)
-      associate (changes => system%held%spring_changes)
-         if (system%held%other_matrix) call renew(solver, system%matrix, system%constant, &
+      associate (changes => system%contact_terms%spring_changes)
+         if (system%contact_terms%other_matrix) call renew(solver, system%matrix, system%constant, &
             changes, error)
          call forget_changes(changes)
       end associate
@@ -270,24 +270,24 @@ contains
    !> The slide forces of the assumed states, and what the laws give at that solution.
    !>
    !> Where no state is to change, the solution that was to be loose is followed to the tolerance.
-   subroutine find_forces(iteration, system, solver, contacts, laws, exactly, runaway, error)
+   subroutine find_forces(iteration, system, solver, contacts, laws, exactly, diverged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: exactly  !< to the tolerance from the first
-      integer, intent(out) :: runaway  !< as in `follow_normal_forces`
+      integer, intent(out) :: diverged  !< as in `solve_friction`
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: pass
 
       call list_slides(iteration%slides, contacts, laws%dilating)
       do pass = 1, 2
-         call follow_normal_forces(iteration, system, solver, contacts, laws, &
-            exactly .or. pass == 2, runaway, error)
+         call solve_friction(iteration, system, solver, contacts, laws, &
+            exactly .or. pass == 2, diverged, error)
          if (allocated(error)) return
          call lap(system%watch, phase_solve)
-         if (runaway > 0) return
+         if (diverged > 0) return
          call evaluate(iteration, system%d, contacts, laws)
          if (exactly .or. .not. laws%plain .or. iteration%slides%n == 0 .or. &
             will_change(contacts)) return
@@ -342,9 +342,9 @@ contains
       if (.not. allocated(error)) call evaluate(iteration, system%d, contacts, laws)
    end subroutine finish_solve
 
-   !> While the states are held, let the friction forces follow the normal forces of the same
+   !> With the states fixed, find the friction forces that belong to the normal forces of the same
    !> solution.
-   subroutine follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, &
+   subroutine solve_friction(iteration, system, solver, contacts, laws, exactly, diverged, &
       error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -352,12 +352,12 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: exactly  !< to the tolerance, else to a share of the first difference
-      integer, intent(out) :: runaway !< contact whose friction force does not converge, else 0
+      integer, intent(out) :: diverged !< contact whose friction force does not converge, else 0
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: difference, wanted, reduction
       integer :: i
 
-      runaway = 0
+      diverged = 0
       if (iteration%slides%n == 0) return
       wanted = iteration%tolerance
       do i = 1, most_friction_solves
@@ -367,7 +367,7 @@ contains
          wanted = max(wanted, noise_after(iteration, i))
          reduction = loose
          if (difference > wanted) then
-            call follow(iteration%slides, contacts, system)
+            call assume_next(iteration%slides, contacts, system)
          else if (exactly .and. .not. solver%exact) then
             reduction = 0.0_wp
          else
@@ -381,17 +381,17 @@ contains
          end if
          if (allocated(error)) return
       end do
-      runaway = farthest_off(iteration%slides)
-   end subroutine follow_normal_forces
+      diverged = farthest_off(iteration%slides)
+   end subroutine solve_friction
 
    !> Stick the contact whose friction force runs away from its normal force: sliding as assumed has
    !> no solution, which happens where friction is high enough to lock.  The solution is dropped.
-   pure subroutine force_to_stick(system, contacts, runaway)
+   pure subroutine force_to_stick(system, contacts, diverged)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
-      integer, intent(in) :: runaway  !< number of the contact
+      integer, intent(in) :: diverged  !< number of the contact
 
-      contacts%state(runaway) = contact_stick
+      contacts%state(diverged) = contact_stick
       contacts%slide_force(:contacts%n) = 0.0_wp
       system%d = system%previous_d
    end subroutine force_to_stick
@@ -432,17 +432,18 @@ contains
    end subroutine globalise
 
    !> A converged step stands unless a bond is overloaded or a contact is not tight enough.
-   subroutine check_strength(iteration, contacts, laws, closed)
+   subroutine check_strength(iteration, contacts, laws, converged)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(out) :: closed  !< the step stands
+      logical, intent(out) :: converged  !< the step stands
       integer :: broken
 
       call break_bonds(iteration, contacts, laws, broken)
-      closed = broken == 0
-      if (closed) call tighten(iteration, contacts, closed)
-      if (closed .and. laws%cohesive) call renew_damage(contacts, laws, iteration%passes, closed)
+      converged = broken == 0
+      if (converged) call tighten(iteration, contacts, converged)
+      if (converged .and. laws%cohesive) &
+         call renew_damage(contacts, laws, iteration%passes, converged)
    end subroutine check_strength
 
    !> Break the bonds that the converged solution overloads; the step goes on with these contacts
@@ -472,18 +473,18 @@ contains
    !> they do, the multipliers take over the forces.
    !>
    !> Augmented Lagrangian by Uzawa's iteration: the next solve starts from contacts that press.
-   subroutine tighten(iteration, contacts, closed)
+   subroutine tighten(iteration, contacts, converged)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
-      logical, intent(out) :: closed  !< the multipliers stay
+      logical, intent(out) :: converged  !< the multipliers stay
       integer :: c
 
-      closed = .true.
+      converged = .true.
       if (iteration%penetration_tolerance <= 0.0_wp) return
-      closed = .not. any(abs(contacts%new_gap(:contacts%n)) > iteration%penetration_tolerance &
+      converged = .not. any(abs(contacts%new_gap(:contacts%n)) > iteration%penetration_tolerance &
          .and. contacts%state(:contacts%n) /= contact_open .and. &
          .not. contacts%bonded(:contacts%n))
-      if (closed) return
+      if (converged) return
       do c = 1, contacts%n
          if (.not. contacts%bonded(c)) &
             contacts%multiplier(c) = max(0.0_wp, contacts%normal_force(c))
@@ -500,7 +501,7 @@ contains
       integer :: n, c, p
 
       n = contacts%n
-      call note_states(iteration%history, contacts%state(:n))
+      call record_states(iteration%history, contacts%state(:n))
       if (.not. laws%plain) call renew_lines(contacts, laws, least_share*iteration%tolerance)
       do c = 1, n
          if (.not. (may_change(iteration%history, c) .or. allocated(contacts%held_bound))) &
@@ -549,8 +550,8 @@ contains
 
    !> What contact c retains of a spring that the state to come does without.
    !>
-   !> A contact that has just lost a spring is held by inertia alone, and the next solution
-   !> overshoots.  So it retains a share for one iteration, of the secant stiffness to its friction
+   !> Only inertia resists a contact that has just lost a spring, so that the next solution
+   !> overshoots.  It retains a fraction for one iteration, of the secant stiffness to its friction
    !> bound if it slides, and less and less of that while the iteration goes on to overshoot.
    pure subroutine retain(iteration, contacts, laws, by_contact, c)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step

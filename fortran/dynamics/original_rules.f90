@@ -17,7 +17,7 @@ module dda_original_rules
    use dda_linear_solver, only: solver_type
    implicit none
    private
-   public :: close_by_original_rules, lock_touching
+   public :: solve_by_original_rules, lock_touching
 
    integer, parameter :: most_iterations = 8
    real(wp), parameter :: close_band = 2.0e-4_wp     !< s0, of half the model size
@@ -29,7 +29,7 @@ module dda_original_rules
 contains
 
    !> Iterate until no contact opens or closes.
-   subroutine close_by_original_rules(iteration, system, solver, contacts, laws, half_size, &
+   subroutine solve_by_original_rules(iteration, system, solver, contacts, laws, half_size, &
       first_step, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -67,7 +67,7 @@ contains
       end do
       call fail(error, error_convergence, 'the open–close iteration does not converge by the '// &
          'original rules')
-   end subroutine close_by_original_rules
+   end subroutine solve_by_original_rules
 
    !> Contacts in touch at the start of a run are locked.
    pure subroutine lock_touching(contacts, half_size)

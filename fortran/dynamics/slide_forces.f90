@@ -16,7 +16,7 @@ module dda_slide_forces
    use dda_ordered_sums, only: pieces, first_of, last_of, share_of_thread, parallel_from
    implicit none
    private
-   public :: slides_type, list_slides, evaluate_slides, difference_of, farthest_off, follow
+   public :: slides_type, list_slides, evaluate_slides, difference_of, farthest_off, assume_next
 
    !> The sliding contacts, and the fixed point of their forces.
    type :: slides_type
@@ -150,7 +150,7 @@ contains
    end function farthest_off
 
    !> Assume the next forces, in the contacts and in the right-hand side.
-   subroutine follow(slides, contacts, system)
+   subroutine assume_next(slides, contacts, system)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -162,11 +162,11 @@ contains
          call accelerate(slides%memory, slides%force(:m), slides%response(:m))
       end associate
       if (slides%n < parallel_from) then
-         call follow_rows(slides, contacts, system, 1, n)
+         call assume_rows(slides, contacts, system, 1, n)
       else
          !$omp parallel private(first, last)
          call share_of_thread(n, first, last)
-         call follow_rows(slides, contacts, system, first, last)
+         call assume_rows(slides, contacts, system, first, last)
          !$omp end parallel
       end if
       do i = 1, slides%n
@@ -179,10 +179,10 @@ contains
             + (slides%force(slides%n + i) - contacts%normal_free(c))
          contacts%normal_free(c) = slides%force(slides%n + i)
       end do
-   end subroutine follow
+   end subroutine assume_next
 
    !> The next forces in block rows first … last of the right-hand side.
-   subroutine follow_rows(slides, contacts, system, first, last)
+   subroutine assume_rows(slides, contacts, system, first, last)
       type(slides_type), intent(inout) :: slides  !< sliding contacts, with the next forces
       type(contacts_type), intent(in) :: contacts  !< this step's list, with the present ones
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -201,6 +201,6 @@ contains
       end do
       slides%rhs_change(:, first:last) = system%rhs(:, first:last) &
          - slides%rhs_change(:, first:last)
-   end subroutine follow_rows
+   end subroutine assume_rows
 
 end module dda_slide_forces

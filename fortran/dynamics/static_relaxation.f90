@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The contacts of a static step, where many of them change their states.
 !>
-!> In statics inertia hardly holds a block whose contacts all slide, so that the open–close
-!> iteration overshoots where it finds such a block.  Here one matrix S serves all iterations
-!> (modified Newton), in which such contacts keep a share of their springs:
+!> In statics inertia hardly restrains a block whose contacts all slide, so that the open–close
+!> iteration overshoots there.  Here one matrix S serves all iterations (modified Newton), in which
+!> such contacts keep a fraction of their springs:
 !>
 !>     S (d' − d) = f̂ + Σ [N(d) ∂g − T(d) ∂s] − K d ,
 !>
-!> K and f̂ without contacts, N and T by the laws.  Anderson acceleration makes up for the stiffness
-!> that S has too much.  The step need not converge: what has slipped in it stays, and the next one
-!> begins with shear forces at their bounds, where a contact whose slip would reverse sticks.  So
-!> blocks between contacts that slide opposite ways are held by springs again.
+!> K and f̂ without contacts, N and T by the laws.  Anderson acceleration corrects for S being too
+!> stiff.  The step need not converge: its slip stays, and the next one begins with shear forces at
+!> their bounds, where a contact whose slip would reverse sticks.  So blocks between contacts that
+!> slide opposite ways have springs again.
 module dda_static_relaxation
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, accelerate
@@ -26,7 +26,7 @@ module dda_static_relaxation
    use dda_system, only: system_type
    implicit none
    private
-   public :: close_static, relax
+   public :: solve_statics, relax
 
    integer, parameter :: many_changes = 2000     !< of the first iteration: the step is relaxed
    integer, parameter :: most_attempts = 5       !< in vain, in a row, to close steps by iteration
@@ -58,35 +58,35 @@ contains
    !> Iterate until every contact exerts what was assumed of it, or relax, if many change.  So are
    !> the steps that follow, as long as that gains enough: a block that slides far before it comes
    !> to rest does so by the iteration, with inertia alone in its way.
-   subroutine close_static(iteration, system, solver, contacts, laws, error)
+   subroutine solve_statics(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< plain, not damped
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      logical :: closed
+      logical :: converged
       integer :: before(3)
 
       before = 0
       if (.not. iteration%relaxes .and. iteration%attempts < most_attempts) then
-         call attempt_states(iteration, system, solver, contacts, laws, closed, error)
-         if (closed .or. allocated(error)) return
+         call attempt_states(iteration, system, solver, contacts, laws, converged, error)
+         if (converged .or. allocated(error)) return
          before = counts_of(iteration)
       end if
       call relax(iteration, system, solver, contacts, laws, error)
       call add_counts(iteration, before)
-   end subroutine close_static
+   end subroutine solve_statics
 
    !> Iterate by states; in vain where too many change at once, or, in a stage that has been relaxed
    !> before, where few iterations do not converge or the solver fails.
-   subroutine attempt_states(iteration, system, solver, contacts, laws, closed, error)
+   subroutine attempt_states(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< plain, not damped
-      logical, intent(out) :: closed  !< else the contacts have the states of before
+      logical, intent(out) :: converged  !< else the contacts have the states of before
       type(error_type), allocatable, intent(out) :: error  !< allocated where the step has failed
       integer :: most
       integer, allocatable :: states(:)
@@ -96,11 +96,11 @@ contains
       iteration%most_changes = many_changes
       if (iteration%attempts > 0) iteration%max_iterations = min(most, few_iterations)
       solver%may_hand_over = iteration%attempts == 0
-      call iterate(iteration, system, solver, contacts, laws, closed, error)
+      call iterate(iteration, system, solver, contacts, laws, converged, error)
       iteration%max_iterations = most
       solver%may_hand_over = .true.
       iteration%most_changes = huge(1)
-      if (closed) then
+      if (converged) then
          iteration%attempts = min(iteration%attempts, 1)
          return
       end if
@@ -127,7 +127,7 @@ contains
 
       call begin_iteration(iteration, contacts)
       iterates%memory%depth = depth
-      system%held%rebuild = .true.
+      system%contact_terms%rebuild = .true.
       system%d = 0.0_wp
       call evaluate(iteration, system%d, contacts, laws)
       call impose_springs(iteration, contacts, laws)
@@ -245,10 +245,10 @@ contains
 
       system%d = iterates%best
       call evaluate(iteration, system%d, contacts, laws)
-      iteration%closed = force_of(iterates%least, laws) <= nearly*iteration%tolerance
-      if (iteration%closed) then
+      iteration%converged = force_of(iterates%least, laws) <= nearly*iteration%tolerance
+      if (iteration%converged) then
          call check_strength(iteration, contacts, laws, strong)
-         iteration%closed = strong
+         iteration%converged = strong
          if (.not. strong) call evaluate(iteration, system%d, contacts, laws)
       end if
       call impose_forces(contacts)

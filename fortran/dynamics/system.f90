@@ -27,7 +27,7 @@ module dda_system
       !> [entries] near pair of each lower entry; beyond the last pair where only elements couple
       integer, allocatable :: pair_of_entry(:)
       integer, allocatable :: first_contact(:)     !< [pairs+2] first contact of each near pair
-      type(contact_terms_type) :: held             !< what K̂ and f̂ hold of the contacts
+      type(contact_terms_type) :: contact_terms    !< what K̂ and f̂ hold of the contacts
       type(linear_terms_type) :: terms             !< springs and dashpots of the elements
       real(wp), allocatable :: constant(:,:,:)     !< [6,6,n] M/(χΔt²) + θ elasticity, damping
       !> linear part of K̂; diagonal blocks, of those that elements act on: of others, `constant`
@@ -59,7 +59,7 @@ contains
       allocate (system%has_terms(n), source=.false.)
       allocate (system%load(6, n), system%rhs(6, n), system%d(6, n), system%previous_d(6, n), &
          source=0.0_wp)
-      call prepare_contact_terms(system%held, n)
+      call prepare_contact_terms(system%contact_terms, n)
    end subroutine prepare_system
 
    !> Lay out K̂ for all near pairs and all that elements couple, so that the pattern lasts as long
@@ -73,7 +73,7 @@ contains
       integer, allocatable :: pairs(:,:)
       integer :: p
 
-      system%held%rebuild = .true.
+      system%contact_terms%rebuild = .true.
       call linear_terms_of(elements, blocks, step, system%terms)
       pairs = coupled_blocks(system%terms)
       call set_pattern(system%linear, blocks%n, pairs)
@@ -157,7 +157,7 @@ contains
       call begin_terms(system)
       call add_to_matrix(system%terms, step_weights(step), system%linear)
       call add_forces(elements, blocks, step, system%load)
-      system%held%rebuild = .true.
+      system%contact_terms%rebuild = .true.
    end subroutine assemble_linear
 
    !> Diagonal blocks of the linear part for all terms of the elements.

@@ -22,11 +22,11 @@ module dda_time_step
    use dda_body_drift, only: begin_drift
    use dda_model, only: half_size
    use dda_material_search, only: shorten_step
-   use dda_open_close, only: close_contacts, counts_of, add_counts
-   use dda_original_rules, only: close_by_original_rules
+   use dda_open_close, only: solve_contacts, counts_of, add_counts
+   use dda_original_rules, only: solve_by_original_rules
    use dda_scheme, only: end_time
    use dda_simulation, only: simulation_type, next_step, exchange_lists
-   use dda_static_relaxation, only: close_static
+   use dda_static_relaxation, only: solve_statics
    use dda_stopwatch, only: begin_laps, lap, phase_assemble, phase_iterate, phase_update
    use dda_system, only: assemble_linear
    use dda_text, only: to_text
@@ -60,7 +60,7 @@ contains
          if (.not. allocated(error)) call solve_step(simulation, error)
          if (.not. allocated(error)) then
             move = farthest_move(simulation%blocks, simulation%system%d)
-            call note_move(simulation, move)
+            call record_move(simulation, move)
             if (.not. is_too_far(simulation, move)) exit
          end if
          call retry(simulation, attempt, searches, move, error)
@@ -110,14 +110,14 @@ contains
       end associate
    end subroutine solve_step
 
-   !> What has found no state in a step.
+   !> What has not converged in a step.
    pure function unsettled(simulation) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: words
       integer :: block
 
       block = worst_of_points(simulation%elements)
-      words = 'bolts that yield or go slack find no state'
+      words = 'bolts that yield or go slack do not converge in '//to_text(most_rounds)//' rounds'
       if (block > 0) words = 'the stress of the material law does not converge in block '// &
          to_text(block)
    end function unsettled
@@ -156,7 +156,7 @@ contains
          if (.not. allocated(error)) call solve_step(run, error)
          if (allocated(error)) return
          move = farthest_move(run%blocks, run%system%d)
-         call note_move(run, move)
+         call record_move(run, move)
          if (.not. is_too_far(run, move)) return
       end do
       call fail(error, error_convergence, 'a vertex moves too far in one step')
@@ -184,7 +184,7 @@ contains
 
       associate (contacts => simulation%contacts(simulation%now))
          if (simulation%model%contact%original_rules) then
-            call close_by_original_rules(simulation%iteration, simulation%system, &
+            call solve_by_original_rules(simulation%iteration, simulation%system, &
                simulation%solver, contacts, simulation%laws, half_size(simulation%model%blocks), &
                simulation%step == 0, error)
          else
@@ -192,10 +192,10 @@ contains
                simulation%resting)
             if (simulation%resting .and. simulation%laws%plain .and. .not. &
                (simulation%laws%damped .or. simulation%laws%augmented)) then
-               call close_static(simulation%iteration, simulation%system, simulation%solver, &
+               call solve_statics(simulation%iteration, simulation%system, simulation%solver, &
                   contacts, simulation%laws, error)
             else
-               call close_contacts(simulation%iteration, simulation%system, simulation%solver, &
+               call solve_contacts(simulation%iteration, simulation%system, simulation%solver, &
                   contacts, simulation%laws, error)
             end if
             if (simulation%laws%damped .and. .not. allocated(error)) &
@@ -217,14 +217,14 @@ contains
    end function allowed_move
 
    !> Keep the speed that the next search is made for, and count steps beyond the maximum.
-   pure subroutine note_move(simulation, move)
+   pure subroutine record_move(simulation, move)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
 
       simulation%speed = min(move, half_size(simulation%model%blocks))/simulation%time_step
       if (move > allowed_move(simulation)) &
          simulation%counters%too_far = simulation%counters%too_far + 1
-   end subroutine note_move
+   end subroutine record_move
 
    !> A vertex moves beyond the maximum displacement, or beyond what contacts were listed for.
    pure logical function is_too_far(simulation, move)
@@ -299,7 +299,7 @@ contains
          if (simulation%laws%damped) call hold_forces(contacts)
          simulation%neighbours%travel = simulation%neighbours%travel + path
          simulation%path = simulation%path + path
-         call note_changes(simulation)
+         call record_changes(simulation)
          simulation%step = simulation%step + 1
          call move_clock(simulation, end_time(step))
       end associate
@@ -308,7 +308,7 @@ contains
 
    !> Count broken bonds, steps in which damage or bounds did not converge and, once the first step
    !> has closed what touches, changes of state.
-   pure subroutine note_changes(simulation)
+   pure subroutine record_changes(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       associate (counters => simulation%counters, iteration => simulation%iteration)
@@ -319,7 +319,7 @@ contains
          if (simulation%step > 0) counters%changes = counters%changes + iteration%changes &
             + iteration%broken
       end associate
-   end subroutine note_changes
+   end subroutine record_changes
 
    !> Bonds that the last step has damaged altogether.
    pure integer function spent_bonds(simulation)

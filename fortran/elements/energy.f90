@@ -105,7 +105,7 @@ contains
       end do
    end function balance
 
-   !> What has changed hands, J per metre of thickness: the scale of `balance` and of the geometric
+   !> Gross energy exchanged, J per metre of thickness: the scale of `balance` and of the geometric
    !> term.
    pure real(wp) function turnover(energy)
       type(energy_type), intent(in) :: energy  !< J per metre of thickness

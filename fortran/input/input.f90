@@ -255,8 +255,8 @@ contains
          'know one stiffness, no law but Coulomb friction and contacts at corners: leave out '// &
          'law, stiffness per area and contact_points')
       if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, 'a joint with '// &
-         'a law, stiffness or contact_points of its own closes by what its load asks for: it '// &
-         'does not go with penetration_tolerance')
+         'a law, stiffness or contact_points of its own cannot be combined with '// &
+         'penetration_tolerance: its closure follows from its load')
       if (joint%law == 'plesha') call check_return(group, joint, contact%shear_ratio, error)
       if (joint%law == 'cohesive') call check_fracture(group, joint, contact%shear_ratio, error)
    end subroutine check_rules

@@ -44,13 +44,13 @@ contains
          if (new%name /= '' .and. (any(model%edge_loads%name == new%name) .or. &
             any(model%bolts%name == new%name))) call input_error(error, groups(i), 'name = '// &
             quoted(trim(new%name))//' is used twice')
-         call note_ends(model%blocks, new)
+         call mark_ends(model%blocks, new)
          model%edge_loads = [model%edge_loads, new]
       end do
    end subroutine read_edge_loads
 
    !> Where the pieces end at first.
-   pure subroutine note_ends(blocks, load)
+   pure subroutine mark_ends(blocks, load)
       type(blocks_type), intent(in) :: blocks  !< in their first state
       type(edge_load_type), intent(inout) :: load  !< with its pieces
       integer :: k, i
@@ -63,7 +63,7 @@ contains
                load%piece(k), i - 1.0_wp))
          end do
       end do
-   end subroutine note_ends
+   end subroutine mark_ends
 
    !> &traction
    subroutine read_traction(group, model, new, error)

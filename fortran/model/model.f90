@@ -149,7 +149,7 @@ contains
       end do
    end function block_sources
 
-   !> Contact force that rounding of places is worth, N/m.
+   !> Contact force that of the rounding of positions, N/m.
    pure real(wp) function force_noise(model, stiffness)
       type(model_type), intent(in) :: model  !< as read from the input
       real(wp), intent(in) :: stiffness      !< of joints that are stiffer than contacts, N/m

@@ -152,7 +152,7 @@ contains
       blocks%outline(2, :) = [(v, v=1, size(blocks%owner))]
       beyond = 0
       do v = 1, size(welds)
-         call note_ends(blocks, welds(v), beyond)
+         call mark_ends(blocks, welds(v), beyond)
       end do
       do v = 1, size(blocks%owner)
          if (blocks%body(blocks%owner(v)) == 0) cycle
@@ -173,7 +173,7 @@ contains
 
    !> Vertices of two cells at the ends of their face, where they stand at one place: the one of the
    !> neighbour before a vertex, and the one after it.
-   pure subroutine note_ends(blocks, weld, beyond)
+   pure subroutine mark_ends(blocks, weld, beyond)
       type(blocks_type), intent(in) :: blocks    !< at the start
       type(weld_type), intent(in) :: weld        !< face
       integer, intent(inout) :: beyond(:,:)      !< [2, vertices] or 0
@@ -200,6 +200,6 @@ contains
 
          meet = norm2(blocks%vertex(:, v) - blocks%vertex(:, w)) <= least
       end function meet
-   end subroutine note_ends
+   end subroutine mark_ends
 
 end module dda_weld

@@ -5,7 +5,7 @@
 module dda_point_intensity
    use dda_kinds, only: wp, pi
    use dda_low_pass, only: low_pass_type, new_low_pass, pass
-   use dda_response_spectrum, only: response_spectrum_type, new_response_spectrum, follow
+   use dda_response_spectrum, only: response_spectrum_type, new_response_spectrum, continue_motion
    implicit none
    private
    public :: intensity_type, shaking_type, new_intensity, add_motion, main_axis, arias_intensity
@@ -69,7 +69,7 @@ contains
       associate (before => shaking%last)
          shaking%squares = shaking%squares + 0.5_wp*step*(before**2 + acceleration**2)
          if (shaking%acceleration > 0.0_wp .or. abs(acceleration) > 0.0_wp) &
-            call follow(shaking%spectrum, before, acceleration, step)
+            call continue_motion(shaking%spectrum, before, acceleration, step)
       end associate
       shaking%acceleration = max(shaking%acceleration, abs(acceleration))
       shaking%last = acceleration

@@ -16,7 +16,8 @@ module dda_response_spectrum
    use dda_kinds, only: wp, pi
    implicit none
    private
-   public :: response_spectrum_type, periods, new_response_spectrum, follow, spectral_acceleration
+   public :: response_spectrum_type, periods, new_response_spectrum, continue_motion, &
+      spectral_acceleration
    public :: oscillator_peaks, low_passed_peak
 
    real(wp), parameter :: damping = 0.05_wp
@@ -63,7 +64,7 @@ contains
    end function damping_of
 
    !> The motion goes on from one acceleration to another.
-   pure subroutine follow(spectrum, before, after, step)
+   pure subroutine continue_motion(spectrum, before, after, step)
       type(response_spectrum_type), intent(inout) :: spectrum  !< of the motion so far
       real(wp), intent(in) :: before, after  !< acceleration at the start and end of the step, m/s²
       real(wp), intent(in) :: step           !< time between them, s; nothing happens in none
@@ -87,7 +88,7 @@ contains
             end do
          end do
       end associate
-   end subroutine follow
+   end subroutine continue_motion
 
    !> Factors of a step.
    pure subroutine set_step(spectrum, step)
@@ -185,10 +186,10 @@ contains
       integer :: i
 
       free = spectrum
-      call follow(free, last, 0.0_wp, free%step)
+      call continue_motion(free, last, 0.0_wp, free%step)
       if (free%step > 0.0_wp) then
          do i = 1, ceiling(longest/free%step)
-            call follow(free, 0.0_wp, 0.0_wp, free%step)
+            call continue_motion(free, 0.0_wp, 0.0_wp, free%step)
          end do
       end if
       largest = maxval(free%largest(1:))

@@ -91,7 +91,7 @@ contains
       system%matrix%diagonal = untouched
       system%matrix%lower = untouched
       system%rhs = untouched
-      system%held%rebuild = .true.
+      system%contact_terms%rebuild = .true.
       call assemble_contacts(system, contacts, laws)
    end subroutine assemble_all
 
@@ -239,9 +239,9 @@ contains
          call check(c > 0, 'an open contact')
          contacts%retained(c) = merge(0.3_wp, 0.0_wp, modulo(round, 2) == 0)
          noted = system%matrix%diagonal
-         call forget_changes(system%held%spring_changes)
+         call forget_changes(system%contact_terms%spring_changes)
          call assemble_contacts(system, contacts, laws)
-         call add_noted(system%held%spring_changes, noted)
+         call add_noted(system%contact_terms%spring_changes, noted)
          call check(maxval(abs(system%matrix%diagonal - noted)) <= 1.0e-13_wp*maxval(abs(noted)), &
             'the noted changes')
          whole = system

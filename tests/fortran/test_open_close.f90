@@ -5,10 +5,10 @@ module test_open_close
    use dda_kinds, only: wp, pi
    use dda_system, only: system_type
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type
-   use dda_cycles, only: cycle_type, note_states
+   use dda_cycles, only: cycle_type, record_states
    use dda_errors, only: error_type, error_convergence
    use dda_friction, only: laws_type
-   use dda_open_close, only: close_contacts, open_close_type
+   use dda_open_close, only: solve_contacts, open_close_type
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
    use models, only: begin, contact_text, control_text, random, relative_balance, run, sow
@@ -52,18 +52,18 @@ contains
 
       call case('states that come back')
       state = [(int(random(0.0_wp, 2.99_wp)), c = 1, n)]
-      call note_states(past, state)
+      call record_states(past, state)
       call check(.not. past%back, 'the first states are new')
       known = 0
       do c = 1, n
          other = past
          state(c) = modulo(state(c) + 1, contact_stick + 1)
-         call note_states(other, state)
+         call record_states(other, state)
          if (other%back) known = known + 1
          state(c) = modulo(state(c) - 1, contact_stick + 1)
       end do
       call check(known == 0, 'one contact is enough to differ')
-      call note_states(past, state)
+      call record_states(past, state)
       call check(past%back, 'they have come back')
    end subroutine states_that_come_back
 
@@ -79,7 +79,7 @@ contains
       call analyse(solver, system%matrix)
       iteration%weight = 10.0_wp
       iteration%relative_tolerance = 1.0e-12_wp
-      call close_contacts(iteration, system, solver, contacts, laws, error)
+      call solve_contacts(iteration, system, solver, contacts, laws, error)
    end subroutine close_all
 
    !> Up to eight contacts, 2⁸ combinations.

@@ -6,9 +6,9 @@ module test_static_relaxation
    use dda_errors, only: error_type
    use dda_friction, only: laws_type
    use dda_linear_solver, only: analyse, choose_solver, solver_type
-   use dda_open_close, only: add_counts, begin_iteration, close_contacts, counts_of, &
+   use dda_open_close, only: add_counts, begin_iteration, solve_contacts, counts_of, &
       open_close_type
-   use dda_static_relaxation, only: close_static, relax
+   use dda_static_relaxation, only: solve_statics, relax
    use dda_system, only: system_type
    use models, only: sow
    use systems, only: flat, gap_row, linear_matrix, random_system, slip_row, stiffness, unknowns
@@ -95,7 +95,7 @@ contains
          again = system
          others = contacts
          call prepare(iteration, solver, system)
-         call close_contacts(iteration, system, solver, contacts, laws, error)
+         call solve_contacts(iteration, system, solver, contacts, laws, error)
          call check_no_error(error, 'the states converge')
          call prepare(iteration, solver, again)
          way = 0.0_wp
@@ -103,7 +103,7 @@ contains
             call relax(iteration, again, solver, others, laws, error)
             call check_no_error(error, 'relaxes')
             way = way + flat(again%d)
-            if (iteration%closed) exit
+            if (iteration%converged) exit
             call accept(again, others)
          end do
          most = max(most, step)
@@ -140,11 +140,11 @@ contains
             rest = unbalanced(system, contacts, mu)
             call check_close(iteration%unbalanced_work, dot_product(rest, flat(system%d)), &
                'work of unbalanced forces', absolute=1.0e-12_wp, relative=1.0e-6_wp)
-            if (iteration%closed) exit
+            if (iteration%converged) exit
             open_steps = open_steps + 1
             call accept(system, contacts)
          end do
-         if (.not. iteration%closed) then
+         if (.not. iteration%converged) then
             failed = failed + 1
             cycle
          end if
@@ -181,10 +181,10 @@ contains
             broken = broken + iteration%broken
             call check(all(contacts%bonded(:n_contacts) .or. &
                contacts%normal_force(:n_contacts) >= 0.0_wp), 'a broken one holds no tension')
-            if (iteration%closed) exit
+            if (iteration%converged) exit
             call accept(system, contacts)
          end do
-         call check(iteration%closed, 'ends')
+         call check(iteration%converged, 'ends')
          kept = kept + count(contacts%bonded(:n_contacts))
          call check(all(contacts%normal_force(:n_contacts) >= -5.0_wp*(1 + 1.0e-9_wp)), &
             'no bond holds more than its strength')
@@ -208,7 +208,7 @@ contains
       again = system
       others = contacts
       call prepare(iteration, solver, system)
-      call close_static(iteration, system, solver, contacts, laws, error)
+      call solve_statics(iteration, system, solver, contacts, laws, error)
       call check_no_error(error, 'relaxes')
       call prepare(relaxed, solver, again)
       call relax(relaxed, again, solver, others, laws, error)

@@ -15,24 +15,11 @@ import pytest
 from environment import DEADLINE
 from live_server import LiveProcess, live
 from test_live import COMPARED, PILE
-from test_view import ARGUMENTS, BROWSER
 
 import sitedda
 
 PICTURES = os.environ.get("SITEDDA_PICTURES")
 OVER = "page.run && ['done', 'failed', 'stopped'].includes(page.run.status)"
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    if not BROWSER:
-        pytest.skip("there is no Chromium")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=BROWSER, args=ARGUMENTS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

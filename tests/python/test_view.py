@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from pathlib import Path
 
@@ -20,10 +19,6 @@ from sitedda.report import write_html
 from sitedda.scene import Scene
 from sitedda.view import write_view
 
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""
-)
-ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 EVIL = "</script><img src=x onerror=alert(1)>"
 TITLE = f"{EVIL} \"&'< ]]> --> `$x$` **b**"
 
@@ -71,18 +66,6 @@ def pages(run, tmp_path_factory) -> Path:
     write_html(report_page(run), folder / "report.html")
     write_view(run, folder / "view.html")
     return folder
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    if not BROWSER:
-        pytest.skip("there is no Chromium")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=BROWSER, args=ARGUMENTS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

@@ -34,6 +34,29 @@ def pile(blocks: int, friction: float = 30.0) -> str:
     return text + "".join(block(f"b{i}", rectangle(0.1 * i, i, 1, 1)) for i in range(blocks))
 
 
+def slid(rules: str, friction: float, young: float) -> float:
+    """How far a block slides in 0.5 s on a slope of 30°, m."""
+    slope = np.radians(30.0)
+    text = control(1e-3, 500) + rules
+    text += material("stone", DENSITY, young, 0.0)
+    text += group("joint", name="dry", friction_angle=friction)
+    text += block("base", turned(rectangle(-2, -1, 10, 1), -slope))
+    for x, y in ((-1.5, -0.5), (7.5, -0.5)):
+        place = turned([[x, y]], -slope)[0]
+        text += group("fixed_point", x=place[0], y=place[1])
+    text += block("slider", turned(rectangle(0, 0, 1, 0.5), -slope))
+    with simulation(text) as run:
+        start = run.coordinates[1, :2].copy()
+        run.advance(500)
+        return np.hypot(*(run.coordinates[1, :2] - start))
+
+
+def exact_slide(friction: float) -> float:
+    """The same of a rigid block without penalty, ½ g (sin 30° − cos 30° tan φ) t², m."""
+    slope = np.radians(30.0)
+    return 0.125 * GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(friction)))
+
+
 @pytest.mark.parametrize("penalty", [YOUNG / 25, YOUNG, 300 * YOUNG])
 def test_penetration_tolerance(penalty):
     """At any penalty, contacts penetrate by no more than asked; forces are those of statics."""
@@ -52,47 +75,17 @@ def test_penetration_tolerance(penalty):
 
 def test_same_as_stiff_penalty():
     """The motion of a block that slides off with the multiplier is that of a stiff spring."""
-    travelled = []
     for penalty, more in ((1e14, {}), (1e10, {"penetration_tolerance": 1e-9})):
-        text = control(1e-3, 500) + contact(penalty, **more)
-        text += material("stone", DENSITY, 1e13, 0.0) + group(
-            "joint", name="dry", friction_angle=20.0
-        )
-        slope = np.radians(30.0)
-        text += block("base", turned(rectangle(-2, -1, 10, 1), -slope))
-        for x, y in ((-1.5, -0.5), (7.5, -0.5)):
-            place = turned([[x, y]], -slope)[0]
-            text += group("fixed_point", x=place[0], y=place[1])
-        text += block("slider", turned(rectangle(0, 0, 1, 0.5), -slope))
-        with simulation(text) as run:
-            start = run.coordinates[1, :2].copy()
-            run.advance(500)
-            travelled.append(np.hypot(*(run.coordinates[1, :2] - start)))
-    exact = 0.5 * GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(20.0))) * 0.25
-    assert travelled[0] == pytest.approx(exact, rel=1e-4)
-    assert travelled[1] == pytest.approx(exact, rel=1e-4)
+        travelled = slid(contact(penalty, **more), 20.0, 1e13)
+        assert travelled == pytest.approx(exact_slide(20.0), rel=1e-4)
 
 
 @pytest.mark.parametrize(("friction", "slides"), [(40.0, False), (20.0, True)])
 def test_original_rules(friction, slides):
     """By the original's rules a block on a slope of 30° holds at 40° and slides at 20°."""
-    slope = np.radians(30.0)
-    text = control(1e-3, 500) + contact(1e9, contact_rules="original")
-    text += material("stone", DENSITY, YOUNG, 0.0) + group(
-        "joint", name="dry", friction_angle=friction
-    )
-    text += block("base", turned(rectangle(-2, -1, 10, 1), -slope))
-    for x, y in ((-1.5, -0.5), (7.5, -0.5)):
-        place = turned([[x, y]], -slope)[0]
-        text += group("fixed_point", x=place[0], y=place[1])
-    text += block("slider", turned(rectangle(0, 0, 1, 0.5), -slope))
-    with simulation(text) as run:
-        start = run.coordinates[1, :2].copy()
-        run.advance(500)
-        moved = np.hypot(*(run.coordinates[1, :2] - start))
-    exact = 0.5 * GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(friction))) * 0.25
+    moved = slid(contact(1e9, contact_rules="original"), friction, YOUNG)
     if slides:
-        assert moved == pytest.approx(exact, rel=5e-2)
+        assert moved == pytest.approx(exact_slide(friction), rel=5e-2)
     else:
         assert moved < 1e-3
 

@@ -35,7 +35,7 @@ module dda_abstract_solver
       procedure(analyse_pattern), deferred :: analyse
       procedure(renew_values), deferred :: renew
       procedure(solve_system), deferred :: solve
-      procedure :: follow => follow_nothing
+      procedure :: correct => correct_nothing
       procedure :: serialise => serialise_nothing
    end type linear_solver_type
 
@@ -70,7 +70,7 @@ module dda_abstract_solver
 contains
 
    !> x follows a change of b, where one application of a preconditioner is known to do.
-   subroutine follow_nothing(self, n, change, x, done)
+   subroutine correct_nothing(self, n, change, x, done)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n  !< block rows
       real(wp), intent(in) :: change(6, n)  !< of the right-hand side, N
@@ -78,7 +78,7 @@ contains
       logical, intent(out) :: done  !< else x is as it was
 
       done = .false.
-   end subroutine follow_nothing
+   end subroutine correct_nothing
 
    !> Most solvers are made again from the matrix: they have nothing to write or read.
    subroutine serialise_nothing(self, archive)

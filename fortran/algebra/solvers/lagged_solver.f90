@@ -31,7 +31,7 @@ module dda_lagged_solver
       procedure :: analyse
       procedure :: renew
       procedure :: solve
-      procedure :: follow
+      procedure :: correct
       procedure :: serialise => serialise_factor
    end type lagged_solver_type
 
@@ -87,7 +87,7 @@ contains
    end subroutine solve
 
    !> x = x + P⁻¹ change, where one application was all that the last solve with this matrix took.
-   subroutine follow(self, n, change, x, done)
+   subroutine correct(self, n, change, x, done)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n  !< block rows
       real(wp), intent(in) :: change(6, n)  !< of the right-hand side, N
@@ -98,7 +98,7 @@ contains
       if (.not. done) return
       call self%lagged%apply(n, change, self%work%z)
       call add_multiple(n, 1.0_wp, self%work%z, x)
-   end subroutine follow
+   end subroutine correct
 
    !> The numbers of the factor: the matrix that they were made from is gone.
    subroutine serialise_factor(self, archive)

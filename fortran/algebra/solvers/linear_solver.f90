@@ -24,7 +24,7 @@ module dda_linear_solver
    implicit none
    private
    public :: solver_type, choose_solver, analyse, set_method, renew, weigh_loads, &
-      note_rigid_terms, solve, solve_change, work_done, solver_names, current_name, is_solver_name
+      record_rigid_terms, solve, solve_change, work_done, solver_names, current_name, is_solver_name
 
    integer, parameter :: small = 60               !< blocks up to which `auto` is `direct`
    !> Jacobi iterations that cost no more than a solve with a lagged factor
@@ -161,11 +161,11 @@ contains
 
    !> Tell that terms have come to the matrix and to b that make blocks rigid: they are far beyond
    !> the forces, which a residual small beside b would leave open.
-   pure subroutine note_rigid_terms(solver)
+   pure subroutine record_rigid_terms(solver)
       type(solver_type), intent(inout) :: solver  !< solver and counts
 
       solver%rigid = .true.
-   end subroutine note_rigid_terms
+   end subroutine record_rigid_terms
 
    !> x = K⁻¹ b; iterations start from the x given, and may stop at a share of its residual.
    subroutine solve(solver, matrix, b, x, error, reduction)
@@ -215,7 +215,7 @@ contains
       real(wp), intent(in) :: reduction  !< share of the first residual that is enough
       logical :: done
 
-      call solver%active%follow(matrix%n, change, x, done)
+      call solver%active%correct(matrix%n, change, x, done)
       if (.not. done) then
          call solve(solver, matrix, b, x, error, reduction)
          return

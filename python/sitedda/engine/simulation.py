@@ -331,7 +331,7 @@ class Simulation:
 
     @property
     def notes(self) -> str:
-        """What the model has that is seldom meant, a line each; empty if there is nothing."""
+        """Warnings about probable mistakes of the input, a line each; empty if there is none."""
         return self._words("notes")
 
     @property

@@ -27,7 +27,7 @@ class Drawing:
     message : bytes
         For the page, see `packed`.
     notes : list of str
-        What making the blocks removed, merged or left, and what is seldom meant.
+        What making the blocks removed, merged or left, and probable mistakes of the input.
     start : ndarray, shape (blocks, 6)
         Block coordinates, m and rad.
     """

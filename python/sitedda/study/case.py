@@ -230,7 +230,7 @@ def _given_up(folder: Path, again: bool) -> None:
         file.unlink(missing_ok=True)
     elif file.exists():
         words = refuse_links(folder, file).read_text("utf-8", "replace").strip()
-        raise GivenUp(words.removeprefix("sitedda-native: ") or "it failed without a word")
+        raise GivenUp(words.removeprefix("sitedda-native: ") or "it failed without a message")
 
 
 class TimeLimit(SiteddaError):

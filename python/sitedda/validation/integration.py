@@ -231,7 +231,7 @@ def transfer_error(changes: dict) -> tuple:
 
 
 class Audited(NamedTuple):
-    """Energies of one run, over what changed hands."""
+    """Energies of one run, over the gross energy exchanged."""
 
     gain: float  # highest total above the start
     growth: float  # largest growth in a step
@@ -244,7 +244,7 @@ class Audited(NamedTuple):
 def audited(text: str, every: int = 1) -> Audited:
     """Run an input on which nothing but gravity does work, and look at its energies.
 
-    What changed hands is the most that gravity has done or that was kinetic.
+    That is the most that gravity has done or that was kinetic.
     """
     time, total, balance, handed = [0.0], [0.0], [0.0], 0.0
     with nml.simulation(text) as model:
@@ -333,7 +333,7 @@ def integration(short: bool) -> Outcome:
         error, *curves[label] = transfer_error(changes)
         rows.append(at_most(f"transfer function by time stepping, {label}", error, 2e-3))
     table = Table(
-        "Energies over what changed hands.",
+        "Energies over the gross energy exchanged.",
         ("member", "model", "above the start", "growth in a step", "lowest", "audit"),
         lines,
     )
