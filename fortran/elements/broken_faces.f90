@@ -3,7 +3,8 @@
 module dda_broken_faces
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_crack_points, only: points_force, strength_ratios, begin_crack, crack_damage, crack_motion
+   use dda_crack_points, only: points_force, strength_ratios, begin_crack, crack_damage, &
+      crack_motion
    use dda_elements, only: elements_type
    use dda_material_points, only: crack_points
    use dda_strain_points, only: strain_points_type

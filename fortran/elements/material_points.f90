@@ -61,8 +61,8 @@ module dda_material_points
 
 contains
 
-   !> The points of a model: of all blocks, of both sides of all welded faces, of the jumps of these,
-   !> and of faces that can break.
+   !> The points of a model: of all blocks, of both sides of all welded faces, of the jumps of
+   !> these, and of faces that can break.
    subroutine set_points(self, welds, blocks, materials, cracks, plane_strain)
       class(material_points_type), intent(inout) :: self  !< gets its points
       type(weld_type), intent(in) :: welds(:)          !< of the model

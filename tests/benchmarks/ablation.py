@@ -71,7 +71,7 @@ REMEDIES = {
         "simulation%system%d = 0.0_wp\n",
     ),
     "loose solves": Remedy(OPEN_CLOSE, "loose = 1.0e-2_wp", "loose = 0.0_wp"),
-    "slide forces followed in part": Remedy(OPEN_CLOSE, "share = 0.05_wp", "share = 0.0_wp"),
+    "slide forces solved in part": Remedy(OPEN_CLOSE, "share = 0.05_wp", "share = 0.0_wp"),
     "Anderson acceleration of slide forces": Remedy(
         DYNAMICS / "slide_forces.f90",
         "call accelerate(slides%memory, slides%force(:m), slides%response(:m))",
@@ -84,19 +84,19 @@ REMEDIES = {
     "stiffness retained by contact": Remedy(
         OPEN_CLOSE, "by_contact = (", "by_contact = n < 0 .and. ("
     ),
-    "share retained by all": Remedy(
+    "fraction retained by all": Remedy(
         OPEN_CLOSE, "iteration%overshoots >= few_overshoots", "n < 0 .and. n >= few_overshoots"
     ),
-    "draws in cycles": Remedy(
+    "pseudo-random changes in cycles": Remedy(
         OPEN_CLOSE, "do c = 1, n\n         if (.not. (may", "do c = 1, 0\n         if (.not. (may"
     ),
-    "bounds from outside": Remedy(
+    "outer iteration for friction bounds": Remedy(
         OPEN_CLOSE, "= iteration%last_resort .and.", "= .false. .and. iteration%last_resort .and."
     ),
-    "runaways stick": Remedy(
-        OPEN_CLOSE, "if (runaway > 0) then", "if (runaway > huge(1) - 1) then"
+    "diverging friction sticks": Remedy(
+        OPEN_CLOSE, "if (diverged > 0) then", "if (diverged > huge(1) - 1) then"
     ),
-    "closings slide first": Remedy(
+    "closing contacts slide first": Remedy(
         DYNAMICS / "contact_evaluation.f90", "most_closings = 8", "most_closings = 8000"
     ),
     "static relaxation": Remedy(

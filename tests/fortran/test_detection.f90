@@ -537,9 +537,11 @@ contains
          contacts%vertex(1) = vertex(k)
          contacts%edge(1) = edge(k)
          contacts%corner(1) = vertex(3 - k)
+         contacts%block_v(1) = blocks%owner(vertex(k))
+         contacts%block_e(1) = blocks%owner(edge(k))
          contacts%new_gap(1) = -3.0e-4_wp
          contacts%offset(1) = 0.0_wp
-         call measure_depths(detection, contacts)
+         call measure_depths(detection, contacts, blocks)
          call detect_contacts(contacts, blocks, near, detection)
          call check(contacts%n == 1, 'one contact')
          call check(contacts%vertex(1) == vertex(k) .and. contacts%edge(1) == edge(k), &
