@@ -4,7 +4,8 @@ module test_joint_laws
    use dda_kinds, only: wp, pi
    use dda_barton_bandis, only: closure_of_joint
    use dda_contact, only: contacts_type, reserve
-   use dda_friction, only: accept_contacts, find_response, laws_type, response_type, set_laws
+   use dda_friction, only: accept_contacts, find_response, laws_type, set_laws
+   use dda_joint_contact, only: response_type
    use dda_joint_law, only: joint_state_type
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
