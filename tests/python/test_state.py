@@ -58,6 +58,9 @@ REMADE = {
         "d": "guessed at the start of each step",
         "previous_d": "set before it is used",
         "watch": "a clock for those who measure",
+        "drifts": "set in each step",
+        "drift": "set in each step, where `drifts`",
+        "drift_load": "set in each step, where `drifts`",
     },
     ("algebra", "solver_type"): {
         "name": "the input",
@@ -90,6 +93,7 @@ REMADE = {
         "unbalanced_work": "set in each step",
         "slides": "listed in each iteration",
         "history": "forgotten in each step",
+        "rounding": "set in each step",
     },
     ("elements", "fixed_points_type"): {"point": "the input", "stiffness": "the input"},
     ("elements", "energy_type"): {},
