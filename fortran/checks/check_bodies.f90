@@ -73,13 +73,15 @@ contains
 
       associate (model => simulation%model, blocks => simulation%blocks)
          if (size(model%body_names) == 0) return
-         thinnest = thinnest_part(blocks, model%welds, model%boundary_edges%piece%edge)
+         thinnest = thinnest_part(blocks, model%welds, model%boundary_edges%piece%edge, &
+            blocks%body > 0)
          if (thinnest%cell > 0) call add_line(report, merge(verdict_ok, verdict_warn, &
             thinnest%cells >= enough), 'cells', to_text(thinnest%cells)//' across the thinnest '// &
             'part of a body, '//quoted(trim(model%body_names(blocks%body(thinnest%cell))))// &
             ', '//short_text(thinnest%width)//' m; what bends wants '//to_text(enough), &
             'deflection of a beam', advice_if(thinnest%cells < enough, 'where it bends, cells '// &
             'of '//short_text(thinnest%width/enough)//' m'))
+         call check_yielding(model, blocks, report)
          offset = offset_face(blocks, model%welds)
          if (offset > 0) call add_line(report, verdict_warn, 'cells', 'of body '// &
             quoted(trim(model%body_names(blocks%body(offset))))//' are longer than '// &
@@ -95,11 +97,34 @@ contains
       end associate
    end subroutine check_bodies
 
-   !> The fewest cells between two free sides of a body that face each other.
-   pure type(thinnest_type) function thinnest_part(blocks, welds, bounded) result(thinnest)
+   !> Bodies whose material yields and that are less than four cells thick: what a cell bears is
+   !> judged by its mean stress, in which bending of its own is not seen.
+   subroutine check_yielding(model, blocks, report)
+      type(model_type), intent(in) :: model        !< with its materials
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(report_type), intent(inout) :: report   !< check report
+      type(thinnest_type) :: thinnest
+      logical :: yields(size(model%materials))
+      integer :: m
+
+      yields = [(model%materials(m)%yields(), m=1, size(yields))]
+      thinnest = thinnest_part(blocks, model%welds, model%boundary_edges%piece%edge, &
+         blocks%body > 0 .and. yields(blocks%material))
+      if (thinnest%cell == 0 .or. thinnest%cells >= enough) return
+      call add_line(report, verdict_warn, 'cells', 'of body '//quoted(trim(model%body_names( &
+         blocks%body(thinnest%cell))))//', which yields, are '//to_text(thinnest%cells)// &
+         ' across '//short_text(thinnest%width)//' m: cells yield by their mean stress, and a '// &
+         'part that bends needs '//to_text(enough)//' or is too strong', 'mean stress of a cell', &
+         'cells of '//short_text(thinnest%width/enough)//' m')
+   end subroutine check_yielding
+
+   !> The fewest cells between two free sides of a body that face each other, from wanted cells.
+   pure type(thinnest_type) function thinnest_part(blocks, welds, bounded, wanted) &
+      result(thinnest)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(weld_type), intent(in) :: welds(:)  !< of all bodies
       integer, intent(in) :: bounded(:)        !< edges with a boundary
+      logical, intent(in) :: wanted(:)         !< [blocks] cells to look from
       integer, allocatable :: first(:), weld(:)
       logical :: free(size(blocks%owner))
       integer :: b, e, i, cells
@@ -110,7 +135,7 @@ contains
       free = .not. blocks%inner
       free(bounded) = .false.
       do b = 1, blocks%n
-         if (blocks%body(b) == 0) cycle
+         if (.not. wanted(b)) cycle
          do e = blocks%first(b), blocks%first(b + 1) - 1
             if (.not. free(e)) cycle
             call cross(blocks, welds, first, weld, free, e, cells, width)

@@ -406,6 +406,17 @@ def test_check_counts_the_cells_across_a_beam(cells, deep):
     assert words_of(model, "cells")[0].startswith("12 across")
 
 
+@pytest.mark.parametrize("deep", [1, 3, 4])
+def test_check_warns_of_bodies_that_yield_and_are_thin(deep):
+    beam, thin = cells_of((0, 0, 6, 1), 1 / deep), cells_of((0, 3, 6, 4), 1.0)
+    model = model_of([[(cell, "weak") for cell in beam], thin], analysis="plane_strain")
+    model.material(name="weak", density=DENSITY, young_modulus=YOUNG, poisson_ratio=0.25,
+                   law="mohr_coulomb", cohesion=1e6, friction_angle=30.0)  # fmt: skip
+    said = [words for words in words_of(model, "cells") if "which yields" in words]
+    assert len(said) == (deep < 4)
+    assert all(f"'b1', which yields, are {deep} across 1 m" in words for words in said)
+
+
 def test_check_warns_of_slender_cells_in_offset_rows():
     rows = [[0, 5, 10, 15], [0, 2.5, 7.5, 12.5, 15]]
     cells = [
