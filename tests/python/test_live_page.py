@@ -6,8 +6,10 @@ With SITEDDA_PICTURES=FOLDER the pictures of docs/live.md are taken.
 
 from __future__ import annotations
 
+import json
 import os
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -73,10 +75,36 @@ def until(page, condition: str) -> None:
 
 
 def drawn(page) -> None:
-    """Wait until the newest version is drawn."""
-    page.wait_for_timeout(50)
+    """Wait until the newest version that the page has heard of is drawn."""
     until(page, "page.view.state.decoded && page.view.state.good === page.model.version "
                 "&& page.view.state.version === page.model.version")  # fmt: skip
+
+
+@contextmanager
+def edited(page):
+    """Wait until what is done within has come back as a newer version, and that is drawn."""
+    before = page.evaluate("page.model ? page.model.version : -1")
+    yield
+    until(page, f"page.model?.version > {before}")
+    drawn(page)
+
+
+def holds(page, text: str) -> None:
+    """Wait until the model has a text, and is drawn with it."""
+    until(page, f"page.model.text.includes({json.dumps(text)})")
+    drawn(page)
+
+
+def begun(page, name: str) -> None:
+    """Open a model on the start page."""
+    with edited(page):
+        press(page, name)
+
+
+def over(page) -> None:
+    """Wait until the run is over and all of it is shown."""
+    until(page, OVER)
+    page.evaluate("page.drawing.then(() => true)")
 
 
 def picture(page, name: str) -> None:
@@ -103,13 +131,13 @@ def give(page, group: str, **numbers) -> None:
         one = field(page, group, variable)
         one.fill(text)
         one.press("Enter")
-        drawn(page)
+        holds(page, f"{variable} = {text}")
 
 
 def add(page, kind: str) -> None:
     page.locator("#add-kind").select_option(kind)
-    page.get_by_role("button", name="Add", exact=True).click()
-    drawn(page)
+    with edited(page):
+        press(page, "Add")
 
 
 def press(page, name: str) -> None:
@@ -122,8 +150,7 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
     if PICTURES:
         page.wait_for_timeout(8000)
     picture(page, "start")
-    press(page, "An empty model")
-    drawn(page)
+    begun(page, "An empty model")
     give(page, "measured_point 1", x="35", y="18")
     give(page, "region 1", outline="0, 0, 90, 0, 60, 30, 30, 30")
     give(page, "measured_point 1", x="40", y="30")
@@ -133,10 +160,10 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
         add(page, "joint_set")
         give(page, f"joint_set {number}", angle=angle, spacing=spacing)
     add(page, "motion")
-    page.get_by_label("shipped record").select_option(index=1)
-    drawn(page)
-    field(page, "boundary 1", "motion_x").select_option("shaking")
-    drawn(page)
+    with edited(page):
+        page.get_by_label("shipped record").select_option(index=1)
+    with edited(page):
+        field(page, "boundary 1", "motion_x").select_option("shaking")
     give(page, "control 1", duration="8" if PICTURES else "0.5", time_step="1e-3")
     give(page, "motion 1", scale="2")
     blocks = page.evaluate("page.view.model.n")
@@ -150,9 +177,9 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
     until(page, "page.view.model.frames > 3")
     page.locator(".choices .field", has_text="contacts").locator("select").select_option("force")
     picture(page, "run")
-    until(page, OVER)
+    over(page)
     assert page.evaluate("page.run.status") == "done"
-    until(page, "page.view.plots.length >= 2")
+    assert page.evaluate("page.view.plots.length") >= 2
     assert "what happened" in page.locator("#verdict table").inner_text()
     page.evaluate("page.view.pick(3)")
     picture(page, "done")
@@ -174,8 +201,7 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
 
 def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, opened):
     page = opened(served)
-    press(page, "An empty model")
-    drawn(page)
+    begun(page, "An empty model")
     before = page.evaluate("page.view.model.n")
     for text, words in (("95", "0 and 89"), ("steep", "steep")):
         one = field(page, "joint 1", "friction_angle")
@@ -186,19 +212,19 @@ def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, o
     assert page.evaluate("page.view.model.n") == before
     one.fill("33")
     one.press("Enter")
-    drawn(page)
+    holds(page, "friction_angle = 33")
     assert page.evaluate("document.querySelector('[aria-invalid=true]') === null")
     press(page, "Undo")
-    press(page, "Undo")
-    drawn(page)
+    until(page, "page.model.text.includes('friction_angle = 95')")
+    with edited(page):
+        press(page, "Undo")
     page.get_by_role("tab", name="Text").click()
     until(page, "document.querySelector('#text').value.includes('friction_angle = 35')")
 
 
 def test_a_slider_cuts_again_while_it_moves_and_text_is_the_same_model(served, opened):
     page = opened(served)
-    press(page, "An empty model")
-    drawn(page)
+    begun(page, "An empty model")
     page.get_by_role("tab", name="Text").click()
     page.locator("#text").press("Control+End")
     page.locator("#text").type("! mine\n&joint_set joint = 'joint', angle = 20, spacing = 4 /\n")
@@ -211,7 +237,8 @@ def test_a_slider_cuts_again_while_it_moves_and_text_is_the_same_model(served, o
     slider.focus()
     for _ in range(40):
         slider.press("ArrowLeft")
-    drawn(page)
+    last = slider.evaluate("slider => String(+Number(slider.value).toPrecision(4))")
+    holds(page, f"spacing = {last} ")
     assert page.evaluate("page.view.model.n") > few
     text = page.evaluate("page.model.text")
     assert "! mine" in text and "spacing = 4 " not in text
@@ -237,8 +264,7 @@ def test_the_page_is_read_by_axe_without_a_finding_on_phones_and_in_the_dark(ser
             assert page.evaluate(wide), (where, options)
 
         look("start")
-        press(page, "pile.nml")
-        drawn(page)
+        begun(page, "pile.nml")
         page.locator("details").evaluate_all("all => all.forEach((one) => { one.open = true; })")
         look("forms")
         press(page, "Check")
@@ -248,7 +274,7 @@ def test_the_page_is_read_by_axe_without_a_finding_on_phones_and_in_the_dark(ser
         page.get_by_role("tab", name="Text").click()
         look("text")
         press(page, "Run")
-        until(page, OVER)
+        over(page)
         look("run")
         page.get_by_role("tab", name="Save").click()
         look("save")
@@ -269,14 +295,14 @@ def test_all_is_done_by_keys(served, opened):
         raise AssertionError(f"Tab does not come to {name}")
 
     go_to("pile.nml")
-    page.keyboard.press("Enter")
-    drawn(page)
+    with edited(page):
+        page.keyboard.press("Enter")
     go_to("Form")
     page.keyboard.press("ArrowRight")
     assert page.evaluate("document.activeElement.textContent") == "Text"
     go_to("Run")
     page.keyboard.press("Enter")
-    until(page, OVER)
+    over(page)
     page.evaluate("page.view.canvas.focus()")
     page.keyboard.press("]")
     assert page.evaluate("page.view.state.picked") == "table"
@@ -288,8 +314,7 @@ def test_all_is_done_by_keys(served, opened):
 def test_a_page_that_is_reloaded_or_opened_again_has_model_and_run(served, opened):
     (served.folder / "pile.nml").write_text(PILE.replace("duration = 0.6", "duration = 6000"))
     page = opened(served)
-    press(page, "pile.nml")
-    drawn(page)
+    begun(page, "pile.nml")
     press(page, "Run")
     until(page, "page.run?.status === 'running' && page.view.model.frames > 3")
     page.reload()
