@@ -4,15 +4,18 @@
 
 usage: python docs/build.py [-o FOLDER] [--without-fortran]
 
-Needs `pip install '.[docs]'`.  Warnings are errors: a link that leads nowhere is one.
+Needs `pip install '.[docs]'`.  Warnings are errors, and so are links within that lead nowhere.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import subprocess
 import sys
+from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote
 
 HERE = Path(__file__).resolve().parent
 
@@ -27,6 +30,9 @@ def main() -> None:
     call("sphinx", "-W", "--keep-going", "-q", "-b", "html", HERE, output)
     if not options.without_fortran:
         call("ford", "-q", "-o", output / "fortran", HERE / "ford.md")
+        mend_interfaces(output / "fortran" / "interface")
+    if dead := dead_links(output):
+        sys.exit("links that lead nowhere:\n" + "\n".join(dead))
     print(f"handbook: {output / 'index.html'}")
 
 
@@ -35,6 +41,46 @@ def call(module: str, *words) -> None:
     status = subprocess.run([sys.executable, "-m", module, *map(str, words)]).returncode
     if status:
         sys.exit(f"{module} failed ({status})")
+
+
+def mend_interfaces(folder: Path) -> None:
+    """Ford lists the procedures of an interface by anchors that it then writes otherwise."""
+    for file in folder.glob("*.html"):
+        text = file.read_text(encoding="utf-8")
+        file.write_text(text.replace("#moduleprocedure-", "#proc-"), encoding="utf-8")
+
+
+class Links(HTMLParser):
+    """Links and anchors of a page."""
+
+    def __init__(self, file: Path):
+        super().__init__()
+        self.links: set[str] = set()
+        self.anchors: set[str] = set()
+        self.feed(file.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs) -> None:
+        """Take its link and its names."""
+        found = dict(attrs)
+        if tag == "a" and found.get("href"):
+            self.links.add(found["href"])
+        self.anchors |= {found[name] for name in ("id", "name") if found.get(name)}
+
+
+def dead_links(folder: Path) -> list[str]:
+    """Links between files of a folder whose file or anchor is not there."""
+    pages = {file: Links(file) for file in folder.rglob("*.html")}
+    dead = []
+    for file, page in pages.items():
+        for link in sorted(page.links):
+            path, _, anchor = unquote(link).partition("#")
+            if "://" in link or link.startswith(("mailto:", "javascript:", "data:")):
+                continue
+            target = Path(os.path.normpath(file.parent / path)) if path else file
+            here = anchor in pages[target].anchors if target in pages else True
+            if not target.exists() or (anchor and not here):
+                dead.append(f"{file.relative_to(folder)}: {link}")
+    return dead
 
 
 if __name__ == "__main__":
