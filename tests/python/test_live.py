@@ -220,11 +220,15 @@ def test_two_pages_see_the_same_run_and_one_that_comes_later_sees_it_from_its_st
         asyncio.run(use(server))
 
 
-def test_a_step_that_fails_names_its_blocks(folder, tmp_path):
+def failing() -> str:
+    """The pile, shaken by steps that do not converge."""
     text = PILE.replace("'adaptive'", "'fixed'").replace("1.0, -1.0", "30.0, -30.0")
     text = text.replace("&contact", "&contact max_iterations = 3,")
-    text = text.replace("&fixed_point", "&fixed_point motion_x = 'm',")
-    (folder / "fails.nml").write_text(text)
+    return text.replace("&fixed_point", "&fixed_point motion_x = 'm',")
+
+
+def test_a_step_that_fails_names_its_blocks(folder, tmp_path):
+    (folder / "fails.nml").write_text(failing())
 
     async def use(server):
         async with Client(server) as page:

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from environment import DEADLINE
 from live_server import LiveProcess, live
-from test_live import COMPARED, PILE
+from test_live import COMPARED, PILE, failing
 
 import sitedda
 
@@ -307,6 +307,9 @@ def test_all_is_done_by_keys(served, opened):
     page.keyboard.press("]")
     assert page.evaluate("page.view.state.picked") == "table"
     scale = page.evaluate("page.view.camera.scale")
+    page.keyboard.press("j")
+    assert page.evaluate("page.view.state.picked").startswith("table – ")
+    until(page, "page.view.info.textContent.includes('shear force')")
     page.keyboard.press("+")
     assert page.evaluate("page.view.camera.scale") > scale
 
@@ -327,3 +330,63 @@ def test_a_page_that_is_reloaded_or_opened_again_has_model_and_run(served, opene
     press(page, "Edit the model")
     until(page, "page.run === null")
     drawn(page)
+
+
+def test_a_joint_is_picked_by_a_click_and_has_the_forces_between_its_blocks(served, opened):
+    (served.folder / "pile.nml").write_text(PILE)
+    page = opened(served)
+    begun(page, "pile.nml")
+    press(page, "Run")
+    over(page)
+    at = page.evaluate(
+        "(() => { const v = page.view, m = v.model, p = m.poses(v.frame);"
+        " const out = new Float64Array(7);"
+        " const k = m.jointBetween(0, 1); m.joint(k, v.frame, p, out);"
+        " const b = v.stage.getBoundingClientRect(), c = v.camera, r = c.width / b.width;"
+        " const x = (out[2] + out[4]) / 2, y = (out[3] + out[5]) / 2;"
+        " return [b.left + (c.width / 2 + c.scale * (x - c.x)) / r,"
+        " b.top + (c.height / 2 - c.scale * (y - c.y)) / r]; })()"
+    )
+    page.mouse.click(*at)
+    until(page, "page.view.info.textContent.includes('normal force')")
+    assert page.evaluate("page.view.state.picked").startswith("table – ")
+    forces = page.evaluate(
+        "(() => { const v = page.view, owner = v.model.owner(); let sum = 0;"
+        " for (const [a, b, , n] of v.model.contactForces(v.frame))"
+        " if (owner[a] + owner[b] === 1) sum += n;"
+        " return [sum, v.model.jointForce(v.pickedJoint, v.frame)[0]]; })()"
+    )
+    assert forces[0] == forces[1] > 0
+
+
+def test_a_step_that_fails_shows_the_contact_where_it_failed(served, opened):
+    (served.folder / "fails.nml").write_text(failing())
+    page = opened(served)
+    begun(page, "fails.nml")
+    press(page, "Run")
+    over(page)
+    assert page.evaluate("page.view.failing") == [1, 0]
+    assert page.evaluate("page.view.pickedJoint") >= 0
+    x, y, *_ = page.evaluate("page.view.model.nearest(1, 0)")
+    camera = page.evaluate("[page.view.camera.x, page.view.camera.y]")
+    assert camera == [x, y]
+    picture(page, "failed")
+
+
+def test_a_joint_in_place_of_another_is_a_stage_of_the_saved_namelist(served, opened):
+    text = PILE.replace("duration = 0.6", "duration = 60")
+    (served.folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
+    page = opened(served)
+    begun(page, "pile.nml")
+    press(page, "Run")
+    until(page, "page.run?.status === 'running' && page.view.model.frames > 2")
+    press(page, "Pause")
+    until(page, "page.run.status === 'paused'")
+    page.get_by_label("joint", exact=True).select_option(index=1)
+    page.get_by_label("joint in its place").select_option("ice")
+    press(page, "Begin")
+    until(page, "page.run.actions.length === 1")
+    page.get_by_role("tab", name="Save").click()
+    press(page, "save the namelist")
+    until(page, "page.saves.fields.namelist.words.textContent.startsWith('saved')")
+    assert " -> ice'" in (served.folder / "pile_live.nml").read_text()

@@ -5,7 +5,7 @@ import {element} from "./words.js";
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20];
 const FACTORS = [1, 2, 5, 10, 20, 50, 100, 1000];
 export const KEYS = "space plays; arrows step, with shift they pan; + and − zoom, f shows all; "
-  + "c and x change colours and contacts; [ and ] pick; , and . zoom the time";
+  + "c and x change colours and contacts; [ and ] pick blocks, j and J joints; , and . zoom the time";
 
 function button(parent, text, label, act) {
   const node = element("button", parent, text);

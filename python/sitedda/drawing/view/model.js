@@ -54,7 +54,7 @@ export class Model {
 
   /** Closed contacts of a frame: vertex, edge, hundredths of the vertex's edge, forces (N/m). */
   * contactForces(frame) {
-    const n = this.meta.pairs, {normal, shear} = this.force;
+    const n = this.meta.pairs, {normal, shear} = this.force || {};
     for (let k = 0; k < n; k++) {
       const push = value(normal, frame * n + k);
       if (push <= 0) continue;
@@ -281,6 +281,19 @@ export class Model {
       for (const b of this.faceBlocks.subarray(2 * k, 2 * k + 2)) poses.set(this.pose(f, b, one), 6 * b);
       return this.joint(k, f, poses, out)[which];
     });
+  }
+
+  /** Normal and shear force between the blocks of interface k, N/m. */
+  jointForce(k, frame) {
+    const [a, b] = this.faceBlocks.subarray(2 * k, 2 * k + 2), owner = this.owner();
+    let normal = 0, shear = 0;
+    for (const [v, e, , push, drag] of this.contactForces(frame)) {
+      const from = owner[v], to = owner[e];
+      if (!(from === a && to === b) && !(from === b && to === a)) continue;
+      normal += push;
+      shear += drag;
+    }
+    return [normal, shear];
   }
 
   /** Lengths of the interfaces at the start, m. */

@@ -236,6 +236,9 @@ export class View {
       c: () => this.choices.next("color", 1), C: () => this.choices.next("color", -1),
       x: () => this.choices.next("contacts", 1), X: () => this.choices.next("contacts", -1),
       ".": () => this.zoomTime(0.5), ",": () => this.zoomTime(2), Escape: () => this.pick(-1),
+      j: () => this.pickJoint((this.pickedJoint + 1) % this.meta.faces),
+      J: () => this.pickJoint((Math.max(this.pickedJoint, 0) + this.meta.faces - 1)
+        % this.meta.faces),
       "]": () => this.pick((this.picked + 1) % this.model.n),
       "[": () => this.pick((Math.max(this.picked, 0) + this.model.n - 1) % this.model.n)};
     const pans = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]};
@@ -544,10 +547,11 @@ export class View {
     this.refresh();
   }
 
-  /** The joint within a few pixels of a place, where slip or opening is shown, or −1. */
+  /** The joint within a few pixels of a place, or −1; where joints are coloured, it is easier to hit. */
   jointAt(x, y) {
-    const {model} = this, near = 7 * this.marks.pixel;
-    if (!model.decoded || !["slip", "opening"].includes(this.contacts)) return -1;
+    const {model} = this, coloured = ["slip", "opening"].includes(this.contacts);
+    const near = Math.min((coloured ? 7 : 3) * this.marks.pixel, (coloured ? 1 : 0.1) * this.side);
+    if (!model.decoded) return -1;
     const poses = model.poses(this.frame), out = new Float64Array(7);
     let best = -1, least = near;
     for (let k = 0; k < this.meta.faces; k++) {
@@ -561,11 +565,17 @@ export class View {
   }
 
   pickJoint(joint) {
+    if (!(joint >= 0)) return;  // of a model without joints there is no next one
     this.picked = -1;
     this.pickedJoint = joint;
     this.state.picked = this.jointName(joint);
     this.plotBlock();
     this.refresh();
+  }
+
+  /** Contact forces are known. */
+  get hasForces() {
+    return this.meta.pairs > 0;
   }
 
   jointName(k) {
@@ -578,7 +588,7 @@ export class View {
     if (b < 0 && this.pickedJoint < 0 && this.info.querySelector(".hint")) return;
     this.info.replaceChildren();
     if (b < 0 && this.pickedJoint < 0) {
-      element("p", this.info, "Click a block, or a joint that is coloured, to read its values.", "hint");
+      element("p", this.info, "Click a block or a joint to read its values.", "hint");
       return;
     }
     element("h3", this.info, this.state.picked);
@@ -592,6 +602,10 @@ export class View {
       const out = model.joint(this.pickedJoint, frame, model.poses(frame), new Float64Array(7));
       row("slip", withUnit(out[0], "m"));
       row("opening", withUnit(Math.max(out[1], 0), "m"));
+      if (!this.hasForces) return;
+      const [normal, shear] = model.jointForce(this.pickedJoint, frame);
+      row("normal force", withUnit(normal, "N/m"));
+      row("shear force", withUnit(Math.abs(shear), "N/m"));
       return;
     }
     row("material", this.meta.materials[model.material[b]] || "");

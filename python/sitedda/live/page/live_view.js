@@ -13,6 +13,31 @@ const DRAWN = {displacement: ["displacement of the measured points", "m"],
 
 /** A model whose frames grow; quantities are kept as they come. */
 class LiveModel extends Model {
+  /** The interface between two blocks, or −1. */
+  jointBetween(a, b) {
+    const f = this.faceBlocks;
+    for (let k = 0; k < this.meta.faces; k++) {
+      if (f[2 * k] + f[2 * k + 1] === a + b && [a, b].includes(f[2 * k])) return k;
+    }
+    return -1;
+  }
+
+  /** Where a vertex of block a is nearest to an edge of block b: x, y; ends of the edge. */
+  nearest(a, b) {
+    const {first, places: p} = this;
+    let least = Infinity, found = [];
+    for (let v = first[a]; v < first[a + 1]; v++) {
+      for (let e = first[b], d = first[b + 1] - 1; e < first[b + 1]; d = e++) {
+        const [x, y] = p.subarray(2 * v), [x0, y0] = p.subarray(2 * d), [x1, y1] = p.subarray(2 * e);
+        const dx = x1 - x0, dy = y1 - y0, along = (x - x0) * dx + (y - y0) * dy;
+        const s = Math.min(Math.max(along / (dx * dx + dy * dy), 0), 1);
+        const apart = Math.hypot(x - x0 - s * dx, y - y0 - s * dy);
+        if (apart < least) [least, found] = [apart, [x, y, x0, y0, x1, y1]];
+      }
+    }
+    return found;
+  }
+
   async readMotion() {
     await super.readMotion();
     this.room = 1;
@@ -130,6 +155,7 @@ export class LiveView extends View {
     this.histories = {time: [], displacement: head.points.flatMap((p) => [`${p}, x`, `${p}, y`])
       .map((label) => ({label, y: []})), energies: []};
     this.picked = -1;
+    this.failing = null;
     this.follows = true;
     if (this.blockBox) this.blockBox.remove();
     this.blockBox = this.blockChart = null;
@@ -205,6 +231,10 @@ export class LiveView extends View {
     this.refresh();
   }
 
+  get hasForces() {
+    return this.model.contacts.some((one) => one.length);
+  }
+
   forceScale(largest) {
     if (this.ownScale) return super.forceScale(largest);
     this.forceMost = Math.max(this.forceMost || 0, largest);
@@ -215,6 +245,7 @@ export class LiveView extends View {
   drawMarks(c, X, Y, ratio) {
     const marks = this.symbols;  // of boundaries, supports, loads
     if (!marks) return;
+    if (this.failing) this.drawFailing(c, X, Y, ratio);
     const ink = variable("--ink"), size = 7 * ratio;
     c.lineWidth = 1.5 * ratio;
     for (const {kind, moved, edges} of marks.boundaries) {
@@ -273,15 +304,46 @@ export class LiveView extends View {
     }
   }
 
-  /** Look at blocks that a message names. */
+  /** Look at the contact between blocks that a message names, or at the one block. */
   pointAt(blocks) {
     if (!blocks.length) return;
-    this.pick(blocks[0]);
-    const {first, places} = this.model, b = blocks[0];
-    this.camera.x = places[2 * first[b]];
-    this.camera.y = places[2 * first[b] + 1];
+    const {model} = this, [a, b] = blocks;
+    this.pick(a);
+    const joint = b === undefined ? -1 : model.jointBetween(a, b);
+    if (joint >= 0) this.pickJoint(joint);
+    this.failing = blocks;
+    const [x, y] = b === undefined ? model.places.subarray(2 * model.first[a]) : model.nearest(a, b);
+    Object.assign(this.camera, {x, y});
     this.camera.scale *= 3;
     this.moved = true;
     this.refresh();
+  }
+
+  /** The blocks of the contact that did not converge, and the vertex and edge of it. */
+  drawFailing(c, X, Y, ratio) {
+    const [a, b] = this.failing, {first, places} = this.model;
+    c.strokeStyle = variable("--pick");
+    c.lineWidth = 2.5 * ratio;
+    for (const block of this.failing) {
+      c.beginPath();
+      for (let v = first[block]; v < first[block + 1]; v++) {
+        c.lineTo(X(places[2 * v]), Y(places[2 * v + 1]));
+      }
+      c.closePath();
+      c.stroke();
+    }
+    if (b === undefined) return;
+    const [x, y, ...edge] = this.model.nearest(a, b);
+    c.strokeStyle = c.fillStyle = variable("--force");
+    c.lineWidth = 4 * ratio;
+    c.beginPath();
+    c.moveTo(X(edge[0]), Y(edge[1]));
+    c.lineTo(X(edge[2]), Y(edge[3]));
+    c.stroke();
+    c.beginPath();
+    c.arc(X(x), Y(y), 7 * ratio, 0, 7);
+    c.stroke();
+    c.textBaseline = "bottom";
+    c.fillText("this contact did not converge", X(x) + 11 * ratio, Y(y) - 5 * ratio);
   }
 }

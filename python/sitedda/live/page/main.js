@@ -203,6 +203,7 @@ class Page {
   hearRun(head) {
     const before = this.run?.status;
     this.run = head;
+    this.changes.done = head.actions.length;
     this.bar.show(head);
     if (this.model) this.saves.show(this.model.file, head);
     const over = ["done", "stopped", "failed"].includes(head.status);

@@ -2,7 +2,7 @@
 
 import {element, short} from "/view/words.js";
 import {fits} from "./forms.js";
-import {button, row, settle, table} from "./parts.js";
+import {button, choice, row, settle, table} from "./parts.js";
 
 const OVER = ["done", "stopped", "failed"];
 const WORDS = {opening: "is opened", ready: "as drawn", resting: "comes to rest", running: "runs",
@@ -71,6 +71,7 @@ export class ChangePanel {
     this.root = root;
     this.ask = ask;
     this.shape = "";
+    this.done = 0;  // changes and stages so far
   }
 
   show(groups, kinds, changeable, picked) {
@@ -116,7 +117,6 @@ export class ChangePanel {
       fields[name] = settle(line, element("input", null));
       fields[name].value = value;
     };
-    this.count = (this.count || 0) + 1;
     add("remove", "", "blocks that are taken out: excavation; names: one, two, all_*", picked || "");
     add("release", "", "fixed points and edges that let go; names");
     add("drop", "", "bolts, tractions and water that end; names");
@@ -127,18 +127,36 @@ export class ChangePanel {
       button(box, `${target} ${values.name}`, () => { fields[target].value = values.name; })
         .className = "quiet";
     }
+    for (const kind of ["joint", "material"]) {
+      const names = groups.filter(({name, values}) => name === kind && values.name)
+        .map(({values}) => values.name);
+      if (names.length > 1) this.replacement(box, kind, names, fields);
+    }
     const rest = element("label", box, "", "tick");
     const ticked = element("input", rest);
     ticked.type = "checkbox";
     element("span", rest, "come to rest first");
     button(box, "Begin", () => {
-      const values = {name: `live ${this.count++}`};
+      const values = {name: `live ${this.done + 1}`};
       for (const [name, field] of Object.entries(fields)) {
         if (field.value.trim()) values[name] = field.value.trim();
       }
       if (ticked.checked) values.kind = "static";
       this.ask("stage", {values});
     }).classList.add("main");
+  }
+
+  /** Another joint or material of the input in place of one: 'old -> new'. */
+  replacement(box, kind, names, fields) {
+    const all = [["", "none"], ...names.map((one) => [one, one])];
+    const ends = [kind, `${kind} in its place`].map((label) =>
+      settle(row(box, label, "", "of the input; from the stage on"), choice(null, all, "")));
+    fields[`change_${kind}s`] = {
+      get value() {
+        const [old, other] = ends.map((field) => field.value);
+        return old && other && old !== other ? `${old} -> ${other}` : "";
+      },
+    };
   }
 }
 
