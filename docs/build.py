@@ -69,7 +69,7 @@ class Links(HTMLParser):
 
 def dead_links(folder: Path) -> list[str]:
     """Links between files of a folder whose file or anchor is not there."""
-    pages = {file: Links(file) for file in folder.rglob("*.html")}
+    pages = {file: Links(file) for file in sorted(folder.rglob("*.html"))}
     dead = []
     for file, page in pages.items():
         for link in sorted(page.links):
