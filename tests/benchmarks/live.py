@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What `sitedda live` must reach: cut and drawn in a real Chromium, frames a second, engine's loss.
 
-python tests/benchmarks/live.py [--quick]
+python tests/benchmarks/live.py [--quick] [--loss]
+
+--loss measures the loss alone: processor time of the server a step while nobody watches, and while
+a client takes all frames without drawing them, in turns.
 """
 
 from __future__ import annotations
 
+import asyncio
+import os
 import statistics
 import sys
 import tempfile
@@ -15,10 +20,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "python"))
 
-from live_server import live  # noqa: E402
+from conftest import ARGUMENTS, BROWSER  # noqa: E402
+from live_server import Client, live  # noqa: E402
 from playwright.sync_api import sync_playwright  # noqa: E402
 from test_live_page import drawn, until  # noqa: E402
-from test_view import ARGUMENTS, BROWSER  # noqa: E402
 
 from sitedda.simulation import Simulation  # noqa: E402
 
@@ -104,23 +109,62 @@ def watch(page) -> tuple[float, float, float]:
     return tuple((b - a) / seconds for a, b in zip(first[:3], last[:3], strict=True))
 
 
-def alone(file: Path, folder: Path) -> float:
-    """Steps a second of the engine that nobody watches."""
-    output = folder / "alone.nc"
-    with Simulation(file, output=output) as simulation:
-        simulation.advance(5)
-        begun, first = time.perf_counter(), simulation.steps
-        while time.perf_counter() - begun < WATCHED:
-            simulation.advance(5)
-        pace = (simulation.steps - first) / (time.perf_counter() - begun)
-    for one in folder.glob("*alone.nc*"):
-        one.unlink()
-    return pace
+def spent(process: int) -> float:
+    """Seconds of the processors that a process has used."""
+    words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
+
+async def losses(server, turns: int) -> list[tuple[float, float, float]]:
+    """Seconds of the processors a step without and with a client, and its frames a second."""
+    found = []
+
+    async def now() -> tuple[float, int]:
+        async with Client(server) as page:
+            message = await page.status("running")
+            return spent(server.process.pid), message["step"]
+
+    async with Client(server) as page:
+        await page.ask("run")
+        await page.status("running")
+    for _ in range(turns):
+        before = await now()
+        await asyncio.sleep(WATCHED)
+        after = await now()
+        quiet = (after[0] - before[0]) / (after[1] - before[1])
+        async with Client(server) as page:
+            first = await page.status("running")
+            before, begun, frames = spent(server.process.pid), time.perf_counter(), 0
+            while time.perf_counter() - begun < WATCHED:
+                frames += (await page.hear())["kind"] == "frame"
+            seconds = time.perf_counter() - begun
+            last = await page.status("running")
+            watched = (spent(server.process.pid) - before) / (last["step"] - first["step"])
+        found.append((quiet, watched, frames / seconds))
+    return found
+
+
+def loss(folder: Path, turns: int) -> None:
+    """Print what the engine loses to being watched."""
+    file = folder / "wall.nml"
+    file.write_text(WALL)
+    with live(folder, folder / "state", file.name) as server:
+        found = asyncio.run(losses(server, turns))
+    for quiet, watched, frames in found:
+        print(f"  {quiet * 1e3:.2f} and {watched * 1e3:.2f} ms of the processors a step, "
+              f"{frames:.1f} frames a second")  # fmt: skip
+    share = 100 * (1 - statistics.median(quiet / watched for quiet, watched, _ in found))
+    print(f"5000 bricks: the engine loses {share:.1f} % to being watched (target 5 %), "
+          f"{turns} turns of {WATCHED:g} s")  # fmt: skip
 
 
 def main() -> None:
     """Measure and print."""
     quick = "--quick" in sys.argv
+    if "--loss" in sys.argv:
+        with tempfile.TemporaryDirectory() as place:
+            loss(Path(place), 2 if quick else PAIRS)
+        return
     with tempfile.TemporaryDirectory() as place, sync_playwright() as playwright:
         folder = Path(place)
         browser = playwright.chromium.launch(executable_path=BROWSER, args=ARGUMENTS)
@@ -139,22 +183,17 @@ def main() -> None:
                 page.context.close()
         file, count = folder / "wall.nml", 5000
         file.write_text(WALL)
-        ratios = []
-        for _ in range(1 if quick else PAIRS):
-            base = alone(file, folder)
-            with live(folder, folder / "state", file.name) as server:
-                page = enter(browser, server)
-                frames, draws, steps = watch(page)
-                page.context.close()
-            ratios.append(steps / base)
-            print(
-                f"{count} bricks watched: {frames:.1f} frames a second come, {draws:.1f} are drawn "
-                f"(target 15); {steps:.1f} steps a second, alone {base:.1f}",
-                flush=True,
-            )
-        loss = 100 * (1 - statistics.median(ratios))
-        print(f"the engine loses {loss:.1f} % to being watched (target 5 %), {len(ratios)} pairs")
+        with live(folder, folder / "state", file.name) as server:
+            page = enter(browser, server)
+            frames, draws, steps = watch(page)
+            page.context.close()
+        print(
+            f"{count} bricks watched: {frames:.1f} frames a second come, {draws:.1f} are drawn "
+            f"(target 15); {steps:.1f} steps a second",
+            flush=True,
+        )
         browser.close()
+        loss(folder, 2 if quick else PAIRS)
 
 
 if __name__ == "__main__":

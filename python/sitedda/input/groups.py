@@ -150,6 +150,8 @@ def group_text(name: str, values: Mapping) -> str:
 def value_text(value) -> str:
     """A value as an input holds it: text, number, logical value, or a sequence of them."""
     if isinstance(value, np.ndarray):
+        if value.dtype.kind == "f":  # corners of all blocks: most of a text
+            return ", ".join(map(repr, value.ravel().tolist()))
         value = value.ravel().tolist()
     if isinstance(value, str):
         return "'" + value.replace("'", "''") + "'"

@@ -28,7 +28,8 @@ from .drawn import draw_simulation
 from .frames import Frames, frame_message
 
 _PIECE = 0.03  # s of the clock that the engine works between looks at commands
-_FRAME = 0.04  # s between frames
+_FRAME = 0.04  # s between frames, or more where they take more than a share of the time
+_SHARE = 0.03
 _UNWATCHED = 1.0  # the same while nobody watches
 _STATUS = 0.2  # s between words on how far it is
 _CHECKPOINT = 5.0  # s between checkpoints, or more where they take more than 1 % of the time
@@ -321,10 +322,12 @@ class LiveRun:
         self._tell(self.described())
 
     def _show(self) -> None:
-        self._shown = time.perf_counter()
+        begun = time.perf_counter()
         message = frame_message(self._simulation, self._start)
         self.frames.add(message)
         self._tell(message)
+        took = time.perf_counter() - begun
+        self._shown = begun + max(0.0, took / _SHARE - _FRAME)
 
     def _save(self) -> None:
         begun = time.perf_counter()
