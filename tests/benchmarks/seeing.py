@@ -24,12 +24,15 @@ from sitedda.view import write_view
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 FRAMES = 300
+RENDERER = """(() => { const gl = blockViews[0].painter.gl;
+  const known = gl.getExtension("WEBGL_debug_renderer_info");
+  return gl.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : gl.RENDERER); })()"""
 CORNERS = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
-def rocking(blocks: int, frames: int = FRAMES) -> xr.Dataset:
+def rocking(blocks: int, frames: int = FRAMES, seed: int = 1) -> xr.Dataset:
     """Square blocks of 1 m in a wall that shakes, each with some movement of its own."""
-    random = np.random.default_rng(1)
+    random = np.random.default_rng(seed)
     side = int(np.ceil(np.sqrt(2 * blocks)))
     number = np.arange(blocks)
     centre = np.column_stack([number % side, number // side]) + 0.5
@@ -88,15 +91,15 @@ def cpu_of(root: int) -> float:
 
 def in_browser(page_file: Path) -> str:
     """First frame, decoding, and frames a second of a page with a view."""
+    from conftest import ARGUMENTS, BROWSER
     from playwright.sync_api import sync_playwright
-    from test_view import ARGUMENTS, BROWSER
 
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=ARGUMENTS)
         page = browser.new_page(viewport={"width": 1280, "height": 900})
         before = cpu_of(os.getpid())
         page.goto(page_file.as_uri())
-        while not page.evaluate("blockViews[0].state.decoded"):
+        while not page.evaluate("blockViews.every((view) => view.state.decoded)"):
             time.sleep(0.02)
         opened = cpu_of(os.getpid()) - before
         state = page.evaluate("blockViews[0].state")
@@ -106,16 +109,18 @@ def in_browser(page_file: Path) -> str:
             f"""async () => {{ const v = blockViews[0], gl = v.painter.gl, p = new Uint8Array(4);
             const next = () => new Promise(requestAnimationFrame), t = performance.now();
             for (let i = 0; i < {count}; i++) {{ v.show(7 * i % v.model.frames);
-              while (v.state.frame !== v.frame) await next();
+              while (!blockViews.every((one) => one.state.frame === v.frame)) await next();
               gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, p); }}
             return (performance.now() - t) / {count}; }}"""
         )
         cpu = (cpu_of(os.getpid()) - before) / count
+        renderer = page.evaluate(RENDERER)
         browser.close()
     lines = (
         f"first frame {state['firstFrameMs'] / 1e3:.2f} s",
         f"decoded {state['decodedMs'] / 1e3:.2f} s (processors {opened:.2f} s)",
         f"{1e3 / spent:.1f} frames a second by the clock, {1 / cpu:.1f} of one processor",
+        renderer,
     )
     return ", ".join(lines)
 
@@ -137,6 +142,12 @@ def main(output: str | None) -> None:
             scene = rocking(blocks)
             name = f"view of {blocks:,} blocks x {FRAMES} frames, written"
             timed(name, lambda file=file, scene=scene: write_view(scene, file))
+            print(f"  {file.stat().st_size / 1e6:.1f} MB; {in_browser(file)}", flush=True)
+        file = Path(folder) / "two.html"
+        one, other = rocking(2_000), rocking(2_000, seed=2)
+        for difference in (False, True):
+            write_view(one, file, other=other, difference=difference)
+            print(f"two runs of 2,000 blocks x {FRAMES} frames, difference: {difference}")
             print(f"  {file.stat().st_size / 1e6:.1f} MB; {in_browser(file)}", flush=True)
         if output:
             data = timed("output read", lambda: xr.open_dataset(output).load())
