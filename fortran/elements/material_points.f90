@@ -211,6 +211,7 @@ contains
                select type (law => self%slot(self%material(p))%law)
                type is (crack_law_type)
                   self%point(p)%cap = maxval(law%springs())
+                  self%point(p)%strength = law%joint%strengths(1)
                end select
                ! w = −[u] − ξ[u]_l, along n and along the face.
                self%map(1, 1:2, p) = -[along(2), -along(1)]

@@ -37,6 +37,7 @@ module dda_strain_points
    real(wp), parameter :: tolerance = 1.0e-11_wp     !< of a stress, over the largest
    real(wp), parameter :: rounding = 1.0e-15_wp      !< of the elastic stress of a strain
    real(wp), parameter :: agreed = 1.0e-7_wp         !< of a stress in bounds, over the largest
+   real(wp), parameter :: agreed_damage = 1.0e-4_wp  !< of broken faces, whose steps balance at any
    integer, parameter :: most_held = 15              !< rounds in which bounds are taken anew
    real(wp), parameter :: no_curvature = 1.0e-13_wp  !< of D: a tangent that is none
 
@@ -319,9 +320,8 @@ contains
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
          change = change_of(self, p, d)
-         if (self%round <= most_held) call hold_bounds(self, p, change, step, &
-            agreed*norm2(self%point(p)%held + self%stress(:, p) &
-            + matmul(self%point(p)%elasticity, self%strain(:, p) + step%scheme%theta*change)))
+         if (self%round <= most_held) call hold_bounds(self, p, change, step, may_be_off(self, p, &
+            change, step))
          call respond(self, p, self%strain(:, p), change, step, stress, tangent)
          associate (point => self%point(p), elastic => matmul(self%point(p)%elasticity, &
             self%strain(:, p) + step%scheme%theta*change))
@@ -343,6 +343,24 @@ contains
          changed = changed + count(off > tolerance*maxval(scale))
       end if
    end subroutine revise
+
+   !> What bounds of point p may be off after a solution, Pa.
+   pure real(wp) function may_be_off(self, p, change, step) result(allowed)
+      class(strain_points_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: p                       !< point
+      real(wp), intent(in) :: change(3)              !< Δε
+      type(step_type), intent(in) :: step            !< the one being taken
+
+      associate (point => self%point(p), strain => self%strain(:, p))
+         if (self%crack(p) > 0) then
+            allowed = agreed_damage*point%strength*min(1.0_wp, point%strength/(point%cap &
+               *norm2(strain + change) + tiny(allowed)))
+         else
+            allowed = agreed*norm2(point%held + self%stress(:, p) + matmul(point%elasticity, &
+               strain + step%scheme%theta*change))
+         end if
+      end associate
+   end function may_be_off
 
    !> The first block of the point that agrees least with the last solution, 0 if all do.
    pure integer function worst_point(self) result(block)

@@ -29,6 +29,7 @@ module dda_material_law
       real(wp) :: length = 0.0_wp            !< root of the area, m
       real(wp) :: thickness = 0.0_wp         !< of a face its area over its length, else `length`, m
       real(wp) :: cap = huge(1.0_wp)         !< of the force of a jump, N/m
+      real(wp) :: strength = 0.0_wp          !< of a broken face in tension, Pa
       real(wp) :: bounding(3) = 0.0_wp       !< stresses in bounds that are held, Pa
    end type strain_point_type
 
