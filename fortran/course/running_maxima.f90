@@ -8,10 +8,12 @@ module dda_running_maxima
    use dda_kinds, only: wp
    use dda_base_motion, only: begin_base, renew_base, follow_base
    use dda_blocks, only: place_of
+   use dda_elements, only: plastic_strain
    use dda_first_contacts, only: begin_first_contacts, reserve_first_contacts, add_movement, &
       may_exceed, drop_removed, count_moved
    use dda_maxima, only: largest_type, number_of_maxima, take, add_blocks, add_contacts, &
-      of_point_displacement, of_point_velocity, of_point_acceleration, of_point_drift
+      of_plastic_strain, of_point_displacement, of_point_velocity, of_point_acceleration, &
+      of_point_drift
    use dda_measure, only: measure_point
    use dda_model, only: half_size
    use dda_scheme, only: step_type
@@ -152,7 +154,20 @@ contains
             maxima%least_size, time)
          if (size(maxima%below) > 0) call add_points(simulation, largest, rates)
       end associate
+      if (any(simulation%model%materials%yields())) call add_yielding(simulation, largest)
    end subroutine add_state
+
+   !> The largest plastic strain of all blocks.
+   subroutine add_yielding(simulation, largest)
+      type(simulation_type), intent(in) :: simulation   !< between two steps
+      type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
+      real(wp) :: strain(simulation%blocks%n)
+      integer :: b
+
+      strain = plastic_strain(simulation%elements, simulation%blocks)
+      b = maxloc(strain, 1)
+      call take(largest(of_plastic_strain), strain(b), simulation%time, [b, 0])
+   end subroutine add_yielding
 
    !> Motions of the measured points relative to the base, and their drift.
    subroutine add_points(simulation, largest, rates)

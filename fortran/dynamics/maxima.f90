@@ -16,7 +16,7 @@ module dda_maxima
    public :: maximum_type, largest_type, maxima_table, take, known, add_blocks, add_contacts
    public :: of_tilt, of_displacement, of_velocity, of_acceleration, of_strain, of_slip, &
       of_opening, of_penetration, of_penetration_ratio, of_contact_force, of_point_displacement, &
-      of_point_velocity, of_point_acceleration, of_point_drift, number_of_maxima
+      of_point_velocity, of_point_acceleration, of_point_drift, of_plastic_strain, number_of_maxima
 
    !> What is looked for.
    type :: maximum_type
@@ -30,8 +30,8 @@ module dda_maxima
    integer, parameter :: of_tilt = 1, of_displacement = 2, of_velocity = 3, of_acceleration = 4, &
       of_strain = 5, of_slip = 6, of_opening = 7, of_penetration = 8, of_penetration_ratio = 9, &
       of_contact_force = 10, of_point_displacement = 11, of_point_velocity = 12, &
-      of_point_acceleration = 13, of_point_drift = 14
-   integer, parameter :: number_of_maxima = 14
+      of_point_acceleration = 13, of_point_drift = 14, of_plastic_strain = 15
+   integer, parameter :: number_of_maxima = 15
 
    type(maximum_type), parameter :: maxima_table(number_of_maxima) = [ &
       ! Rotation of a block
@@ -61,7 +61,9 @@ module dda_maxima
       ! Acceleration of a measured point relative to the base
       maximum_type('point_acceleration', 'm/s^2', 'point_acceleration_m_s2', .true.), &
       ! Sideways displacement of a measured point against the one below it, over their height
-      maximum_type('point_drift', '1', 'point_drift', .true.)]
+      maximum_type('point_drift', '1', 'point_drift', .true.), &
+      ! Plastic strain of a block whose material yields
+      maximum_type('plastic_strain', '1', 'plastic_strain', .false.)]
 
    !> A value, and when and where it was; without one yet it is negative.
    type :: largest_type

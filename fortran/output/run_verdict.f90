@@ -11,7 +11,8 @@ module dda_run_verdict
    use dda_equilibrium, only: farthest_moved
    use dda_joint_motion, only: joint_columns
    use dda_maxima, only: maxima_table, of_tilt, of_displacement, of_velocity, of_strain, of_slip, &
-      of_opening, of_penetration, of_contact_force, of_point_displacement, of_point_drift
+      of_opening, of_penetration, of_contact_force, of_plastic_strain, of_point_displacement, &
+      of_point_drift
    use dda_point_intensity, only: intensity_type, new_intensity, add_motion, main_axis, &
       arias_intensity
    use dda_resolved_band, only: resolved_frequency
@@ -178,8 +179,8 @@ contains
       type(run_verdict_type), intent(inout) :: verdict   !< gets figures
       type(simulation_type), intent(in) :: simulation    !< at its present time
       integer, parameter :: moving(*) = [of_displacement, of_tilt, of_velocity, &
-         of_point_displacement, of_point_drift], held(*) = [of_strain, of_penetration, &
-         of_contact_force], along(*) = [of_slip, of_opening]
+         of_point_displacement, of_point_drift], held(*) = [of_strain, of_plastic_strain, &
+         of_penetration, of_contact_force], along(*) = [of_slip, of_opening]
       integer :: i
 
       associate (largest => simulation%maxima%largest)

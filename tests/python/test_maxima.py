@@ -212,14 +212,16 @@ def test_an_output_holds_maxima_history_and_residuals(write_input, tmp_path):
     groups = [*pile(200), ("output", {"file": "pile.nc", "history_interval": 37})]
     run = sitedda.run(write_input(groups), tmp_path / "pile.nc")
     dense = sitedda.run(write_input(changed(groups, "output", history_interval=1)))
+    known = {n: one for n, one in run.maxima.items() if not math.isnan(one.value)}
+    assert list(set(run.maxima) - set(known)) == ["plastic_strain"]  # nothing yields
+    assert known == {name: dense.maxima[name] for name in known}
     history = run.history.largest_so_far
-    assert run.maxima == dense.maxima
     assert history.dims == ("time", "maximum")
     at = np.searchsorted(dense.history.time, run.history.time)
     np.testing.assert_array_equal(history, dense.history.largest_so_far[at])
-    assert np.all(np.diff(history, axis=0) >= 0)
+    assert np.all(np.diff(history.sel(maximum=list(known)), axis=0) >= 0)
     np.testing.assert_array_equal(history[-1], run.history.largest)
-    for name, one in run.maxima.items():
+    for name, one in known.items():
         assert one.residual <= one.value
         assert one.time <= run.history.time[-1]
         assert one.unit == str(run.history.maximum_unit.sel(maximum=name).values)
@@ -437,7 +439,7 @@ def test_a_resumed_run_has_the_same_maxima(write_input, tmp_path, same_bits):
             run.maxima  # noqa: B018  looking changes nothing
         resumed = sitedda.resume(file, tmp_path / f"{steps}.nc")
         same_bits(whole.history, resumed.history)
-        assert resumed.maxima == whole.maxima
+        assert repr(resumed.maxima) == repr(whole.maxima)  # NaN is not NaN
 
 
 def wide_wall(count: int) -> list:

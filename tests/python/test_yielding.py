@@ -62,6 +62,7 @@ def test_outputs_and_pictures_show_plastic_strain(tmp_path):
     elastic = 2 * COHESION * 3**0.5 * (1 - 0.21**2) / 7e12
     assert kept[0] == 0 and np.all(np.diff(kept) >= 0)
     assert kept[-1] == pytest.approx(2 * (1e-5 - elastic), rel=2e-3)
+    assert run.maxima["plastic_strain"].value == kept[-1]
     with sitedda.Simulation(squeezed_block(0.0, dilation_angle=0.0)) as simulation:
         while not simulation.advance():
             pass

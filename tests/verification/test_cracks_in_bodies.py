@@ -69,6 +69,48 @@ def test_a_beam_in_three_point_bending(ratio, strength, tmp_path):
     assert abs(history.energy_balance.values).max() < 1e-6 * turnover
 
 
+def test_a_beam_whose_faces_break(tmp_path):
+    """The same of one body, in whose middle faces break as they reach the strength."""
+    depth, deep, tension, young, ratio, strength = 0.2, 8, 3e6, 30e9, 0.25, 1.760
+    size, span, steps = depth / deep, 4 * depth, 1600
+    energy, ends = depth / ratio * tension**2 / young, round(2 * deep * 1.125) + 0.5
+    model = sitedda.Model()
+    model.control(time_step=0.2 / steps, steps=steps, gravity=[0.0, 0.0],
+                  analysis="plane_stress", integration="theta")  # fmt: skip
+    model.contact(normal_stiffness=SUPPORT / 100)
+    for material, joint, factor in (("stone", "strong", 100), ("middle", "weak", 1)):
+        model.joint(
+            joint, friction_angle=30.0, law="cohesive", tensile_strength=factor * tension,
+            cohesion=10 * factor * tension, fracture_energy=factor**2 * energy,
+            shear_fracture_energy=1000 * factor**2 * energy,
+            normal_stiffness_per_area=200 * young / depth,
+        )  # fmt: skip
+        model.material(material, density=2400.0, young_modulus=young, poisson_ratio=0.2,
+                       rayleigh_alpha=600.0, fracture=joint)  # fmt: skip
+    names = {}
+    for number, cell in enumerate(cells_of((-ends * size, 0, ends * size, depth), size)):
+        x, y = cell.mean(axis=0) / size
+        names[round(x), int(y)] = f"c{number}"
+        model.block(vertices=np.ravel(cell).tolist(), body="beam", joint="weak",
+                    material="middle" if abs(x) < 0.1 else "stone", name=f"c{number}")  # fmt: skip
+    load = 4 * strength * tension * depth**2 / 6 / span
+    down = -3 * (1.3 * load * span**3 / (48 * young * depth**3 / 12) + 1.5 * load / SUPPORT)
+    model.motion("drive", [0.0, down], 0.2, "displacement")
+    pin = (2 * deep - 0.5) * size
+    for sign in (-1, 1):
+        block = names[sign * 2 * deep, 0]
+        model.fixed_point(x=sign * size / 2, y=depth, block=names[0, deep - 1], direction="y",
+                          motion_y="drive")  # fmt: skip
+        model.fixed_point(x=sign * pin, y=0.0, block=block, direction="xy" if sign < 0 else "y")
+        model.measured_point(f"pin {sign}", sign * pin, 0.0, block)
+    model.output(block_interval=steps)
+    history = model.run(output=tmp_path / "out.nc").history
+    pins = -SUPPORT * history.displacement.sel(axis="y").values.sum(axis=1)
+    moment = pins.max() / 2 * (pin - size / 2)
+    assert 6 * moment / depth**2 / tension == pytest.approx(strength, rel=0.02)
+    assert abs(history.energy_balance.values).max() < 1e-9 * float(history.energy_fracture[-1])
+
+
 def test_a_crack_in_a_plate_under_tension(tmp_path):
     """Griffith: σ = √(E G/π a), of a half-length a = 1 m in a plate of 20 m, l = E G/T² = .03 a.
 
