@@ -30,7 +30,7 @@ module dda_check_simulation
    use dda_unresolved, only: count_unresolved
    implicit none
    private
-   public :: check_simulation
+   public :: check_simulation, check_model
 
    !> steps in which the slowest alternating mode may fall to 1/e without a warning
    real(wp), parameter :: most_ringing = 1000.0_wp
@@ -42,11 +42,25 @@ module dda_check_simulation
 
 contains
 
-   !> Check a started simulation; it stays as it is.
+   !> Check a started simulation, and what its run costs; it stays as it is.
    subroutine check_simulation(simulation, report, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report, with notes on the model if any
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer(long) :: links
+
+      call check_model(simulation, report, error, links)
+      if (allocated(error)) return
+      call check_cost(simulation, links, report)
+      call fail_if_stopped(error)
+   end subroutine check_simulation
+
+   !> Check a started simulation; it stays as it is.
+   subroutine check_model(simulation, report, error, links)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(report_type), intent(inout) :: report  !< check report, with notes on the model if any
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer(long), intent(out), optional :: links  !< blocks of K̂ off its diagonal
       type(linear_model_type) :: linear, stiff
 
       call linearise(linear, simulation, 'auto', error)
@@ -76,11 +90,9 @@ contains
       call check_laws(simulation%model, report)
       call check_bodies(simulation, report)
       call check_boundaries(simulation, linear, report)
+      if (present(links)) links = size(linear%stiffness%column, kind=long)
       call fail_if_stopped(error)
-      if (allocated(error)) return
-      call check_cost(simulation, linear, report)
-      call fail_if_stopped(error)
-   end subroutine check_simulation
+   end subroutine check_model
 
    subroutine measure_blocks(blocks, report)
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -414,16 +426,17 @@ contains
       damping_at = forced_damping(linear%scheme, 2.0_wp*pi*frequency, linear%time_step)
    end function damping_at
 
-   subroutine check_cost(simulation, linear, report)
+   subroutine check_cost(simulation, links, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(linear_model_type), intent(in) :: linear  !< linearised model
+      integer(long), intent(in) :: links  !< blocks of K̂ off its diagonal
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: found
 
       ! Blocks with their matrices, contacts with their rows, K̂, and its factor at about three
       ! times K̂.
-      report%memory = 8.0_wp*(linear%n*300.0_wp + 60.0_wp*simulation%contacts(simulation%now)%n &
-         + 4*36.0_wp*(linear%n + size(linear%stiffness%column)))
+      associate (n => simulation%blocks%n, contacts => simulation%contacts(simulation%now)%n)
+         report%memory = 8.0_wp*(n*300.0_wp + 60.0_wp*contacts + 4*36.0_wp*(n + links))
+      end associate
       found = to_text(run_steps(simulation%model))//' steps, about '// &
          short_text(report%memory/2.0_wp**20)//' MiB'
       report%seconds = seconds_per_step(simulation)*run_steps(simulation%model)

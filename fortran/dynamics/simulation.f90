@@ -104,6 +104,8 @@ module dda_simulation
       real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
       logical :: resting = .false.             !< it is being brought to rest
       character(len=:), allocatable :: statics  !< static stages so far in words; blank: none
+      !> what the check says against the model, a line each; blank: nothing
+      character(len=:), allocatable :: doubts
       !> input with the changes made between steps, and these in words; blank: none
       character(len=:), allocatable :: changed_text, changes
    end type simulation_type

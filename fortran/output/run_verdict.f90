@@ -119,6 +119,7 @@ contains
       end associate
       call tell_movement(verdict, simulation)
       call tabulate(verdict, simulation)
+      call doubt(verdict, simulation%doubts)
       call doubt(verdict, state_warnings(simulation))
       if (comes_suddenly(simulation%model)) call doubt(verdict, 'start: gravity came on '// &
          'suddenly in the first step (settle = .true. begins at rest)')

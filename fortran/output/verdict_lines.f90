@@ -6,8 +6,10 @@ module dda_verdict_lines
    use dda_text, only: padded, screen_width, short_text, wrapped
    implicit none
    private
-   public :: verdict_lines_type, verdict_value_type, tell, doubt, note, add_figure, figure_lines, &
-      screen_text, value_text
+   public :: check_topic, verdict_lines_type, verdict_value_type, tell, doubt, note, add_figure, &
+      figure_lines, screen_text, value_text
+
+   character(len=*), parameter :: check_topic = 'check'  !< of doubts that the check of a model has
 
    integer, parameter :: columns(3) = [20, 34, 48]  !< before largest value, that at the end, place
 
@@ -148,28 +150,40 @@ contains
       end do
    end function figure_lines
 
-   !> Sentence, table and doubts for a screen.
+   !> Sentence, what the check said, table and other doubts for a screen.
    pure function screen_text(lines) result(text)
       class(verdict_lines_type), intent(in) :: lines  !< all
       character(len=:), allocatable :: text
-      integer :: i, first, last
+      integer :: i
 
-      text = wrapped(lines%happened//'.', 0, screen_width)
+      text = wrapped(lines%happened//'.', 0, screen_width)//doubt_text(lines%doubts, .true.)
       if (size(lines%figures) > 0) text = text//new_line('a')// &
          padded(padded(padded('', columns(1))//'largest', columns(2))//'at the end', columns(3))// &
          'where, when'//new_line('a')
       do i = 1, size(lines%figures)
          text = text//figure_text(lines%figures(i))
       end do
-      if (lines%doubts /= '') text = text//new_line('a')
-      first = 1
-      do while (first <= len(lines%doubts))
-         last = first + index(lines%doubts(first:)//new_line('a'), new_line('a')) - 2
-         text = text//'doubt  '//wrapped(lines%doubts(first:last), len('doubt  '), screen_width)
-         first = last + 2
-      end do
+      text = text//doubt_text(lines%doubts, .false.)
       text = text(:len(text) - 1)
    end function screen_text
+
+   !> Doubts for a screen: those of the check of the model, or the others.
+   pure function doubt_text(doubts, of_check) result(text)
+      character(len=*), intent(in) :: doubts  !< "topic: sentence", a line each
+      logical, intent(in) :: of_check         !< those of the check
+      character(len=:), allocatable :: text
+      integer :: first, last
+
+      text = ''
+      first = 1
+      do while (first <= len(doubts))
+         last = first + index(doubts(first:)//new_line('a'), new_line('a')) - 2
+         if ((index(doubts(first:last), check_topic//':') == 1) .eqv. of_check) text = text// &
+            'doubt  '//wrapped(doubts(first:last), len('doubt  '), screen_width)
+         first = last + 2
+      end do
+      if (text /= '') text = new_line('a')//text
+   end function doubt_text
 
    !> A line of the table for a screen.
    pure function figure_text(figure) result(text)

@@ -18,6 +18,7 @@ module dda_run
    use dda_journal, only: journal_type, open_journal, keep_in_place, begin_row, append_numbers, &
       row_sample, journal_name
    use dda_model, only: model_type, run_steps, run_duration
+   use dda_model_doubts, only: doubt_as_begun, doubt_as_read
    use dda_output_file, only: write_output, writing_memory, is_complete
    use dda_output_place, only: check_target, partial_name
    use dda_own_file, only: journal_file, netcdf_file, remove_own
@@ -78,6 +79,7 @@ contains
       run%waits = .true.
       run%has_output = writes
       call start(run%simulation, model, error)
+      if (writes .and. .not. allocated(error)) call doubt_as_read(run%simulation, model)
    end subroutine open_drawn
 
    !> The first stages, and the output with the first state.
@@ -104,6 +106,7 @@ contains
       call begin_team
       call start(run%simulation, model, error)
       if (allocated(error)) return
+      call doubt_as_read(run%simulation, model)
       call open_files(run, .true., error)
       if (allocated(error)) return
       if (has_checkpoint(run%checkpoints)) then
@@ -174,6 +177,7 @@ contains
       type(run_type), intent(inout) :: run  !< with the files it writes
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
+      call doubt_as_begun(run%simulation)
       call remove_checkpoints(run%checkpoints)
       call cut_file(run%journal%file, 0_long, error)
       call record_sample(run, error)

@@ -89,6 +89,7 @@ contains
       call serialise(archive, simulation%first_step)
       call serialise(archive, simulation%first_time)
       call serialise(archive, simulation%statics)
+      call serialise(archive, simulation%doubts)
       call serialise_points(archive, simulation%model%points)
       do i = 1, size(simulation%model%boundary_motions)
          call serialise_points(archive, simulation%model%boundary_motions(i)%point)

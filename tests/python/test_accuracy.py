@@ -22,6 +22,8 @@ from sitedda.error_bars.linear import is_linear
 from sitedda.error_bars.measure import _figures
 from sitedda.error_bars.variants import Facts, facts_of
 from sitedda.output import load
+from sitedda.report import to_html
+from sitedda.study.page import report_page
 from sitedda.study.quantities import measure, quantities_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -274,7 +276,7 @@ def test_a_random_linear_column_lies_within_its_bars(capsys, error_bars):
 
 @pytest.mark.filterwarnings("ignore::sitedda.PeakWarning")
 def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
-    """The transfer function gives what runs with Δt/2, Δt/4 and 4 k_n give."""
+    """The transfer function gives the limit of runs with Δt/2, Δt/4 and 4 k_n."""
     file = write_input(error_bars.column(random.Random(1003))[0])
     names = [f"{name}[surface]" for name in ("pgv_m_s", "pga_resolved_m_s2", "sa_resolved_m_s2")]
     run = sitedda.run(file)
@@ -290,7 +292,9 @@ def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
     for name in names:
         one, other = found[name], runs[name]
         assert one.run == pytest.approx(other.run, rel=1e-12)
-        assert one.finest == pytest.approx(other.finest, rel=1e-2)
+        limit = other.finest if math.isnan(other.extrapolated) else other.extrapolated
+        assert one.finest == pytest.approx(limit, rel=1e-2)
+        assert one.bar < 0.25 * other.bar  # small steps cost a transfer function nothing
     assert (
         found["largest_displacement_m"].doubt == "no bar: of a linear run measured points have one"
     )
@@ -300,7 +304,7 @@ def test_a_resonance_that_nothing_damps_has_no_limit():
     file = ROOT / "inputs" / "layered_site.nml"
     found = sitedda.accuracy(file, changes={"control.steps": 12000})
     doubt = found["amplification"].doubt
-    assert doubt.startswith("does not converge: 29.16, 58.29, 116.6 at")
+    assert doubt.startswith("does not converge: 466.2, 932.5, 1865 at Δt/16, Δt/32, Δt/64")
     assert "damping of the time integration alone" in found.cause
 
 
@@ -428,6 +432,39 @@ def test_an_ensemble_gives_bands(write_input):
     assert list(found.runs)[-3:] == ["twin 1", "twin 2", "twin 3"]
 
 
+def test_bands_are_kept_and_shown(write_input, python_program, tmp_path):
+    file, output = write_input(SLIDE), tmp_path / "o.nc"
+    done = python_program("run", str(file), "--ensemble", "2", "-q", "--no-plot", "--report", "-o",
+                          str(output), "--set", "duration=0.5")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    kept = kept_accuracy(load(output).attrs)
+    band = kept.bands["largest_slip_m"]
+    assert band.time[-1] == pytest.approx(0.5, abs=0.01) and len(band.time) <= 200
+    assert (band.low <= band.high).all() and band.median[-1] > 0.01
+    shown = str(kept["largest_slip_m"])
+    done = python_program("view", str(output), "--no-open", "-o", str(tmp_path / "v.html"))
+    assert done.returncode == 0, done.stderr
+    for page in ("o.html", "v.html"):
+        text = (tmp_path / page).read_text()
+        assert shown in text and "Figures so far of twins" in text
+
+
+def test_a_study_of_figures_with_bars_knows_their_horizon(write_input):
+    """Blocks of chance part from their twins at about 1.3 s."""
+    table = sitedda.study(write_input(pile()), {"control.duration": [0.8, 1.8]}, task="accuracy",
+                          workers=1)  # fmt: skip
+    assert (table.status == "complete").all(), table.message.values
+    assert (table.blocks_lost == 0).all() and (table.largest_tilt_rad_bar > 0).any()
+    assert table.end_s.values == pytest.approx([0.8, 1.8], rel=1e-3)
+    beyond = table.largest_tilt_rad_decided_s < table.end_s
+    assert beyond.values.tolist() == [False, True]
+    words = [str(one) for one in table.warning.values]
+    assert "beyond the horizon" not in words[0] and "beyond the horizon" in words[1]
+    page = to_html(report_page(table))
+    fell, bar = (float(table[f"largest_displacement_m{end}"][1]) for end in ("", "_bar"))
+    assert with_bar(fell, bar) in page
+
+
 def test_nothing_that_rounding_leaves_is_told(write_input):
     rests = SLIDE.replace("base_motion_x = 'push'", "base_motion_x = ''").replace("1.5,", "0.05,")
     run = sitedda.run(write_input(rests))
@@ -451,5 +488,6 @@ def test_studies_say_the_doubts_of_their_runs(write_input):
     table = sitedda.study(write_input(soft), {"contact.normal_stiffness": [4e7, 1e5]},
                           fixed={"control.duration": 0.02}, workers=1)  # fmt: skip
     words = [str(one) for one in table.warning.values]
-    assert words[0] == ""
+    assert all(line.startswith("check: ") for line in words[0].splitlines())
+    assert "check: element size (warn): eta = 1/" in words[0]
     assert "penetration: a vertex of block 2 'block' is" in words[1]

@@ -105,6 +105,17 @@ def test_a_fragility_of_a_study_leaves_out_failed_runs(table):
     assert found.trials.tolist() == [5, 5, 5, 4] and found.failures.tolist() == [0, 1, 3, 3]
 
 
+def test_a_fragility_says_which_cases_are_beyond_their_horizon(table):
+    assert "is not known" in fragility_of(table, "tilt", 8.5, "pga").doubt
+    known = table.assign(tilt_decided_s=table.tilt * 0 + 10.0, end_s=table.tilt * 0 + 10.0)
+    assert fragility_of(known, "tilt", 8.5, "pga").doubt == ""
+    early = known.assign(tilt_decided_s=known.tilt_decided_s.where(table.tilt < 20, 6.0))
+    found = fragility_of(early.where(table.tilt.notnull()), "tilt", 8.5, "pga")
+    beyond, cases = int((table.tilt >= 20).sum()), int(table.tilt.notnull().sum())
+    assert found.doubt.startswith(f"{beyond} of {cases} cases are beyond the horizon of tilt")
+    assert found.doubt[:20] in found.picture().axes[0].get_title(loc="left")
+
+
 def test_indices_of_ishigami_are_exact_and_those_of_another_program():
     from SALib.analyze import sobol as other
 

@@ -242,6 +242,33 @@ def test_strength_is_divided_and_openings_stay():
     assert found["fracture_energy"] == 25.0 and found["shear_fracture_energy"] == 250.0
 
 
+@pytest.mark.parametrize("energy", [1.0, 1e-3])
+def test_safety_of_a_glued_block(energy, tmp_path):
+    """On a plane: (c L + W cos α tan φ)/(W sin α), whatever energy its joint takes."""
+    angle, length, height, glue = np.radians(35.0), 2.0, 0.05, 200.0
+
+    def turned(*shape: float) -> list[tuple[float, float]]:
+        c, s = np.cos(angle), np.sin(angle)
+        return [(x * c + y * s, y * c - x * s) for x, y in rectangle(*shape)]
+
+    text = "".join(
+        (
+            control(1e-3, 100, (0.0, -GRAVITY), settle=True),
+            contact(1e9),
+            material("rock", 2500.0, 1e11),
+            joint("j", 30.0, law="cohesive", cohesion=glue, tensile_strength=glue,
+                  fracture_energy=energy / 10, shear_fracture_energy=energy,
+                  normal_stiffness_per_area=1e9),
+            held("base", turned(-1, -1, length + 2, 1), "rock", "j"),
+            block("top", turned(0, 0, length, height), "rock", "j"),
+        )
+    )  # fmt: skip
+    weight = 2500.0 * GRAVITY * length * height
+    held_back = glue * length + weight * np.cos(angle) * np.tan(np.radians(30.0))
+    found = sitedda.safety(_written(tmp_path, text))
+    assert found.factor == pytest.approx(held_back / (weight * np.sin(angle)), rel=3e-3)
+
+
 def test_what_is_not_resolved_is_said(tmp_path):
     """Zone EG/T² = 0.3 m; half of 250 kg/m² at T²/2G = 33 GPa/m: Δt < 0.087 ms at χ = ½."""
     file = tmp_path / "model.nml"

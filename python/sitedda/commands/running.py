@@ -9,7 +9,7 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
-from ..base.arguments import file_name
+from ..base.arguments import COUNT, file_name
 from ..base.errors import SiteddaError
 from ..engine.checking import transfer
 from ..engine.simulation import Simulation
@@ -26,6 +26,8 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--accuracy", action="store_true", help="and say how sure the figures are, by more runs"
     )
+    parser.add_argument("--ensemble", type=COUNT, default=0, metavar="N",
+                        help="and the spread of twins with a displaced block")  # fmt: skip
     _add(parser)
     parser.set_defaults(act=_start)
 
@@ -33,7 +35,7 @@ def add_run(parser: argparse.ArgumentParser) -> None:
 def add_resume(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda resume`."""
     _add(parser)
-    parser.set_defaults(act=_resume, accuracy=False)
+    parser.set_defaults(act=_resume, accuracy=False, ensemble=0)
 
 
 def _add(parser: argparse.ArgumentParser) -> None:
@@ -82,8 +84,8 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
         words = f"interrupted at t = {result.history.time[-1].item():g} s"
         print(f"sitedda: {words}; to go on: {_resume_command(options)}", file=sys.stderr)
         return 6
-    if options.accuracy:
-        _keep_accuracy(result, not options.quiet)
+    if options.accuracy or options.ensemble:
+        _keep_accuracy(result, not options.quiet, options.ensemble)
     print(f"{result.verdict}\n")
     found = amplifications(result.history)
     for one in found:
@@ -91,19 +93,21 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
     print(f"output: {result.output}")
     if not options.no_plot:
         print(f"picture: {_draw(result, options.file, changes, found)}")
-    if not options.accuracy:
+    if not (options.accuracy or options.ensemble):
         print(NO_BARS)
     if options.report:
         print(f"page: {result.report()}")
     return 0
 
 
-def _keep_accuracy(result: Run, progress: bool) -> None:
+def _keep_accuracy(result: Run, progress: bool, ensemble: int) -> None:
     """The bars of the figures, kept in the output."""
     from ..study.error_bars import keep_accuracy
 
     assert result.output is not None  # commands write one
-    keep_accuracy(result.accuracy(progress=progress), result.output, result.history.attrs)
+    more = {"ensemble": ensemble} if ensemble else {}
+    found = result.accuracy(progress=progress, **more)
+    keep_accuracy(found, result.output, result.history.attrs)
 
 
 def _resume_command(options: argparse.Namespace) -> str:

@@ -130,6 +130,8 @@ def _draw(options: argparse.Namespace) -> int:
 
 def _view(options: argparse.Namespace) -> int:
     from ..drawing.view import write_view
+    from ..facade.page import bars_of
+    from ..output.scene import Scene
 
     target = check_target(
         options.output or options.file.with_suffix(".view.html"), "a page", [options.file]
@@ -141,8 +143,9 @@ def _view(options: argparse.Namespace) -> int:
         from ..drawing.modes import mode_scene
 
         source, color = mode_scene(options.file, options.modes)[0], color or "displacement"
-    page = write_view(source, target, color=color, other=options.other,
-                      difference=options.difference)  # fmt: skip
+    scene = source if isinstance(source, Scene) else Scene.of(source)
+    page = write_view(scene, target, color=color, other=options.other,
+                      difference=options.difference, below=bars_of(scene))  # fmt: skip
     _say_page(page, not options.no_open)
     return 0
 

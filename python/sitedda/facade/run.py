@@ -53,6 +53,15 @@ class Run(EndedRun):  # noqa: D101
         found = of_linear_run(model, self.history) if plain and self.complete else None
         return found or accuracy(model, **options)
 
+    def view(self, file=None, **options):
+        """Write the interactive view to a page, with the bars that are kept; its file."""
+        from ..drawing.view import write_view
+        from ..output.scene import Scene
+        from .page import bars_of
+
+        scene = Scene.of(self)
+        return write_view(scene, file or Path("view.html"), below=bars_of(scene), **options)
+
     def report(self, file=None) -> Path:
         """Write the report of the run to one HTML file, beside the output by default."""
         from ..report import write_html

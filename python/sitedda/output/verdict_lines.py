@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 WIDTH = 80  # of a screen
 _COLUMNS = (20, 14, 14)  # least widths of name, largest value, that at the end
 _HEADS = ("", "largest", "at the end", "where, when")
+OF_CHECK = "check"  # topic of doubts that the check of the model has
 NO_BARS = "these figures have no error bars: sitedda accuracy FILE.nml gives them"
 
 
@@ -109,14 +110,14 @@ class Verdict:
         return f"{text} {unit}".strip()
 
     def __str__(self) -> str:
-        """Sentence, table, doubts, counts, on lines of a screen."""
-        parts = [_wrapped(self.happened)]
-        if self.figures:
-            parts.append(_table(self.rows()))
-        if self.all_doubts:
-            parts.append("\n".join(_wrapped(f"doubt  {topic}: {words}", 7)
-                                   for topic, words in self.all_doubts))  # fmt: skip
-        return "\n\n".join(filter(None, [*parts, _wrapped(self.steps)]))
+        """Sentence, what the check said, table, other doubts, counts, on lines of a screen."""
+        doubts = self.all_doubts
+        first, last = ("\n".join(_wrapped(f"doubt  {topic}: {words}", 7)
+                                 for topic, words in doubts if (topic == OF_CHECK) == of_check)
+                       for of_check in (True, False))  # fmt: skip
+        table = _table(self.rows()) if self.figures else ""
+        parts = (_wrapped(self.happened), first, table, last, _wrapped(self.steps))
+        return "\n\n".join(filter(None, parts))
 
     def tell(self, clause: str, **values: float) -> None:
         """Add a clause of what happened, and its values."""

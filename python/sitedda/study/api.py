@@ -56,7 +56,7 @@ def study(
         Of the study; what is there already is not run again.  A temporary one by default.
     fixed : mapping, optional
         Changes that all cases have.
-    task : 'run', 'safety' or callable
+    task : 'run', 'safety', 'accuracy' or callable
         In place of a run the factor of safety of the input, see `sitedda.safety`, or what a
         function of its path returns, such as one that calls `sitedda.check`.
     executor : concurrent.futures.Executor or dask.distributed.Client

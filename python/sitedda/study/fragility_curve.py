@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from textwrap import wrap
 
 import numpy as np
 
 from ..base.errors import InputError
+from .tasks import DECIDED
 
 _LEAST, _MOST = 1e-3, 20.0  # of the dispersion that is looked for
 
@@ -32,6 +34,9 @@ class Fragility:
         What it was fitted to.
     name, unit : str
         Of the intensity.
+    doubt : str
+        How many cases are beyond the horizon of what they are judged by, or that it is not known;
+        blank if none is.
     """
 
     median: float
@@ -45,6 +50,7 @@ class Fragility:
     trials: np.ndarray
     name: str = "intensity"
     unit: str = ""
+    doubt: str = ""
 
     def probability(self, intensity) -> np.ndarray:
         """Probability of failure at intensities."""
@@ -64,7 +70,7 @@ class Fragility:
 
     def picture(self):
         """The curve with its confidence, and the shares that failed."""
-        from ..report.style import BLUE, INK, canvas
+        from ..report.style import BLUE, INK, ORANGE, canvas
 
         figure, (axes,) = canvas(1, size=(7.0, 4.6))
         x = np.linspace(0.0, 1.25 * self.intensity.max(), 300)[1:]
@@ -79,6 +85,8 @@ class Fragility:
         axes.set(xlabel=f"{self.name}{unit}", ylabel="probability of failure", ylim=(-0.02, 1.02))
         axes.set_xlim(0, x[-1])
         axes.legend(frameon=False, loc="best")
+        if self.doubt:
+            axes.set_title("\n".join(wrap(self.doubt, 80)), fontsize=8, color=ORANGE, loc="left")
         return figure
 
 
@@ -94,7 +102,7 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
     confidence : float
         Of the intervals.
     **about
-        ``name`` and ``unit`` of the intensity.
+        ``name`` and ``unit`` of the intensity, ``doubt``.
 
     Raises
     ------
@@ -120,7 +128,7 @@ def fragility_of(table, quantity: str, threshold: float, intensity: str, confide
     Parameters
     ----------
     table : xarray.Dataset
-        Of a study.
+        Of a study; with ``task="accuracy"`` its cases know until when their figures are decided.
     quantity : str
         Of the table; a case fails where it is above the threshold. Cases without it (failed or
         missing runs) do not count.
@@ -135,8 +143,22 @@ def fragility_of(table, quantity: str, threshold: float, intensity: str, confide
     failures = (values > threshold).sum(others).values
     level = table[intensity]
     found = fragility(level.values, failures, trials, confidence, name=intensity,
-                      unit=str(level.attrs.get("units", "")))  # fmt: skip
+                      unit=str(level.attrs.get("units", "")),
+                      doubt=_undecided(table, quantity))  # fmt: skip
     return found
+
+
+def _undecided(table, quantity: str) -> str:
+    """How many cases are beyond the horizon of a quantity, in words; blank if none is."""
+    decided = table.get(f"{quantity}{DECIDED}")
+    if decided is None:
+        return (f"until when {quantity} is decided is not known: impacts and slip may make it one "
+                "of a distribution; a study with task = 'accuracy' says which cases")  # fmt: skip
+    beyond, known = int((decided < table["end_s"]).sum()), int(decided.notnull().sum())
+    if beyond == 0:
+        return ""
+    return (f"{beyond} of {known} cases are beyond the horizon of {quantity}: each is one of a "
+            "distribution, which these trials sample once")  # fmt: skip
 
 
 def _check(x, k, n, confidence) -> None:

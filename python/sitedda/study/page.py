@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError
+from ..base.numbers import with_bar
 from ..report import Facts, Page, Paragraph, Picture, Table, provenance, write_html
 from .figures import KINDS, known_kind
 from .table import counts
+from .tasks import BAR
 
 _MOST = 60  # rows of a table
 
@@ -72,15 +74,23 @@ def _parameters(table) -> Table:
 
 
 def _numbers(table) -> Table:
-    """Least, median and largest of each number."""
+    """Least, median and largest of each number, the first and last with the bars of their cases."""
     rows = []
     for name, one in table.data_vars.items():
         if one.dims != table.status.dims or one.dtype.kind != "f":
             continue
+        name = str(name)
+        if name.endswith(BAR) and name.removesuffix(BAR) in table:
+            continue
         values = one.values[np.isfinite(one.values)]
-        if values.size:
-            stats = (values.min(), np.median(values), values.max())
-            rows.append([name, *map(_short, stats), str(values.size)])
+        if not values.size:
+            continue
+        stats = [*map(_short, (values.min(), np.median(values), values.max()))]
+        if f"{name}{BAR}" in table:
+            bars = table[f"{name}{BAR}"].values[np.isfinite(one.values)]
+            for end, place in ((0, values.argmin()), (2, values.argmax())):
+                stats[end] = with_bar(values[place], bars[place])
+        rows.append([name, *stats, str(values.size)])
     return Table(["quantity", "least", "median", "largest", "cases"], rows)
 
 
@@ -119,6 +129,7 @@ def _facts(found) -> list[tuple[str, str]]:
             ("median", f"{found.median:.5g} {found.unit} ({low:.4g} … {high:.4g})"),
             ("dispersion β", f"{found.dispersion:.5g} ({least:.4g} … {most:.4g})"),
             ("confidence", f"{found.confidence:.0%}"),
+            ("doubt", found.doubt),
         ]
     if hasattr(found, "capacity"):
         words = ", ".join(_short(v) for v in found.capacity_fractiles)

@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 from ..base.errors import InputError
 
+BAR, DECIDED = "_bar", "_decided_s"  # behind the name of a figure, in the table of a study
+
 
 def factor_of_safety(file) -> dict:
     """The factor of safety of an input, see `sitedda.safety`.
@@ -33,7 +35,32 @@ def factor_of_safety(file) -> dict:
     }
 
 
-TASKS: dict[str, Callable] = {"safety": factor_of_safety}
+def figures_with_bars(file) -> dict:
+    """The figures of the run of an input, how sure each is, and until when, see `accuracy`.
+
+    Parameters
+    ----------
+    file : path
+        Namelist input.
+
+    Returns
+    -------
+    dict
+        Of each figure its value by name, ``NAME_bar`` and ``NAME_decided_s``; counts that are 0;
+        ``end_s``, s; ``warning``.
+    """
+    from .error_bars import accuracy
+    from .error_bars.figures import COUNTS
+
+    found = accuracy(file, workers=1)
+    numbers: dict = dict.fromkeys(COUNTS, 0.0) | {"end_s": found.end}
+    for name, figure in found.figures.items():
+        numbers[name] = figure.finest
+        numbers[f"{name}{BAR}"], numbers[f"{name}{DECIDED}"] = figure.bar, figure.decided
+    return numbers | {"warning": "\n".join(f"{topic}: {words}" for topic, words in found.doubts())}
+
+
+TASKS: dict[str, Callable] = {"safety": factor_of_safety, "accuracy": figures_with_bars}
 
 
 def task_of(task: str | Callable) -> str | Callable:

@@ -204,7 +204,9 @@ def main() -> None:
     threading.Thread(target=_watch_parent, args=(os.getppid(),), daemon=True).start()
     memory = connection.recv()
     if memory < _UNLIMITED:
-        resource.setrlimit(resource.RLIMIT_DATA, (int(memory), int(memory)))
+        most = resource.getrlimit(resource.RLIMIT_DATA)[1]  # a worker's own, of a study in a case
+        most = int(memory) if most == resource.RLIM_INFINITY else min(int(memory), most)
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
     while True:
         try:
             data = connection.recv_bytes()

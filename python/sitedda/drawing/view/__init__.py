@@ -7,6 +7,7 @@ WebGL is refused.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from matplotlib import colormaps
 from ...base.errors import InputError
 from ...output.scene import OWN_QUANTITIES, Scene
 from ...report import Page, View, provenance, write_html
+from ...report.page import Part
 from ...report.style import BOLT, JOINT_MAP, MAGNITUDE, RESTING, SIGNED, STONES
 from ..forces import force_scale
 from ..pictures import BROKEN
@@ -109,7 +111,13 @@ def _stops(shades) -> list[list[int]]:
 
 
 def write_view(
-    source, file, budget: int = BUDGET, color: str | None = None, other=None, difference=False
+    source,
+    file,
+    budget: int = BUDGET,
+    color: str | None = None,
+    other=None,
+    difference=False,
+    below: Sequence[Part] = (),
 ) -> Path:
     """Write a page that holds the view alone, or two views that one cursor moves.
 
@@ -126,6 +134,8 @@ def write_view(
         Shown beside it.
     difference : bool
         The colours of the first are its values minus those of the other.
+    below : sequence of Part
+        What stands below the blocks.
 
     Raises
     ------
@@ -136,7 +146,7 @@ def write_view(
     page = Page(scene.title or "Blocks")
     shown = view(scene, budget if other is None else budget // 2, color)
     if other is None:
-        page.add("Blocks", shown)
+        page.add("Blocks", shown, *below)
     else:
         second = other if isinstance(other, Scene) else Scene.of(other)
         if difference:

@@ -11,8 +11,9 @@ import numpy as np
 
 from ...base.numbers import number, with_bar
 from .bars import SMALL, Bar
+from .variants import STEPS
 
-_COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
+COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
 # What is no figure of the model: what the audit leaves, times and periods of a largest value.
 _NOT = ("energy_balance_j_m", "sa_period_s", "resolved_frequency_hz", "first_block_", "end_s")
 _REST = 1e-9  # share of the largest value of a run below which one at its end is round-off
@@ -20,6 +21,7 @@ _NO_DRIFT = 1e-6
 _BLOW = 1.5  # by which each halving of the steps raises what has no limit
 _OF_BLOWS = ("force", "pga_", "sa_", "acceleration")  # figures that a rigid impact leaves no limit
 _STIFFER = (*_OF_BLOWS, "strain", "arias_")  # figures that stiff contacts raise
+_TIMES = 200  # of a band that is kept
 BEYOND, BLOW, OPEN = "beyond the horizon", "grows as 1/Δt, a blow", "does not converge"
 YIELD = "no more than what penalty contacts yield"
 
@@ -35,7 +37,7 @@ class Figure:
     run : float
         Of the run itself, at Δt.
     finest : float
-        At Δt/4.
+        At Δt/4; of a linear run at Δt/64.
     bar : float
         The truth, of infinitely small steps and stiff contacts, is taken to lie within `finest` ±
         `bar`; NaN if there is no bar.
@@ -167,7 +169,14 @@ class Accuracy:
             "runs": self.runs,
             "end_s": self.end,
             "cause": self.cause,
+            "bands": {name: _thinned(band) for name, band in self.bands.items()},
         }
+
+
+def _thinned(band: Band) -> dict[str, list[float]]:
+    """A band at no more times than a picture shows."""
+    kept = slice(None, None, -(-len(band.time) // _TIMES))
+    return {name: values[kept].tolist() for name, values in vars(band).items()}
 
 
 _HEAD = ("figure", "this run", "value ± bar", "extrapolated", "16 %", "median", "84 %",
@@ -202,21 +211,24 @@ def is_figure(name: str, values: Mapping[str, float]) -> bool:
 
 def is_count(name: str) -> bool:
     """A number of things, which is 0 where a run does not name it."""
-    return name.startswith(_COUNTS)
+    return name.startswith(COUNTS)
 
 
-def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float) -> Figure:
+def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
+              steps: tuple[int, ...] = STEPS) -> Figure:  # fmt: skip
     """A figure from its bar.
 
     Parameters
     ----------
     name : str
     numbers : tuple of float
-        At Δt, Δt/2, Δt/4.
+        At three time steps.
     bar : Bar
         Of these.
     penalty : float
         Error by the penalty stiffness; 0 without one, NaN where it is not known.
+    steps : tuple of int
+        What Δt is divided by.
     """
     doubt, half = "", bar.half + penalty
     if is_count(name) and all(map(math.isfinite, numbers)):
@@ -233,7 +245,8 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float) -
         a, b, c = map(abs, numbers)
         grows = b > _BLOW * a and c > _BLOW * b
         why = BLOW if grows and any(map(name.__contains__, _OF_BLOWS)) else OPEN
-        doubt = f"{why}: {', '.join(map(number, numbers))} at Δt, Δt/2, Δt/4"
+        at = ", ".join("Δt" if times == 1 else f"Δt/{times}" for times in steps)
+        doubt = f"{why}: {', '.join(map(number, numbers))} at {at}"
     elif penalty > max(bar.half, 10 * SMALL * abs(numbers[-1])):
         doubt = "the bar is of the penalty stiffness"
     return Figure(name, numbers[0], numbers[-1], half, bar.extrapolated, bar.order, penalty, doubt)

@@ -146,7 +146,7 @@ def _beyond(figure: Figure, reached: float, first: float) -> Figure:
     """
     words, between, numbers = figure.doubt.partition(":")
     if is_count(figure.name):
-        until = first if words else math.inf
+        until = first if words or figure.name.startswith("contacts_") else math.inf
     else:
         until = {OPEN: first, YIELD: math.inf}.get(words, figure.decided)
     if not reached > until:

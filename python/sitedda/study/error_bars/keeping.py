@@ -9,9 +9,11 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 from ...base.errors import OutputError
 from ...base.files import written
-from .figures import Accuracy, Figure
+from .figures import Accuracy, Band, Figure
 
 ATTRIBUTE = "accuracy"
 
@@ -61,7 +63,9 @@ def kept_accuracy(attributes: Mapping) -> Accuracy | None:
         found = json.loads(text, parse_constant=float)
         figures = {name: Figure(**_with_nan(values)) for name, values in found["figures"].items()}
         end = _with_nan({"end": found["end_s"]})["end"]
-        return Accuracy(figures, found["runs"], end, cause=found.get("cause", ""))
+        bands = {name: Band(**{key: np.array(row, float) for key, row in band.items()})
+                 for name, band in found.get("bands", {}).items()}  # fmt: skip
+        return Accuracy(figures, found["runs"], end, bands, found.get("cause", ""))
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise OutputError(f"the output is damaged: its attribute {ATTRIBUTE}") from None
 
@@ -70,6 +74,8 @@ def _without_nan(value):
     """JSON has no such number; null stands for it."""
     if isinstance(value, dict):
         return {name: _without_nan(one) for name, one in value.items()}
+    if isinstance(value, list):
+        return [_without_nan(one) for one in value]
     return None if isinstance(value, float) and math.isnan(value) else value
 
 

@@ -2,15 +2,16 @@
 """Bars of a linear run by its exact transfer function, without other runs.
 
 Where no contact has changed its state, a motion of the base acts on a measured point by a transfer
-function H of the time step and the penalty stiffness alone.  The point with Δt/2 would have moved
-as it did, times H(Δt/2)/H(Δt) at each frequency.
+function H of the time step and the penalty stiffness alone.  The point with Δt/16 would have moved
+as it did, times H(Δt/16)/H(Δt) at each frequency.  Small steps cost no more than large ones here.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
@@ -19,15 +20,16 @@ from ...base.errors import SiteddaError
 from ...engine.checking import transfer
 from ...engine.signals import spectral_acceleration
 from ...engine.simulation import Simulation
-from ...output.verdict import verdict
+from ...output.verdict import PERIODS, SPECTRUM_DAMPING, run_scheme, verdict
 from .bars import bar_of_steps, penalty_error
 from .figures import Figure, figure_of, is_figure
-from .variants import STEPS, Facts, finer, stiffer
+from .variants import Facts, finer, stiffer
 
-_NEAR = np.geomspace(0.4, 2.5, 25)  # of the period of a run's largest Sa, where it is looked for
-_DAMPING = 0.05
+_STEPS = (16, 32, 64)  # that Δt is divided by
+_BETWEEN = 2  # samples for one of the run: peaks of acceleration lie between
+_NEAR = 0.7  # of the largest Sa of two steps: periods at which those of the others are looked at
 _BUTTERWORTH = np.cos(np.array([1.0, 3.0]) * np.pi / 8.0)  # of fourth order, as the engine's
-_CONTENT = 0.9999  # of the energy of an acceleration, below the highest frequency that counts
+_CONTENT = 0.999999  # of the energy of an acceleration, below the highest frequency that counts
 _DIED = 1e-3  # share of the largest acceleration in the last twentieth of a motion
 _GRID = 400  # frequencies at which a peak is looked for
 _REFINED = 4  # times, each around the largest
@@ -97,7 +99,7 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     SiteddaError
         If the model has no transfer function.
     """
-    variants = [finer(facts, times) for times in STEPS]
+    variants = [finer(facts, times) for times in (1, *_STEPS)]
     variants += [stiffer(facts)] if facts.penalty else []
     told = verdict(history)
     values = told.values
@@ -106,29 +108,37 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
         names.append("amplification_frequency_hz")
     found = {name: _without(name, values[name]) for name in names if is_figure(name, values)}
     step = float(history.time.values[-1]) / (history.sizes["time"] - 1)
-    highest = 0.499 / np.max(history.time_step.values[1:])  # that Δt carries, Hz
+    own_step = float(np.max(history.time_step.values[1:]))
+    highest = 0.499 / own_step  # that Δt carries, Hz
     points = _points(history)
     rest = 1 if all(map(_has_died_out, points)) else 2  # what goes on is not to come round
     length = next_fast_len(rest * history.sizes["time"], real=True)
     length += length % 2
     frequency = rfftfreq(length, step)
     numbers: list[dict[str, float]] = []
-    before: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-    for variant in variants:
+    before: dict = {}
+    near: dict = {}
+    chi = run_scheme(history).chi
+    for variant, divided in zip(variants, (1, *_STEPS, 1), strict=False):
         numbers.append({})
+        rates = partial(_rates, step=own_step / divided, chi=chi)
         with Simulation(model, changes={**changes, **variant.changes}) as simulation:
             for point in points:
                 resolved = min(0.9 * highest, values[f"resolved_frequency_hz[{point.name}]"])
-                velocity, acceleration = _moved(simulation, point, frequency, highest, before)
-                numbers[-1] |= _measured(point, velocity, acceleration, step, resolved, values)
+                velocity, acceleration = _moved(
+                    simulation, point, frequency, highest, before, rates
+                )
+                times = min(divided, _BETWEEN)
+                numbers[-1] |= _measured(point, velocity, acceleration, step, resolved, times, near)
             for group in facts.groups.get("amplification", []):
                 numbers[-1] |= _peak(simulation, group, highest)
     for name in numbers[0].keys() & found.keys():
         scale = values[name] / numbers[0][name] if "[" in name else 1.0
-        one, two, three, *four = (scale * row[name] for row in numbers)
-        penalty = penalty_error(one, four[0]) if four else 0.0
+        own, *steps = (scale * row[name] for row in numbers)
+        one, two, three, *four = steps
+        penalty = penalty_error(own, four[0]) if four else 0.0
         bar = bar_of_steps(one, two, three, facts.order)
-        found[name] = figure_of(name, (one, two, three), bar, penalty)
+        found[name] = replace(figure_of(name, (one, two, three), bar, penalty, _STEPS), run=own)
     return found
 
 
@@ -151,7 +161,19 @@ def _has_died_out(point: _Point) -> bool:
     return bool(np.abs(end).max() < _DIED * np.abs(point.acceleration).max())
 
 
-def _moved(simulation, point: _Point, frequency: np.ndarray, highest: float, before: dict):
+def _rates(frequency: np.ndarray, step: float, chi: float) -> tuple[np.ndarray, np.ndarray]:
+    """What v of a displacement and a of a velocity are over iω, as a time integration has them.
+
+    v₁ = d/(χΔt) − (1 − χ) v₀/χ and a₁ = (v₁ − v₀)/Δt, at frequencies in Hz and a Δt in s.
+    """
+    turn = 2j * np.pi * frequency * step
+    ahead = np.exp(turn)
+    velocity = (ahead - 1.0) / (chi * ahead + 1.0 - chi) / turn
+    return velocity, (1.0 - 1.0 / ahead) / turn
+
+
+def _moved(simulation, point: _Point, frequency: np.ndarray, highest: float, before: dict,
+           rates: Callable):  # fmt: skip
     """Velocity and acceleration of a point by the transfer function of a variant.
 
     What changes is the acceleration; the velocity, which may last, changes by its integral.
@@ -164,30 +186,42 @@ def _moved(simulation, point: _Point, frequency: np.ndarray, highest: float, bef
         before[point.name] = np.arange(1, min(last + 1, np.searchsorted(frequency, highest))), None
     where, own = before[point.name]
     now = transfer(simulation, frequency[where], point.name, None, point.axis)
+    velocity, acceleration = rates(frequency[where])
+    now = now * velocity, now * velocity * acceleration
     if own is None:
         before[point.name], own = (where, now), now
     part = np.zeros_like(spectrum)
-    part[where] = spectrum[where] * (now / own - 1.0)
+    part[where] = spectrum[where] * (now[1] / own[1] - 1.0)
     change = irfft(part, length)[: len(point.velocity)]
-    part[where] /= 2j * np.pi * frequency[where]
+    of_run = spectrum[where] * own[0] / own[1] / (2j * np.pi * frequency[where])
+    part[where] = of_run * (now[0] / own[0] - 1.0)
     faster = irfft(part, length)[: len(point.velocity)]
     return point.velocity + faster - faster[0], point.acceleration + change
 
 
-def _measured(point: _Point, velocity, acceleration, step, resolved, values) -> dict[str, float]:
-    """What the verdict says of a point, accelerations below the frequency that blocks carry."""
+def _measured(point, velocity, acceleration, step, resolved, times, near) -> dict[str, float]:
+    """What the verdict says of a point, accelerations below the frequency that blocks carry.
+
+    With the largest of `times` samples for one of the run; `near` keeps periods of large Sa.
+    """
     length = next_fast_len(2 * len(acceleration), real=True)
+    length += length % 2
     away = np.tan(np.pi * np.minimum(rfftfreq(length, step) * step, 0.4999))
     s = 1j * away / np.tan(np.pi * resolved * step)
     low_pass = 1.0 / np.prod([s * s + 2.0 * c * s + 1.0 for c in _BUTTERWORTH], axis=0)
-    acceleration = irfft(rfft(acceleration, length) * low_pass, length)[: len(acceleration)]
-    periods = values[f"sa_period_s[{point.name}]"] * _NEAR
-    spectrum = spectral_acceleration(acceleration, step, periods, _DAMPING)
+    spectrum = rfft(acceleration, length) * low_pass
+    between = times * irfft(spectrum, times * length)[: times * len(acceleration)]
+    acceleration = irfft(spectrum, length)[: len(acceleration)]
+    looked = near.setdefault(point.name, [])
+    periods = PERIODS[np.any(looked, axis=0)] if len(looked) == 2 else PERIODS
+    sa = spectral_acceleration(acceleration, step, periods, SPECTRUM_DAMPING)
+    if len(looked) < 2:
+        looked.append(sa > _NEAR * sa.max())
     found = {
         "pgv_m_s": np.abs(velocity).max(),
-        "pga_resolved_m_s2": np.abs(acceleration).max(),
+        "pga_resolved_m_s2": np.abs(between).max(),
         "arias_resolved_m_s": float(acceleration @ acceleration),
-        "sa_resolved_m_s2": spectrum.max(),
+        "sa_resolved_m_s2": sa.max(),
     }
     return {f"{name}[{point.name}]": float(value) for name, value in found.items()}
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from ...base.errors import SiteddaError
 from ...base.stop import Stop
 from ...engine.simulation import Simulation
+from ...output.verdict_lines import OF_CHECK
 from .bars import bar_of_steps, penalty_error
 from .figures import OPEN, Accuracy, Figure, figure_of, is_count, is_figure
 from .horizon import bands_of, with_horizons
@@ -100,11 +101,16 @@ def accuracy(
     words = {}
     for name in names:
         run = table.sel(variant=name)
-        words[name] = str(run.message.values) or str(run.warning.values)
+        words[name] = str(run.message.values) or _of_run(str(run.warning.values))
     figures = _figures(facts, _numbers(table.sel(variant=names)))
     end = float(table.look.values[-1]) if "look" in table else math.nan
     figures = with_horizons(figures, table)
     return Accuracy(figures, words, end, bands_of(table), _cause(figures, facts))
+
+
+def _of_run(warning: str) -> str:
+    """Doubts but those of the check, which are of the input and no news of a run."""
+    return "\n".join(w for w in warning.splitlines() if not w.startswith(f"{OF_CHECK}: "))
 
 
 def _of_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:

@@ -1,0 +1,81 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What the check of a model says against it, for the verdict of its run.
+!>
+!> A check takes as long as some 100 steps and the memory of two models; it is made where a run is
+!> longer than that, or small.
+module dda_model_doubts
+   use dda_kinds, only: long
+   use dda_check_report, only: report_type, add_notes, verdict_ok, verdict_names
+   use dda_check_simulation, only: check_model
+   use dda_errors, only: error_type
+   use dda_interrupts, only: stop_requested
+   use dda_model, only: model_type, run_steps
+   use dda_model_notes, only: model_notes
+   use dda_simulation, only: simulation_type
+   use dda_verdict_lines, only: check_topic
+   implicit none
+   private
+   public :: doubt_as_read, doubt_as_begun
+
+   integer, parameter :: few_blocks = 200          !< of which a check takes tenths of a second
+   integer, parameter :: many_blocks = 5000        !< of which two models are much memory
+   integer(long), parameter :: many_steps = 2500   !< beside which a check is less than 5 %
+
+contains
+
+   !> Probable mistakes of a model as read, as doubts of its run.
+   subroutine doubt_as_read(simulation, model)
+      type(simulation_type), intent(inout) :: simulation  !< of the model
+      type(model_type), intent(in) :: model               !< as read from the input
+      type(report_type), allocatable :: report
+
+      allocate (report)
+      call add_notes(report, model_notes(model))
+      call add_doubts(simulation, report)
+   end subroutine doubt_as_read
+
+   !> Warn and fail lines of the check, as doubts of a run that begins.
+   subroutine doubt_as_begun(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< whose first stage has begun
+      type(report_type), allocatable :: report
+      type(error_type), allocatable :: error
+      logical :: long
+
+      long = run_steps(simulation%model) >= many_steps
+      associate (n => simulation%blocks%n)
+         if (n > many_blocks .or. (n > few_blocks .and. .not. long)) return
+      end associate
+      allocate (report)
+      call check_model(simulation, report, error)
+      if (stop_requested()) return  ! the run will hear of it
+      call add_doubts(simulation, report)
+      if (allocated(error)) call add(simulation%doubts, error%message)
+   end subroutine doubt_as_begun
+
+   !> Lines of a report that are not ok.
+   pure subroutine add_doubts(simulation, report)
+      type(simulation_type), intent(inout) :: simulation  !< gets them
+      type(report_type), intent(in) :: report             !< of the check
+      character(len=:), allocatable :: words
+      integer :: i
+
+      do i = 1, report%n
+         associate (line => report%line(i))
+            if (line%verdict == verdict_ok) cycle
+            words = line%what//' ('//trim(verdict_names(line%verdict))//'): '//line%found
+            if (line%advice /= '') words = words//'; '//line%advice
+            call add(simulation%doubts, words)
+         end associate
+      end do
+   end subroutine add_doubts
+
+   !> One more line.
+   pure subroutine add(doubts, words)
+      character(len=:), allocatable, intent(inout) :: doubts  !< so far
+      character(len=*), intent(in) :: words                   !< of a doubt
+
+      if (doubts /= '') doubts = doubts//new_line('a')
+      doubts = doubts//check_topic//': '//words
+   end subroutine add
+
+end module dda_model_doubts
