@@ -52,6 +52,10 @@ ODD = {
         changed(pile(), "contact", normal_stiffness=1e4),
         r"the weight presses block 'brick' about 1.226 m into what it stands on, 122\.6 %",
     ),
+    "no stiffness": (
+        changed(pile(), "contact", normal_stiffness=1e-3),
+        r"the weight presses block 'brick' about 1.226e7 m into what it stands on",
+    ),
     "gravity": (pile(gravity=[0.0, GRAVITY]), r"gravity = 0, 9.81 m/s² points upwards"),
     "radians": (
         changed(pile(), "joint", friction_angle=0.52),

@@ -4,7 +4,6 @@
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -18,20 +17,17 @@ WALL = [
     ("wall", {"brick_length": 1.0, "brick_height": 0.5, "bricks": 23, "courses": 23}),
     ("fixed_point", {"x": 0.5, "y": 0.25}),
 ]
-SLOWER = 2.0  # times, at most: a machine with other programs measures no better
-TRIES = 3  # on a machine with more of them either run may be slow by chance
 
 
-def run(native, file, output, threads: int) -> tuple[float, str]:
-    """Seconds of the clock, and what a run with so many threads prints."""
-    begun = time.monotonic()
+def run(native, file, output, threads: int) -> str:
+    """What a run with so many threads prints."""
     done = subprocess.run(
         [native.path, "run", file, "-q", "-o", output],
         env=os.environ | {"OMP_NUM_THREADS": str(threads)},
         capture_output=True, text=True, timeout=DEADLINE,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    return time.monotonic() - begun, done.stdout
+    return done.stdout
 
 
 @pytest.fixture
@@ -54,14 +50,8 @@ def test_threads_make_room_for_other_programs(
     native, write_input, tmp_path, busy_processors, same_bits
 ):
     file = write_input(namelist(WALL))
-    for _ in range(TRIES):
-        alone, words = run(native, file, tmp_path / "one.nc", 1)
-        assert "other programs" not in words
-        both, words = run(native, file, tmp_path / "two.nc", 2)
-        assert "note: other programs used the processors: " in words
-        assert "with fewer than 2 threads" in words
-        if both < SLOWER * alone:
-            break
-    else:
-        pytest.fail(f"{both} s with two threads, {alone} s with one")
+    assert "other programs" not in run(native, file, tmp_path / "one.nc", 1)
+    words = run(native, file, tmp_path / "two.nc", 2)
+    assert "note: other programs used the processors: " in words
+    assert "with fewer than 2 threads" in words
     same_bits(tmp_path / "one.nc", tmp_path / "two.nc")
