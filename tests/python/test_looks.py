@@ -268,3 +268,10 @@ def vtk_array(data, name: str) -> np.ndarray:
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     return vtk_to_numpy(data.GetArray(name))
+
+
+def test_joints_lie_above_the_water_that_presses_in_them(root):
+    """A slip along a wet joint was hidden by the line of the water."""
+    axes = draw(root / "inputs/wedge.nml")
+    water = [line for line in axes.lines if line.get_label() == "water"]
+    assert water and all(2.2 < line.get_zorder() < 3 for line in water)  # outlines, joints

@@ -97,7 +97,7 @@ def scale_arrow(axes: Axes, length: float, most: float, unit: str, words: str) -
         bbox_transform=axes.transAxes + ScaledTranslation(0, -36 / 72, axes.figure.dpi_scale_trans),
         frameon=False,
         borderpad=0.0,
-        sep=2,
+        sep=5,
         color=INK,
         label_top=False,
     )

@@ -516,14 +516,14 @@ def _boundary(axes: Axes, scene: Scene) -> list:
 
 
 def _water(axes: Axes, scene: Scene) -> list:
-    """Water tables, and lines along which water presses, with their handles."""
+    """Water tables, and lines along which water presses, with their handles; joints lie above."""
     handles = {}
     for group in scene.groups.get("water", []):
         for name, style, label in (("surface", "--", "water table"), ("along", "-", "water")):
             line = np.reshape(group.get(name, ()), (-1, 2))
             if len(line):
-                axes.plot(*line.T, color=PAPER, lw=4.2, zorder=5.4)
-                (handles[label],) = axes.plot(*line.T, style, color=WATER, lw=2.4, zorder=5.5,
+                axes.plot(*line.T, color=PAPER, lw=4.2, zorder=2.4)
+                (handles[label],) = axes.plot(*line.T, style, color=WATER, lw=2.4, zorder=2.5,
                                               label=label)  # fmt: skip
     return list(handles.values())
 

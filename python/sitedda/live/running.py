@@ -28,8 +28,8 @@ from .drawn import draw_simulation
 from .frames import Frames, frame_message
 
 _PIECE = 0.03  # s of the clock that the engine works between looks at commands
-_FRAME = 0.04  # s between frames, or more where they take more than a share of the time
-_SHARE = 0.03
+_FRAME = 0.04  # s between frames, or more where they take more than a share of the processor
+_SHARE = 0.04
 _UNWATCHED = 1.0  # the same while nobody watches
 _STATUS = 0.2  # s between words on how far it is
 _CHECKPOINT = 5.0  # s between checkpoints, or more where they take more than 1 % of the time
@@ -82,6 +82,7 @@ class LiveRun:
         self._simulation: Simulation | None = None
         self._chunk = 1
         self._shown = self._said = self._saved = 0.0
+        self._used = self._cost = 0.0  # s of the processor, at the last frame and of it
         self._pace: list[tuple[float, float]] = []
         self._closing = self._interrupted = False
         self._thread = threading.Thread(target=self._work, name="run", daemon=True)
@@ -231,7 +232,7 @@ class LiveRun:
         now = time.perf_counter()
         if self.status != "running":
             return
-        if now - self._shown > (_FRAME if self._watched() else _UNWATCHED):
+        if self._is_frame_due(now):
             self._show()
         if now - self._said > _STATUS:
             self._say()
@@ -322,12 +323,17 @@ class LiveRun:
         self._tell(self.described())
 
     def _show(self) -> None:
-        begun = time.perf_counter()
+        self._shown, self._used = time.perf_counter(), time.thread_time()
         message = frame_message(self._simulation, self._start)
         self.frames.add(message)
         self._tell(message)
-        took = time.perf_counter() - begun
-        self._shown = begun + max(0.0, took / _SHARE - _FRAME)
+        self._cost = time.thread_time() - self._used
+
+    def _is_frame_due(self, now: float) -> bool:
+        """Whether somebody wants a frame, and the engine has worked long enough since the last."""
+        if now - self._shown <= (_FRAME if self._watched() else _UNWATCHED):
+            return False
+        return time.thread_time() - self._used > self._cost / _SHARE
 
     def _save(self) -> None:
         begun = time.perf_counter()

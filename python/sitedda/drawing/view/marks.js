@@ -137,7 +137,7 @@ export class Marks {
   layBolts() {
     const {view, pixel} = this, {broken} = view.meta.bolt;
     const bolts = view.model.bolts(view.frame, view.factor), color = rgb(view.meta.bolt.color);
-    view.boltForce = Math.max(0, ...bolts.map((bolt) => bolt.force));
+    view.boltForce = bolts.length ? Math.max(0, ...bolts.map((bolt) => bolt.force)) : undefined;
     for (const {points, state, force} of bolts) {
       const width = (1.5 + 3.5 * (view.boltForce ? force / view.boltForce : 0)) * pixel;
       const dashes = state === broken ? DASHES : 1, part = dashes > 1 ? 0.5 : 1;
