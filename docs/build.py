@@ -31,7 +31,10 @@ def main() -> None:
     if not options.without_fortran:
         call("ford", "-q", "-o", output / "fortran", HERE / "ford.md")
         mend_interfaces(output / "fortran" / "interface")
-    if dead := dead_links(output):
+    dead = dead_links(output)
+    if options.without_fortran:
+        dead = [one for one in dead if ": fortran/" not in one]
+    if dead:
         sys.exit("links that lead nowhere:\n" + "\n".join(dead))
     print(f"handbook: {output / 'index.html'}")
 
