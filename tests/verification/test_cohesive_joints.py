@@ -9,9 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 import sitedda
 from sitedda.engine import reduced_group
+from sitedda.output.scene import Scene
+from sitedda.output.vtk import contacts_of
 from sitedda.validation.model import (
     block,
     contact,
@@ -240,6 +243,22 @@ def test_strength_is_divided_and_openings_stay():
     found = reduced_group(text, 2.0)
     assert found["tensile_strength"] == 5e5 and found["cohesion"] == 1e6
     assert found["fracture_energy"] == 25.0 and found["shear_fracture_energy"] == 250.0
+
+
+def test_pictures_views_and_paraview_have_the_damage(tmp_path):
+    """Whole at first, half damaged, then broken, in the scene that all of them show."""
+    file = _written(tmp_path, bar(400, 8e-5))
+    run = sitedda.run(file, tmp_path / "o.nc")
+    scene = Scene.of(run)
+    damage = np.array([scene.own_quantity("damage", f).max() for f in range(scene.frames)])
+    assert damage[0] == 0.0 and damage[-1] == 1.0 and (np.diff(damage) >= 0.0).all()
+    some = int(np.argmax(damage > 0.1))
+    assert damage[some] < 1.0
+    whole = contacts_of(scene, some).cells["damage"]
+    assert whole.max() == pytest.approx(damage[some])
+    axes = sitedda.draw(run, time=float(scene.time[-1]), color="damage")
+    assert any("damage" in text.get_text() for text in axes.figure.findobj(Text))
+    assert "largest damage of faces and joints" in run.view(tmp_path / "v.html").read_text()
 
 
 @pytest.mark.parametrize("energy", [1.0, 1e-3])

@@ -158,6 +158,36 @@ def test_a_glued_block(strength, stands, law):
         assert abs(run.energies["balance"]) < 1e-6 * run.energies["initial"]
 
 
+def ultimate(points: int) -> float:
+    """Moment of brittle points over T L²/6, which break from an end: the most of what is left."""
+    x, w = np.array(NODES[points]), np.array(WEIGHTS[points])
+    x, w = np.concatenate([-x[x > 0], x]) / 2, np.concatenate([w[x > 0], w])
+    most, order = 0.0, np.argsort(x)
+    for left in range(len(x), 1, -1):
+        x, w = x[order[:left]], w[order[:left]]
+        middle = w @ x / w.sum()
+        most = max(most, 6 * w @ (x - middle) ** 2 / (x[-1] - middle))
+        order = np.arange(left)
+    return most
+
+
+@pytest.mark.parametrize("law", [{}, {"law": "cohesive", "shear_fracture_energy": 200.0}],
+                         ids=["bond", "cohesive"])  # fmt: skip
+@pytest.mark.parametrize(("points", "share"), [(3, 2.0), (5, 1.1906)])
+def test_a_glued_block_at_rest(points, share, law):
+    """Without a swing what is left of a brittle joint holds 2 TL²/6 on 3 points, 1.19 on 5."""
+    assert ultimate(points) == pytest.approx(share, rel=1e-4)
+    timing = control(1e-2, 120, (0.0, -GRAVITY), dynamic_factor=0.0)
+    for over, stands in ((1.02, True), (0.98, False)):
+        strength = over * FLEXURE / share
+        options = dict(law)
+        if law:
+            options["fracture_energy"] = 0.505 * strength**2 / 1e10
+        with simulation(glued(strength, points, timing, **options)) as run:
+            run.advance(120)
+            assert (run.coordinates[1, 1] > 0.499) == stands
+
+
 def test_an_edge_that_goes_straight_on():
     """An overlap that ends without a corner has a point there: the joint turns the same."""
     floor = [(-5, -1), (5, -1), (5, 0), (0.3, 0), (-5, 0)]  # a vertex in the edge

@@ -381,14 +381,13 @@ def _line_width(scene: Scene) -> float:
 
 
 def _body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
-    """Sides of blocks that lie in no body, where there are bodies, and cracks of these."""
-    if not scene.welded.any():
-        return []
-    shown = ~scene.welded & ~scene.removed(frame)[scene.owner]
-    sides = np.stack([vertices[shown], vertices[scene.next_vertex[shown]]], axis=1)
-    width = _line_width(scene)
-    lines = LineCollection(sides, colors=EDGE, linewidths=width, capstyle="round", zorder=2.1)
-    found = [axes.add_collection(lines, autolim=False)]
+    """Sides of blocks in no body, where there are bodies; cracks of these and of joints."""
+    width, found = _line_width(scene), []
+    if scene.welded.any():
+        shown = ~scene.welded & ~scene.removed(frame)[scene.owner]
+        sides = np.stack([vertices[shown], vertices[scene.next_vertex[shown]]], axis=1)
+        lines = LineCollection(sides, colors=EDGE, linewidths=width, capstyle="round", zorder=2.1)
+        found.append(axes.add_collection(lines, autolim=False))
     damage = np.where(scene.removed(frame)[scene.owner], 0.0, scene.edge_damage(frame))
     broken = damage > 0
     if broken.any():

@@ -47,7 +47,7 @@ _ALL = (
     Quantity("tension", "largest tension", "Pa"),
     Quantity("stress_error", "error of the stress of cells", "Pa"),
     Quantity("plastic_strain", "largest plastic strain", "%"),
-    Quantity("damage", "largest damage of the faces of a cell", "%"),
+    Quantity("damage", "largest damage of faces and joints", "%"),
 )
 QUANTITIES = {one.name: one for one in _ALL}
 MOVEMENTS = {

@@ -189,8 +189,9 @@ class Scene:
     @property
     def own_quantities(self) -> list[str]:
         """Those of `OWN_QUANTITIES` that the model has."""
-        known = {"damage": "edge_damage"}
-        return [n for n in OWN_QUANTITIES if known.get(n, f"block_{n}") in self.data]
+        known = {"damage": ("edge_damage", "contact_damage")}
+        return [n for n in OWN_QUANTITIES
+                if any(k in self.data for k in known.get(n, (f"block_{n}",)))]  # fmt: skip
 
     def own_quantity(self, name: str, frame: int) -> np.ndarray:
         """One of `OWN_QUANTITIES`, shape (blocks,); 0 where the model does not have it."""
@@ -201,10 +202,31 @@ class Scene:
         return self._read(f"block_{name}", frame)
 
     def edge_damage(self, frame: int) -> np.ndarray:
-        """Damage of the welded faces of each edge, shape (vertices,): 0 whole, 1 broken."""
-        if "edge_damage" not in self.data:
-            return np.zeros(len(self.owner))
-        return self._read("edge_damage", frame)
+        """Damage of welded faces and cohesive joints by edges, shape (vertices,): 1 is broken.
+
+        Joints are those that were bonded in the first frame; the edge is that of the contacts.
+        """
+        if "edge_damage" in self.data:
+            found = np.array(self._read("edge_damage", frame), dtype=float)
+        else:
+            found = np.zeros(len(self.owner))
+        if "contact_damage" in self.data:
+            begun, now = self._cohesive_contacts(0), self._cohesive_contacts(frame)
+            glued = np.unique(begun["edge"][begun["bonded"] > 0])
+            apart = np.setdiff1d(glued, now["edge"])
+            of_glued = np.isin(now["edge"], glued)
+            np.maximum.at(found, now["edge"][of_glued], now["damage"][of_glued])
+            found[apart] = 1.0
+        return found
+
+    def _cohesive_contacts(self, frame: int) -> dict[str, np.ndarray]:
+        """Edge, bond and damage of the contacts of cohesive joints."""
+        which = slice(*self._contact_starts[frame : frame + 2])
+        names = ("edge", "bonded", "damage", "joint")
+        found = {name: read(self.data, f"contact_{name}", which) for name in names}
+        laws = [joint.get("law") == "cohesive" for joint in self.groups.get("joint", [])]
+        cohesive = np.array(laws, dtype=bool)[found["joint"]]
+        return {name: values[cohesive] for name, values in found.items()}
 
     def displacement(self, frame: int) -> np.ndarray:
         """Displacement of the centroids since the first frame, shape (blocks, 2), m."""
@@ -216,9 +238,9 @@ class Scene:
         return np.searchsorted(frame, np.arange(self.frames + 1))
 
     def contacts(self, frame: int) -> dict[str, np.ndarray]:
-        """Contacts of a frame: vertex, edge, state, bonded, gap, normal_force, shear_force."""
+        """Contacts of a frame: vertex, edge, state, bonded, gap, forces; place, damage if any."""
         names = ("vertex", "edge", "state", "bonded", "gap", "normal_force", "shear_force")
-        names += ("place",) * ("contact_place" in self.data.variables)
+        names += tuple(n for n in ("place", "damage") if f"contact_{n}" in self.data.variables)
         which = slice(*self._contact_starts[frame : frame + 2])
         return {name: read(self.data, f"contact_{name}", which) for name in names}
 

@@ -137,7 +137,7 @@ def blocks_of(scene: Scene, frame: int) -> PolyData:
     words = {
         "stress_error": "error of stress (Pa)",
         "plastic_strain": "largest plastic strain",
-        "damage": "largest damage of faces",
+        "damage": "largest damage of faces and joints",
     }
     for name in scene.own_quantities:
         data.cells[words[name]] = scene.own_quantity(name, frame)
@@ -168,6 +168,8 @@ def contacts_of(scene: Scene, frame: int) -> PolyData:
         "state": contacts["state"].astype("<i4"),
         "bonded": contacts["bonded"].astype("<i4"),
     }
+    if "damage" in contacts:
+        data.cells["damage"] = contacts["damage"].astype("<f8")
     return data
 
 
