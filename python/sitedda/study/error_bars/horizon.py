@@ -142,13 +142,14 @@ def _reached(name: str, table) -> float:
 def _beyond(figure: Figure, reached: float, first: float) -> Figure:
     """Say of a figure that it is of a time at which twins have parted.
 
-    One without a limit is judged by the `first` of all partings, others by their own.
+    One without a limit, or that 4 k_n changes as much, is judged by the `first` of all partings,
+    others by their own.
     """
     words, between, numbers = figure.doubt.partition(":")
     if is_count(figure.name):
         until = first if words or figure.name.startswith("contacts_") else math.inf
     else:
-        until = {OPEN: first, YIELD: math.inf}.get(words, figure.decided)
+        until = {OPEN: first, YIELD: first}.get(words, figure.decided)
     if not reached > until:
         return figure
     where = f"{BEYOND} of {number(until, 3)} s, one of a distribution"
