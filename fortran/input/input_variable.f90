@@ -25,11 +25,11 @@ module dda_input_variable
       integer :: size             !< values that it may hold; 0: one, and no list
       real(wp) :: lowest = -usable, highest = usable  !< of each number
       real(wp) :: preset = unset  !< default, where it is a number
-      character(len=72) :: allowed = ''  !< of a word: "'one', 'another'"
+      character(len=128) :: allowed = ''  !< of a word: "'one', 'another'"
       logical :: required = .false.
       character(len=16) :: usual = ''    !< default, where it is a word
       character(len=8) :: switch = ''    !< variable on which it depends, if any
-      character(len=64) :: needs = ''    !< values of that variable that it belongs to
+      character(len=128) :: needs = ''   !< values of that variable that it belongs to
    end type variable_type
 
 end module dda_input_variable

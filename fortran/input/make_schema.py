@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from itertools import accumulate, groupby
 from pathlib import Path
 
+WIDTH = 128  # bytes of values, as in `dda_input_variable`
 USABLE = "usable"  # no number of an input is larger
 KIND = re.compile(r"(real|integer|logical|name|word|text|points)(?:\((\d+)\))?")
 NUMBERS = ("real", "integer", "points")
@@ -173,9 +174,12 @@ def entry(one: Variable) -> str:
         parts.append(f"usual={word}")
     if one.default == "required":
         parts.append("required=.true.")
+    variable, _, values = one.when.partition(" = ")
     if one.when:
-        variable, _, values = one.when.partition(" = ")
         parts.append(f"switch='{variable}', needs={literal(values)}")
+    for text, width in ((one.name, 26), (one.values, WIDTH), (variable, 8), (values, WIDTH)):
+        if len(text.encode()) > width:
+            raise ValueError(f"{one.name}: {text!r} is longer than the {width} bytes it has")
     return f"variable_type({NEXT.join(parts)})"
 
 
