@@ -64,7 +64,7 @@ def test_the_command(study, table, main, tmp_path):
     done = main("study", study, "--workers", "1", "--quiet", "--report")
     assert done.returncode == 0, done.stderr
     assert "9 cases: 6 complete, 3 failed" in done.stdout
-    assert "failed: density = -1.0, scale = 1.0: " in done.stdout
+    assert "failed: density = -1.0, scale = 1.0 and 2 more: " in done.stdout
     with xr.open_dataset(tmp_path / "grid_study" / "table.nc") as found:
         for name in ("top", "energy", "status"):
             assert np.array_equal(
