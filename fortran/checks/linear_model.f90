@@ -53,6 +53,7 @@ module dda_linear_model
       real(wp), allocatable :: mass(:,:,:)          !< [6,6,n] M
       real(wp), allocatable :: elastic(:,:,:)       !< [3,3,n] of the strains
       type(linear_terms_type) :: terms              !< of elements, then of closed contacts
+      integer :: element_terms = 0                  !< of elements
       real(wp) :: normal_stiffness = 0.0_wp         !< k_n, N/m per metre of thickness
       real(wp) :: modulus = 0.0_wp                  !< stiffest block material, Pa
       type(damping_type), allocatable :: damping(:) !< of materials, different from each other
@@ -117,6 +118,7 @@ contains
          if (allocated(error)) return
          call build(linear, settled, .false.)
          call restore_run(linear, simulation)
+         call assemble(linear)
       case default
          call fail(error, error_input, 'contacts '//quoted(which)// &
             " are not known; use 'closed', 'present', 'settled' or 'auto'")
@@ -160,9 +162,16 @@ contains
          call restore_run(linear, simulation)
          call add_contacts(linear, simulation, contacts, all_closed)
       end associate
+      call assemble(linear)
+   end subroutine build
+
+   !> K and its pattern.  Elements may differ from those at rest: bolts break on the way.
+   subroutine assemble(linear)
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
+
       call set_pattern(linear%stiffness, linear%n, coupled_blocks(linear%terms))
       call assemble_stiffness(linear)
-   end subroutine build
+   end subroutine assemble
 
    !> The different ways in which materials of blocks damp.
    pure subroutine collect_damping(linear, blocks)
@@ -253,14 +262,16 @@ contains
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_terms_type) :: terms
-      integer :: i
+      integer :: first_contact, i
 
+      first_contact = linear%element_terms + 1
       linear%scheme = simulation%scheme
       linear%time_step = simulation%model%control%time_step
       linear%dynamic_factor = simulation%model%control%dynamic_factor
       linear%base_motion = simulation%model%control%base_motion
       call linear_terms_of(simulation%elements, simulation%blocks, next_step(simulation), terms)
-      do i = terms%n + 1, linear%terms%n
+      linear%element_terms = terms%n
+      do i = first_contact, linear%terms%n
          call add_term(terms, linear%terms%term(i))
       end do
       linear%terms = terms

@@ -17,6 +17,7 @@ module dda_model_doubts
    private
    public :: doubt_as_read, doubt_as_begun
 
+   character(len=*), parameter :: bending_topic = 'bending'
    integer, parameter :: few_blocks = 200          !< of which a check takes tenths of a second
    integer, parameter :: many_blocks = 5000        !< of which two models are much memory
    integer(long), parameter :: many_steps = 2500   !< beside which a check is less than 5 %
@@ -52,7 +53,7 @@ contains
       if (allocated(error)) call add(simulation%doubts, error%message)
    end subroutine doubt_as_begun
 
-   !> Lines of a report that are not ok.
+   !> Lines of a report that are not ok; of bending the run speaks at its end.
    pure subroutine add_doubts(simulation, report)
       type(simulation_type), intent(inout) :: simulation  !< gets them
       type(report_type), intent(in) :: report             !< of the check
@@ -61,7 +62,7 @@ contains
 
       do i = 1, report%n
          associate (line => report%line(i))
-            if (line%verdict == verdict_ok) cycle
+            if (line%verdict == verdict_ok .or. line%what == bending_topic) cycle
             words = line%what//' ('//trim(verdict_names(line%verdict))//'): '//line%found
             if (line%advice /= '') words = words//'; '//line%advice
             call add(simulation%doubts, words)

@@ -13,8 +13,9 @@ import sitedda
 
 INPUTS = Path(__file__).parents[2] / "inputs"
 STEPS = 20
-# Its static stage rests with 3.8e-8 of the weight unbalanced: differences of that order stay.
-ALLOWED = {"dam.nml": 4e-8}
+# The static stage of the dam rests with 3.8e-8 of the weight unbalanced. Platens impose up to
+# 5,000 m/s² on samples in which contacts slide, whose forces are right to a tolerance only.
+ALLOWED = {"dam.nml": 4e-8, "brazilian.nml": 1e-7, "biaxial.nml": 1e-6}
 
 WALL = """
 &control time_step = {step}, steps = 40, gravity = 3.0, -9.81, solver = '{solver}' /
