@@ -22,7 +22,7 @@ def main() -> None:
         for block in re.findall(r"```sh\n(.*?)```", text, re.DOTALL):
             for line in block.splitlines():
                 words = shlex.split(line)
-                program = [sys.executable, "-m", "sitedda.command", *words[1:]]
+                program = [sys.executable, "-m", "sitedda", *words[1:]]
                 subprocess.run(program, cwd=folder, check=True)
         for name in wanted:
             shrink(Path(folder) / name, HERE / "gallery" / name)

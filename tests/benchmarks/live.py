@@ -193,7 +193,8 @@ def main() -> None:
             flush=True,
         )
         browser.close()
-        loss(folder, 2 if quick else PAIRS)
+    with tempfile.TemporaryDirectory() as place:  # Playwright has ended its loop of events
+        loss(Path(place), 2 if quick else PAIRS)
 
 
 if __name__ == "__main__":

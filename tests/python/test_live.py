@@ -147,6 +147,18 @@ def test_typed_values_are_literals_of_a_script(typed, python):
 # --- the run ---------------------------------------------------------------------------------
 
 
+def test_a_page_that_comes_later_hears_that_the_picture_is_good(folder, tmp_path):
+    async def use(server):
+        async with Client(server) as first:
+            await first.ask("open", source="file", name="pile.nml")
+            good = await first.until(lambda m: m["kind"] == "good")
+            async with Client(server) as later:
+                assert await later.until(lambda m: m["kind"] == "good") == good
+
+    with live(folder, tmp_path / "state") as server:
+        asyncio.run(use(server))
+
+
 def test_the_saved_namelist_gives_the_same_bits(folder, tmp_path):
     async def use(server):
         async with Client(server) as page:

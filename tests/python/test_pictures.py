@@ -15,6 +15,7 @@ from scipy.signal import butter, lsim, sosfilt
 from test_view import EVIL, TITLE, sliding_blocks
 
 import sitedda
+from sitedda.drawing.point_names import PointNames
 from sitedda.movie import ffmpeg, write_movie
 from sitedda.numbers import in_unit
 from sitedda.pictures import draw, force_lines
@@ -24,7 +25,7 @@ from sitedda.report.html import json_for_script
 from sitedda.response import amplifications
 from sitedda.scene import Scene
 from sitedda.signals import GRAVITY, arias_intensity
-from sitedda.style import BOLT
+from sitedda.style import BOLT, new_figure
 from sitedda.verdict import PERIODS, acceleration_spectrum, damping_words
 from sitedda.vtk import write_vtk
 
@@ -170,6 +171,29 @@ def test_a_site_picture_says_which_damping_is_in_the_model(write_input):
     for legend in filter(None, (axes.get_legend() for axes in figure.axes)):
         box, axes = legend.get_window_extent(), legend.axes.get_window_extent()
         assert box.y0 >= axes.y1 - 1 or box.y1 <= axes.y0 + 1
+
+
+def test_names_of_points_cover_neither_each_other_nor_points():
+    places = [(0, 0), (15, 15), (30, 30), (60, 30), (62, 30), (64, 30)]
+    names = ["toe", "6", "crest", "8", "8 b", "a longer name"]
+    figure, axes = new_figure(size=(9, 3))
+    axes.set(xlim=(-230, 410), ylim=(-30, 50))
+    found = PointNames(axes, names, places, places)
+    figure.canvas.draw()
+    boxes = [name.get_window_extent() for name in found.names]
+    assert [name.get_text() for name in found.names] == names
+    for i, box in enumerate(boxes):
+        assert not any(box.overlaps(other) for other in boxes[:i]), names[i]
+        assert not any(box.contains(*at) for at in axes.transData.transform(places)), names[i]
+
+
+def test_blocks_have_one_scale_in_all_panels_of_a_picture(bolted):
+    figure = run_picture(bolted.history)
+    figure.canvas.draw()
+    blocks = [axes for axes in figure.axes if axes.get_ylabel() == "y (m)"]
+    assert len(blocks) == 3
+    scales = [axes.transData.get_matrix()[0, 0] for axes in blocks]
+    assert np.allclose(scales, scales[0], rtol=1e-3)
 
 
 # --- Movies ---------------------------------------------------------------------------------------

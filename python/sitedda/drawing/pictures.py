@@ -14,7 +14,6 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from matplotlib.transforms import ScaledTranslation
 
@@ -54,6 +53,7 @@ from .forces import (
     scale_arrow,
 )
 from .joint_map import draw_movements, joint_lines
+from .point_names import PointNames
 from .quantities import (
     ARROWS,
     COLORINGS,
@@ -323,7 +323,8 @@ class BlockPicture:
         size, unit = in_unit(abs(values[beyond[0]]), kind.unit)
         area = scene.areas()
         one_of_each = {scene.names[b]: b for b in reversed(beyond)}  # of a body its first cell
-        named = [f"{scene.names[b]} ({number(area[b], 3)} m²) {values[b] / size:.3g} {unit}"
+        shown = {b: f"{values[b] / size:.3g} {unit}".replace("-", "−") for b in beyond}
+        named = [f"{scene.names[b]} ({number(area[b], 3)} m²) {shown[b]}"
                  for b in beyond if one_of_each[scene.names[b]] == b]  # fmt: skip
         place, figure = self.axes.get_subplotspec(), self.axes.figure
         columns = place.get_gridspec().ncols if place else 1
@@ -500,17 +501,9 @@ def _boundary(axes: Axes, scene: Scene) -> list:
         (line,) = axes.plot(x, y, "o", color=POINT, mec=PAPER, mew=0.9, ms=7, zorder=7)
         line.set_label("measured point")
         handles.append(line)
-        for point in points[:_MOST_LABELS]:
-            axes.annotate(
-                plain(point["name"]),
-                (point["x"], point["y"]),
-                xytext=(6, 5),
-                textcoords="offset points",
-                fontsize=8.5,
-                color=POINT,
-                zorder=8,
-                path_effects=[withStroke(linewidth=2.5, foreground=PAPER)],
-            )
+        names = [plain(point["name"]) for point in points[:_MOST_LABELS]]
+        places = np.column_stack([x, y])
+        PointNames(axes, names, places[:_MOST_LABELS], places)
     return handles + _slivers(axes, scene)
 
 

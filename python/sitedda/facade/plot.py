@@ -33,7 +33,7 @@ from .panels import (
 )
 
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
-_BLOCKS_WIDTH = 4.2  # inches of the blocks in a picture of two of them
+_BLOCKS_WIDTH = 3.5  # inches of the blocks in a picture of two of them
 _WORTH = 1e-6  # of the model's size: less has a picture only where a motion drives it
 _SURFACE = 4  # measured points, from which on amplification along them is what is drawn
 _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, that damping is said at where no peak is asked for
@@ -137,23 +137,28 @@ def _picture(scene: Scene, history, shaken: bool) -> Figure:
     rows = [tall + 1.2] + ([tall + 1.2 if "moved" in below else 3.4] if below else [])
     figure = empty_figure((11, 0.7 + sum(rows)))
     _title(figure, history)
-    parts = figure.subfigures(len(rows), 1, height_ratios=rows, squeeze=False)[:, 0]
-    model, after = parts[0].subplots(1, 2)
+    if "moved" in below:  # one grid, so that blocks have one scale in all panels
+        panels = figure.subplots(2, 2, height_ratios=rows)
+    else:
+        parts = figure.subfigures(len(rows), 1, height_ratios=rows, squeeze=False)[:, 0]
+        panels = [part.subplots(1, 2) for part in parts]
+    model, after = panels[0]
     _blocks(model, scene, "The model", time=float(scene.time[0]), color="material")
     if shaken:
-        _moved(after, scene)
+        _moved(after, scene, least)
     else:
         _blocks(after, scene, "Forces at the end", color="compression", contacts="force")
-    for axes, name in zip(parts[-1].subplots(1, 2) if below else (), below, strict=False):
-        _panel(axes, name, scene, history, curves)
+    for axes, name in zip(panels[-1] if below else (), below, strict=False):
+        if name == "moved":
+            _moved(axes, scene, least)
+        else:
+            _panel(axes, name, scene, history, curves)
     return figure
 
 
 def _panel(axes, name: str, scene: Scene, history, curves) -> None:
-    """One of the lower panels."""
-    if name == "moved":
-        _moved(axes, scene)
-    elif name == "curves":
+    """One of the lower panels, but that of the blocks."""
+    if name == "curves":
         draw_displacements(axes, history, curves)
         mark_stages(axes, scene)
     elif name == "spectra":
@@ -170,12 +175,12 @@ def _blocks(axes, scene: Scene, title: str, **look) -> None:
     head(axes, title, words, lines=1 + words.count("\n"))
 
 
-def _moved(axes, scene: Scene) -> None:
-    """Displacements, and slip or opening of the joints, whichever is larger."""
+def _moved(axes, scene: Scene, least: float) -> None:
+    """Displacements, and slip or opening of joints, whichever is larger, from `least` (m) on."""
     last = [scene.frames - 1]
     slip, gap = (movement_limits(scene, name, last).high for name in ("slip", "opening"))
     contacts = "slip" if slip >= gap else "opening"
-    if max(slip, gap) <= rounding(scene)["m"]:
+    if max(slip, gap) <= least:
         contacts = None
     _blocks(axes, scene, "What has moved at the end", color="displacement", contacts=contacts)
 

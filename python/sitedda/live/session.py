@@ -81,7 +81,8 @@ class Session:
         else:
             messages += [self.run.drawn] if self.run.drawn else []
             messages += [*self.run.frames, self.run.described()]
-        return messages + [m for kind, m in self._said.items() if kind in ("trouble", "check")]
+        lasting = ("good", "trouble", "check")
+        return messages + [m for kind, m in self._said.items() if kind in lasting]
 
     def _start_message(self) -> dict:
         files = sorted(f.name for f in self.folder.glob("*.nml") if f.is_file())[:_MOST_FILES]
@@ -266,7 +267,7 @@ class Session:
         self._drawn = drawing.message
         self.tell(drawing.message)
         took = time.perf_counter() - begun
-        self.tell({"kind": "good", "version": version, "seconds": took})
+        self._say({"kind": "good", "version": version, "seconds": took})
 
     def _say(self, message: dict) -> None:
         """Tell a message that also pages hear that come later."""

@@ -260,8 +260,8 @@ def headline(figure: Figure, title: str, words: str = "") -> None:
     # The blank line of the title keeps the place of the words from the layout.
     figure.suptitle(f"{title}\n" if words else title, x=0.01, ha="left", fontsize=13,
                     fontweight="bold", color=INK)  # fmt: skip
-    under = figure.transFigure + ScaledTranslation(0, -0.22, figure.dpi_scale_trans)
-    figure.text(0.01, 0.99, words, transform=under, va="top", fontsize=9.5, color=FAINT)
+    under = figure.transFigure + ScaledTranslation(0, -0.3, figure.dpi_scale_trans)
+    figure.text(0.01, 1.0, words, transform=under, va="top", fontsize=9.5, color=FAINT)
 
 
 def legend_above(axes, columns: int = 3) -> None:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from ..base.numbers import in_unit
 from ..drawing.pictures import BlockPicture, plain, view_box
 from ..engine.signals import spectral_acceleration
-from ..report.style import BLUE, FAINT, GREEN, ORANGE, RED, empty_figure, headline
+from ..report.style import BLUE, FAINT, GREEN, INK, ORANGE, RED, empty_figure, headline
 
 PERIODS = np.logspace(-1.7, 0.7, 120)  # s
 _WIDTH = 7.4  # inches of the model below an amplification along the surface
@@ -284,8 +284,8 @@ def surface_figure(surface) -> Figure:
     """
     low, high = view_box(surface.scene)
     tall = _WIDTH * (high - low)[1] / (high - low)[0]
-    figure = empty_figure((9.5, 5.6 + tall))
-    map_, peaks, blocks = figure.subplots(3, 1, height_ratios=[3, 1.6, tall + 0.4])
+    figure = empty_figure((9.5, 5.0 + tall))
+    map_, peaks, blocks = figure.subplots(3, 1, height_ratios=[3, 1.0, tall + 0.4])
     _map(map_, surface)
     for values, color, label in (
         (surface.peak_acceleration, BLOCKS, "peak acceleration"),
@@ -353,11 +353,14 @@ def _map(axes, surface) -> None:
         cmap="RdBu_r",
         norm=LogNorm(1.0 / most, most),
     )
+    for x in surface.place[:, 0]:
+        axes.axvline(x, color=INK, lw=0.6, ls=":", alpha=0.5)
     ticks = [f for f in _TICKS if surface.frequency[0] <= f <= surface.frequency[-1]]
     axes.set(yscale="log", ylabel="frequency (Hz)")
     axes.set_yticks(ticks, labels=[f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
-    axes.set_title(plain(f"over the {surface.reference}"), loc="left", fontsize=10)
+    words = f"over the {surface.reference}; between the points (dotted) interpolated"
+    axes.set_title(plain(words), loc="left", fontsize=10)
     bar = axes.figure.colorbar(shown, ax=axes, aspect=18, pad=0.02, label="amplification")
     ratios = [r for r in _RATIOS if 1.0 / most <= r <= most]
     bar.set_ticks(ratios, labels=[f"{r:g}" for r in ratios])
