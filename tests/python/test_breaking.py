@@ -167,6 +167,27 @@ def test_a_run_that_breaks_goes_on_from_its_checkpoint_with_the_same_bits(tmp_pa
         same_bits(whole.history, sitedda.resume(file, tmp_path / "half.nc").history)
 
 
+def test_the_executable_and_python_break_the_same_faces(tmp_path, native, same_bits):
+    model = cells(4, 2, 0.5, 200, 2e-5, 0.2, ([-0.6, -0.3, 1.0], [0.6, 0.3, 1.0]))
+    run = model.run(output=tmp_path / "python.nc")
+    assert run.history.energy_fracture[-1] > 0
+    done = native(
+        "run", model.write(tmp_path / "body.nml"), "-q", "-o", "native.nc", folder=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    same_bits(run.history, tmp_path / "native.nc", attributes=())
+
+
+def test_a_study_runs_over_strengths_of_faces(tmp_path):
+    """A strength above what comes breaks nothing."""
+    velocities = ([-0.2, 0.0, 0.0], [0.2, 0.0, 0.0])  # 1.4 MPa
+    file = cells(4, 2, 0.5, 200, 2e-5, 0.2, velocities).write(tmp_path / "body.nml")
+    values = {"joint.crack.tensile_strength": [5e5, 3e6]}
+    table = sitedda.study(file, values, ["energy_fracture.last"], folder=tmp_path / "cases")
+    weak, strong = table["energy_fracture.last"].values
+    assert weak == pytest.approx(ENERGY * 1.0, rel=0.02) and strong == 0
+
+
 def test_pictures_and_files_show_cracks(tmp_path):
     model = cells(4, 2, 0.5, 300, 2e-5, 0.2, ([-0.6, 0.0, 0.0], [0.6, 0.0, 0.0]))
     run = model.run()

@@ -19,6 +19,8 @@ MASING = {
     "damping_curve": "masing",
 }  # fmt: skip
 
+DARENDELI = {"law": "hysteretic", "curve": "darendeli", "mean_stress": 1e5}
+
 
 def soil_model(steps, soil, integration="midpoint", time_step=2e-3):
     """A model in plane strain of one soil, without blocks."""
@@ -86,8 +88,12 @@ def test_a_column_of_cells_is_the_column_of_one_dimension(amplitude):
 def sheared_block(strain, soil, integration="midpoint"):
     """A block that two cycles of shear are forced on, of 400 steps each."""
     model = soil_model(800, soil, integration, 1e-2)
-    model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
-    values = strain * np.sin(2 * np.pi * np.arange(802) / 400)
+    return hold_sheared(model, strain * np.sin(2 * np.pi * np.arange(802) / 400))
+
+
+def hold_sheared(model, values):
+    """Add a block of 1 m whose top follows displacements, m."""
+    model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block", material="soil")
     model.motion(name="top", values=values.tolist(), quantity="displacement", time_step=1e-2)
     for x in (0.0, 1.0):
         model.fixed_point(x=x, y=0.0)
@@ -203,7 +209,7 @@ def test_safety_takes_the_shear_strength_of_a_curve():
 
 @pytest.mark.parametrize("integration", ["dda", "theta", "midpoint"])
 def test_no_step_gains(integration):
-    soil = {"law": "hysteretic", "curve": "darendeli", "mean_stress": 1e5}
+    soil = DARENDELI
     history = sheared_block(1e-3, soil, integration).run().history
     terms = ["energy_plastic", "energy_material_damping"]
     for term in terms:
@@ -239,6 +245,45 @@ def test_a_run_goes_on_from_its_checkpoint_with_the_same_bits(tmp_path, same_bit
     with sitedda.Simulation(file, tmp_path / "half.nc") as half:
         half.advance(113)
     same_bits(whole.history, sitedda.resume(file, tmp_path / "half.nc").history)
+
+
+def test_the_executable_and_python_compute_the_same_bits(tmp_path, native, same_bits):
+    file = shaken_column(sine(2.0, 1.0, 100), 6, DARENDELI).write(tmp_path / "column.nml")
+    run = sitedda.run(file, tmp_path / "python.nc")
+    done = native("run", file, "-q", "-o", "native.nc", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    same_bits(run.history, tmp_path / "native.nc")
+
+
+def test_a_study_runs_over_the_values_of_a_law(tmp_path):
+    """Plastic soil and deep soil yield later: they lose less energy."""
+    file = shaken_column(sine(2.0, 1.0, 400), 4, DARENDELI).write(tmp_path / "column.nml")
+    values = {
+        "material.soil.plasticity_index": [0.0, 50.0],
+        "material.soil.mean_stress": [5e4, 2e5],
+    }
+    table = sitedda.study(file, values, ["energy_plastic.last"], folder=tmp_path / "cases")
+    lost = table["energy_plastic.last"].values
+    assert np.all(np.diff(lost, axis=0) < 0) and np.all(np.diff(lost, axis=1) < 0)
+
+
+@pytest.mark.parametrize("first, second", [({}, MASING), (MASING, {}), (MASING, DARENDELI)])
+def test_a_change_of_law_keeps_stresses(first, second):
+    """A block that is held sheared while its material changes."""
+    model = soil_model(None, first, time_step=1e-2)
+    young = 2 * SHEAR * (1 + POISSON)
+    model.material("other", density=DENSITY, young_modulus=young, poisson_ratio=POISSON, **second)
+    hold_sheared(model, 1e-3 * np.minimum(np.arange(102) / 50, 1))
+    model.stage(name="first", steps=95)
+    model.stage(name="second", steps=5, change_materials="soil -> other")
+    with sitedda.Simulation(model) as simulation:
+        simulation.advance(95)
+        before = simulation.stresses[0, 2]
+        simulation.advance(5)
+        after = simulation.stresses[0, 2]
+    assert after == pytest.approx(before, rel=1e-4)
+    law = {"yields": 1e-3 / (1 + 1e-3 / REFERENCE), "linear": 1e-3}
+    assert before == pytest.approx(SHEAR * law["yields" if first else "linear"], rel=0.02)
 
 
 @pytest.mark.parametrize(
