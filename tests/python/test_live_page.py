@@ -26,7 +26,7 @@ OVER = "page.run && ['done', 'failed', 'stopped'].includes(page.run.status)"
 
 @pytest.fixture
 def served(tmp_path):
-    folder = tmp_path / "work"
+    folder = Path(PICTURES or tmp_path) / "models"
     folder.mkdir()
     with live(folder, tmp_path / "state") as server:
         yield server

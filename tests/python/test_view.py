@@ -371,6 +371,11 @@ def test_charts_have_ticks_and_units_and_scales_are_those_of_pictures(pages, ope
         "blockViews[0].plots.map((p) => [p.state.ticks, p.title.innerText])"
     ):
         assert len(chart[0]) >= 3 and chart[1].endswith(")")
+    page.evaluate("blockViews[0].draw()")
+    told = page.evaluate("""blockViews[0].plots.flatMap((p) => p.lines.map((l) =>
+        [l.value.textContent.replaceAll("−", "-"), l.y[l.y.length - 1] / p.scale]))""")
+    for shown, last in told:  # at the end, which the page opens with
+        assert float(shown.split(" ")[0]) == pytest.approx(last, rel=1e-3), told
     scene = Scene.of(run)
     for name in QUANTITIES.keys() - set(OWN_QUANTITIES):
         own = page.evaluate(f"blockViews[0].model.range('{name}', {scene.frames - 1})")

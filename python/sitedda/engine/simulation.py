@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.arguments import Range
+from ..base.arrays import parts_of
 from ..base.core import FILES, api, checked, engine_names
 from ..base.errors import InputError, OutputError, SiteddaError
 from ..base.stop import Stop, program_hears
@@ -492,7 +493,8 @@ class Simulation:
     def polygons(self) -> list[np.ndarray]:
         """Vertices of each block, shape (vertices, 2), m, counter-clockwise."""
         owner = self._table("edges")[:, 0]
-        return np.split(self._table("vertices").T, np.flatnonzero(np.diff(owner)) + 1)
+        first = np.flatnonzero(np.diff(owner, prepend=-1, append=-1))
+        return parts_of(self._table("vertices").T, first)
 
     @property
     def contacts(self) -> dict[str, np.ndarray]:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from ..base.arrays import parts_of
 from ..base.core import FILES
 from ..base.errors import InputError
 from ..base.reading import check_readable
@@ -172,7 +173,7 @@ class Scene:
 
     def split(self, vertices: np.ndarray) -> list[np.ndarray]:
         """An array over all vertices as one for each block."""
-        return np.split(vertices, self.first[1:-1])
+        return parts_of(vertices, self.first)
 
     def coordinates(self, frame: int) -> np.ndarray:
         """Block coordinates, shape (blocks, 6): m, rad, strains in axes of the block."""

@@ -14,6 +14,7 @@ import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from ...base.arrays import parts_of
 from ...base.errors import InputError
 from .geometry import (
     MOST_JOINTS,
@@ -439,7 +440,7 @@ class _Cut:
         rings = Rings(rings.corners[keep], np.bincount(rings.owner[keep], minlength=len(cycles)))
         self._check_corners(rings)
         turned = rings.from_lowest(max(_LEVEL * self.size, self.rounding))
-        polygons = np.split(rings.corners[turned] + self.centre, rings.first[1:-1])
+        polygons = parts_of(rings.corners[turned] + self.centre, rings.first)
         joints = np.array(self.joint_names, dtype=object)[labels[turned]].tolist()
         order = np.lexsort(np.round(rings.centroids() / (_ORDER * self.size)).T)
         blocks, numbers = Blocks(), Counter()

@@ -12,6 +12,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ...base.arrays import parts_of
 from ...base.errors import InputError
 from ..cutting.network import (
     CORNER,
@@ -280,7 +281,7 @@ class _Body:
         rings = Rings(rings.corners[keep], np.bincount(rings.owner[keep], minlength=len(cycles)))
         short, long = self._unusual(rings)
         turned = rings.from_lowest(max(1e-9 * self.size, self.rounding))
-        polygons = np.split(self._placed(rings.corners[turned]), rings.first[1:-1])
+        polygons = parts_of(self._placed(rings.corners[turned]), rings.first)
         joints = np.array([*self.names, ""], dtype=object)[labels[turned]].tolist()
         order = np.lexsort(np.round(rings.centroids() / (_ORDER * self.size)).T)
         return Cut(

@@ -92,6 +92,7 @@ export class Chart {
         const middle = (low + high) >> 1;
         if (line.x[middle] <= time) low = middle; else high = middle;
       }
+      if (line.x[high] <= time) low = high;  // the last moment has its own value
       line.value.textContent = `${short(line.y[low] / this.scale)} ${this.name}`;
     }
     this.point();

@@ -53,7 +53,8 @@ export class RunBar {
     const parts = [WORDS[this.state] || this.state];
     if (run.step !== undefined) {
       parts.push(`${short(run.time)} of ${short(run.duration)} s`,
-        `step ${run.step.toLocaleString("en")}`, `${run.iterations} iterations`);
+        `step ${run.step.toLocaleString("en")}`,
+        `${run.iterations} iteration${run.iterations === 1 ? "" : "s"}`);
     }
     if (run.left && this.state === "running") parts.push(`${duration(run.left)} left`);
     this.words.textContent = parts.join(" · ");
