@@ -76,7 +76,7 @@ contains
    subroutine check_rayleigh(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
-      character(len=:), allocatable :: found, advice
+      character(len=:), allocatable :: found, advice, brief
       real(wp) :: alpha, steps
 
       alpha = maxval(linear%damping%alpha)
@@ -86,18 +86,24 @@ contains
       if (report%band%known) found = found//'; '//ratios(report%band%lowest)//'; '// &
          ratios(report%band%highest)
       advice = ''
+      brief = ''
       if (alpha > 0.0_wp .and. (linear%unilateral > 0 .or. report%modes%rigid > 0 .or. &
          linear%closed == 0)) then
          found = found//'; blocks can move freely, and alpha drags them: a falling one to '// &
             short_text(9.81_wp/alpha)//' m/s'
          advice = '; alpha = 0 for blocks that are not bonded'
+         brief = 'Rayleigh damping: alpha drags free blocks, a falling one to '// &
+            short_text(9.81_wp/alpha)//' m/s'
       end if
       steps = ringing_of_strains(linear)
       if (steps > 0.0_wp) found = found//'; the stiffest strain of a block changes the sign of '// &
          'its rate every step and falls to 1/e in '//short_text(steps)//' steps'
-      if (steps > most_ringing) advice = advice//'; a smaller time_step or beta'
+      if (steps > most_ringing) then
+         advice = advice//'; a smaller time_step or beta'
+         brief = 'Rayleigh damping: strains ring, 1/e in '//short_text(steps)//' steps'
+      end if
       call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'Rayleigh damping', &
-         found, 'zeta = alpha/(2 omega) + beta omega/2', advice(min(3, len(advice) + 1):))
+         found, 'zeta = alpha/(2 omega) + beta omega/2', advice(min(3, len(advice) + 1):), brief)
 
    contains
 

@@ -13,7 +13,10 @@ module dda_check_report
    implicit none
    private
    public :: report_type, line_type, add_line, add_notes, verdict_names, verdict_ok, verdict_warn, &
-      verdict_fail, report_text, advice_if
+      verdict_fail, report_text, advice_if, first_mode, ringing_topic
+
+   !> Topics of the verdict: of joints that stay closed, and of velocities that alternate.
+   character(len=*), parameter :: first_mode = 'first mode', ringing_topic = 'ringing'
 
    integer, parameter :: verdict_ok = 1, verdict_warn = 2, verdict_fail = 3
    character(len=4), parameter :: verdict_names(3) = ['ok  ', 'warn', 'FAIL']
@@ -26,6 +29,7 @@ module dda_check_report
       character(len=:), allocatable :: found    !< number and limit
       character(len=:), allocatable :: source   !< where the limit comes from
       character(len=:), allocatable :: advice   !< what to change, '' if nothing
+      character(len=:), allocatable :: brief    !< topic and words for the verdict of a run
    end type line_type
 
    !> All findings, and the numbers behind them.
@@ -49,16 +53,21 @@ module dda_check_report
 contains
 
    !> Append a line.
-   subroutine add_line(report, verdict, what, found, source, advice)
+   subroutine add_line(report, verdict, what, found, source, advice, brief)
       type(report_type), intent(inout) :: report  !< check report
       integer, intent(in) :: verdict  !< verdict_ok …
       !> what was looked at; number and limit; where the limit comes from; what to change, blank if
       !> nothing
       character(len=*), intent(in) :: what, found, source, advice
+      !> "topic: words" of one line, for the verdict of a run; default: what was looked at, the number
+      character(len=*), intent(in), optional :: brief
+      character(len=:), allocatable :: words
 
+      words = what//': '//found
+      if (present(brief)) words = brief
       if (report%n == 0) allocate (report%line(0))
       report%n = report%n + 1
-      report%line = [report%line, line_type(verdict, what, found, source, advice)]
+      report%line = [report%line, line_type(verdict, what, found, source, advice, words)]
       report%worst = max(report%worst, verdict)
    end subroutine add_line
 

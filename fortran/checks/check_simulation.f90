@@ -14,10 +14,10 @@ module dda_check_simulation
    use dda_check_material, only: check_material
    use dda_check_band, only: band_type, significant_band
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, verdict_fail, &
-      advice_if
+      advice_if, first_mode, ringing_topic
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, linearise, energy_of, &
-      strain_energy, at_frequency, unrelaxed
+      at_frequency, unrelaxed
    use dda_impact_regime, only: impact_regime_type, find_impact_regime
    use dda_model, only: run_steps
    use dda_modes, only: modes_type, find_modes
@@ -217,7 +217,7 @@ contains
       report%ringing = ringing%steps
       call add_line(report, merge(verdict_warn, verdict_ok, ringing%steps > most_ringing), &
          'ringing', ringing%words, 'roots of the scheme', advice_if(ringing%steps > most_ringing, &
-         ringing%advice))
+         ringing%advice), ringing_topic//': '//ringing%brief)
    end subroutine check_ringing
 
    !> What impacts leave of a velocity, and what that hangs on.
@@ -258,12 +258,15 @@ contains
       if (report%modes%elongation(1) < 0.0_wp) then
          call add_line(report, verdict_fail, 'first mode', 'it does not oscillate: omega dt = '// &
             short_text(report%modes%omega(1)*linear%time_step)//' > 4', 'paper eq. 13', &
-            'time_step below '//short_text(0.1_wp/report%modes%frequency(1))//' s')
+            'time_step below '//short_text(0.1_wp/report%modes%frequency(1))//' s', first_mode// &
+            ': does not oscillate, omega dt = '// &
+            short_text(report%modes%omega(1)*linear%time_step)//' > 4')
       else
          call add_line(report, merge(verdict_ok, verdict_warn, &
             report%modes%elongation(1) < 0.01_wp), 'first mode', 'period longer by '// &
             short_text(100*report%modes%elongation(1))//' %, limit 1 %', 'scheme', &
-            advice_if(report%modes%elongation(1) >= 0.01_wp, 'a smaller time_step'))
+            advice_if(report%modes%elongation(1) >= 0.01_wp, 'a smaller time_step'), first_mode// &
+            ': period '//short_text(100*report%modes%elongation(1))//' % too long')
       end if
    end subroutine check_modes
 
@@ -280,7 +283,7 @@ contains
       ratio = simulation%model%contact%normal_stiffness/(modulus*1.0_wp)
       found = short_text(simulation%model%contact%normal_stiffness)//' N/m, '// &
          short_text(ratio)//' E·1 m'
-      if (.not. report%has_modes .or. linear%closed == 0) then
+      if (.not. report%has_modes .or. linear%by_penalty == 0) then
          call add_line(report, verdict_ok, 'penalty', found, 'paper section 2.2: 40 E', '')
          return
       end if
@@ -298,7 +301,9 @@ contains
       call add_line(report, merge(verdict_ok, verdict_warn, report%shift < 0.05_wp), 'penalty', &
          found//'; joints lower the first frequency by '//short_text(100*report%shift)// &
          ' %, limit 5 %', 'stiff limit', advice_if(report%shift >= 0.05_wp, &
-         'a higher normal_stiffness, unless the joints are meant to be that soft'))
+         'a higher normal_stiffness, unless the joints are meant to be that soft'), first_mode// &
+         ': '//short_text(100*report%shift)//' % below that with rigid joints, '// &
+         to_text(linear%by_penalty)//' contacts')
    end subroutine check_penalty
 
    !> Not so soft that blocks sink into each other, not so stiff that the rounding of positions is a
@@ -309,30 +314,34 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       real(wp), parameter :: deepest = 0.01_wp, noisiest = 1.0e-3_wp
       real(wp) :: depth, noise, weight
+      character(len=:), allocatable :: brief
 
       weight = norm2(simulation%model%control%gravity)*minval(simulation%blocks%mass, &
          mask=.not. simulation%blocks%removed)
       if (weight == 0.0_wp .or. linear%closed == 0) return
       depth = linear%penetration/report%block_size(1)
       noise = simulation%iteration%noise/weight
+      brief = 'contacts at rest penetrate by '//short_text(100*depth)//' % of the smallest block'
+      if (.not. depth > deepest) brief = 'rounding is worth '//short_text(100*noise)// &
+         ' % of the smallest weight'
       call add_line(report, merge(verdict_ok, verdict_warn, depth <= deepest &
          .and. noise <= noisiest), 'penalty bounds', 'settled contacts penetrate by '// &
          short_text(100*depth)//' % of the smallest block, limit '//short_text(100*deepest)// &
          ' %; rounding is worth '//short_text(100*noise)//' % of its weight, limit '// &
          short_text(100*noisiest)//' %', 'statics', advice_if(depth > deepest, &
          'a higher normal_stiffness, or penetration_tolerance')//advice_if(noise > noisiest, &
-         'a lower normal_stiffness'))
+         'a lower normal_stiffness'), 'penalty bounds: '//brief)
    end subroutine check_penalty_bounds
 
-   !> About the same from one mode: where joints hold a share s of its energy, ω² is 1 − s of the
-   !> stiff limit's.
+   !> About the same from one mode: where springs in proportion to k_n hold a share s of its energy,
+   !> ω² is 1 − s of the stiff limit's.
    pure real(wp) function shift_by_energy(linear, modes) result(shift)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(modes_type), intent(in) :: modes  !< lowest modes
       type(energy_share_type) :: energy
 
       energy = energy_of(linear, modes%shape(:, :, 1))
-      shift = 1.0_wp - sqrt(max(0.0_wp, energy%share(strain_energy)))
+      shift = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - energy%of_penalty))
    end function shift_by_energy
 
    !> Blocks against wave lengths, Δt against crossing times.
@@ -355,7 +364,10 @@ contains
          short_text(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20; waves there are '// &
          dispersion_in_words(blocks, eta), 'paper eq. 12', advice_if(eta > coarsest, &
          'blocks no larger than '// &
-         short_text(coarsest*report%speed(1)/report%band%highest)//' m'))
+         short_text(coarsest*report%speed(1)/report%band%highest)//' m'), &
+         'element size: '//to_text(count_larger(blocks, coarsest*report%speed(1) &
+         /report%band%highest))//' blocks over 1/12 wave length at '// &
+         short_text(report%band%highest)//' Hz, most 1/'//short_text(1/eta))
       ! Blocks smaller than a wave asks for do not ask for a smaller time step.
       call add_line(report, merge(verdict_ok, verdict_warn, time_step < max(eta, &
          coarsest)*period), 'time resolution', short_text(time_step)//' s against T/12 = '// &
@@ -363,13 +375,22 @@ contains
          'paper eq. 15', advice_if(time_step >= max(eta, coarsest)*period, 'a smaller time_step'))
    end subroutine check_resolution
 
+   !> Blocks whose smaller side is longer than a limit.
+   pure integer function count_larger(blocks, limit) result(n)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: limit            !< m
+      integer :: b
+
+      n = count([(.not. blocks%removed(b) .and. smaller_side(blocks, b) > limit, b=1, blocks%n)])
+   end function count_larger
+
    !> Damping ratio of the scheme at the first mode and over the band of the record.
    subroutine check_damping(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: first
       logical :: followed
-      character(len=:), allocatable :: found, advice
+      character(len=:), allocatable :: found, advice, brief
 
       first = 0.0_wp
       found = ''
@@ -387,10 +408,15 @@ contains
       advice = advice_if(first >= 0.1_wp, 'time_step for a wanted ratio '// &
          '(sitedda.time_step_for_damping), or '// &
          "integration = 'theta' with damping_ratio and damping_frequency")
-      if (.not. followed) advice = 'time_step below '//short_text(0.5_wp/report%band%highest)//' s'
+      brief = first_mode//': damped '//short_text(100*first)//' % by the scheme'
+      if (.not. followed) then
+         advice = 'time_step below '//short_text(0.5_wp/report%band%highest)//' s'
+         brief = 'time step: motions up to '//short_text(report%band%highest)//' Hz, none followed '// &
+            'beyond '//short_text(0.5_wp/linear%time_step)//' Hz'
+      end if
       call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. followed), &
          'damping', 'by the scheme '//found, '2 zeta = (a + b) tau/(1 - a b tau^2), tau = '// &
-         'tan(omega dt/2)', advice)
+         'tan(omega dt/2)', advice, brief)
    end subroutine check_damping
 
    !> Damping ratio over a band, %; the part at or beyond the Nyquist frequency has none.

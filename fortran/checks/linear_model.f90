@@ -65,6 +65,7 @@ module dda_linear_model
       real(wp) :: dynamic_factor = 1.0_wp           !< of the run
       integer :: closed = 0                         !< contacts that are not open
       integer :: sliding = 0                        !< contacts among them that slide
+      integer :: by_penalty = 0                     !< contacts among them that have k_n
       integer :: unilateral = 0                     !< contacts among them that are not bonded
       real(wp) :: penetration = 0.0_wp              !< deepest of them, m
       character(len=:), allocatable :: bending      !< of bonded joints, see `bending_words`
@@ -83,6 +84,7 @@ module dda_linear_model
    type :: energy_share_type
       real(wp) :: total = 0.0_wp                  !< xᵀKx, summed without cancellation
       real(wp) :: share(energy_kinds) = 0.0_wp    !< of each kind, sum 1 (0 if there is no energy)
+      real(wp) :: of_penalty = 0.0_wp             !< share of springs in proportion to k_n
       !> term, or block for strain, that holds the most of its kind
       integer :: holder(energy_kinds) = 0
       real(wp) :: most(energy_kinds) = 0.0_wp     !< its share of all
@@ -314,6 +316,7 @@ contains
                shear_stiffness_of(contacts, simulation%laws, c), contacts%shear_v(:, c), &
                contacts%shear_e(:, c))
             linear%closed = linear%closed + 1
+            if (term%of_penalty) linear%by_penalty = linear%by_penalty + 1
             if (state == contact_slide) linear%sliding = linear%sliding + 1
             if (.not. contacts%bonded(c)) linear%unilateral = linear%unilateral + 1
          end associate
@@ -397,12 +400,14 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: x(:,:)  !< [6,n]
       type(energy_share_type) :: energy
+      real(wp) :: part
       integer :: i
 
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
-            call add_share(energy, term%kind, i, stiffness_weights(term%instant) &
-               *term%coefficient*stretch_of(term, x)**2)
+            part = stiffness_weights(term%instant)*term%coefficient*stretch_of(term, x)**2
+            call add_share(energy, term%kind, i, part)
+            if (term%of_penalty) energy%of_penalty = energy%of_penalty + part
          end associate
       end do
       do i = 1, linear%n
@@ -412,6 +417,7 @@ contains
       energy%total = sum(energy%share)
       if (energy%total <= tiny(1.0_wp)) return
       energy%share = energy%share/energy%total
+      energy%of_penalty = energy%of_penalty/energy%total
       energy%most = energy%most/energy%total
    end function energy_of
 

@@ -24,6 +24,7 @@ module dda_ringing
       real(wp) :: resolution = 0.0_wp        !< Ω = ωΔt of it
       character(len=:), allocatable :: words
       character(len=:), allocatable :: advice
+      character(len=:), allocatable :: brief
    end type ringing_type
 
 contains
@@ -83,6 +84,7 @@ contains
       character(len=*), intent(in) :: kind  !< of term
 
       ringing%words = 'no velocity changes its sign from step to step'
+      ringing%brief = ringing%words
       ringing%advice = "a smaller time_step, a lower normal_stiffness, or integration = 'theta'"
       if (scheme%chi > 0.5_wp) &
          ringing%advice = 'a smaller time_step, a lower normal_stiffness, or a larger theta'
@@ -92,9 +94,12 @@ contains
          ') changes the sign of its velocity every step and falls to 1/e in '
       if (ringing%steps < 1.0e12_wp) then
          ringing%words = ringing%words//short_text(ringing%steps)//' steps'
+         ringing%brief = '1/e in '//short_text(ringing%steps)//' steps'
       else
          ringing%words = ringing%words//'no number of steps: it does not decay'
+         ringing%brief = 'does not decay'
       end if
+      ringing%brief = kind//', '//ringing%brief
    end subroutine put_in_words
 
 end module dda_ringing

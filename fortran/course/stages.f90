@@ -5,7 +5,7 @@
 !> stage is static, the energy budget begins after it, with what is stored then; what later ones
 !> lose on the way to rest has a line of its own.
 module dda_stages
-   use dda_kinds, only: wp
+   use dda_kinds, only: wp, long
    use dda_baseline, only: displacement_at
    use dda_blocks, only: change_material, place_of, remove_block
    use dda_columns, only: column_count, column_of, name_column
@@ -393,12 +393,15 @@ contains
       type(equilibrium_type) :: equilibrium
       type(energy_type) :: before
       real(wp), allocatable :: places(:,:)
+      integer(long) :: broken
 
       before = simulation%energy
+      broken = simulation%counters%broken
       places = simulation%blocks%position(1:2, :)
       call equilibrate(simulation, equilibrium, error)
       if (allocated(error)) return
       call accept_contacts(simulation%contacts(simulation%now), simulation%laws)
+      call doubt_broken(simulation, simulation%counters%broken - broken)
       associate (energy => simulation%energy, stage => simulation%model%stages(simulation%stage))
          if (simulation%statics /= '') simulation%statics = simulation%statics//'; '
          simulation%statics = simulation%statics//'stage '//quoted(trim(stage%name))//' '// &
@@ -416,6 +419,18 @@ contains
             next_step(simulation))
       end associate
    end subroutine settle
+
+   !> That bonds have broken in a static stage: the points left of a brittle joint hold what a whole
+   !> joint would not.
+   pure subroutine doubt_broken(simulation, broken)
+      type(simulation_type), intent(inout) :: simulation  !< at rest
+      integer(long), intent(in) :: broken                 !< bonds, in this stage
+
+      if (broken == 0) return
+      if (simulation%doubts /= '') simulation%doubts = simulation%doubts//new_line('a')
+      simulation%doubts = simulation%doubts//'bonds: '//to_text(broken)//' broken on the way to '// &
+         'rest; what is left of a brittle joint may hold too much (contact_points = 5)'
+   end subroutine doubt_broken
 
    !> How far blocks have moved in a static stage, and from the model as drawn.
    function moved_in_words(simulation, places) result(words)

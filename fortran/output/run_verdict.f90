@@ -5,6 +5,7 @@ module dda_run_verdict
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use dda_kinds, only: wp
    use dda_base_motion, only: base_words, counts_from_motion
+   use dda_check_report, only: first_mode, ringing_topic
    use dda_diagnostics, only: audit_warning, state_warnings
    use dda_elements, only: body_energies
    use dda_energy, only: balance
@@ -21,7 +22,7 @@ module dda_run_verdict
    use dda_running_maxima, only: least_movement
    use dda_simulation, only: simulation_type, ending, comes_suddenly
    use dda_text, only: to_text, short_text, valid_text
-   use dda_verdict_lines, only: verdict_lines_type, tell, doubt, note, add_figure, value_text
+   use dda_verdict_lines, only: check_topic, verdict_lines_type, tell, doubt, note, add_figure, value_text
    implicit none
    private
    public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
@@ -119,13 +120,45 @@ contains
       end associate
       call tell_movement(verdict, simulation)
       call tabulate(verdict, simulation)
-      call doubt(verdict, simulation%doubts)
+      call doubt(verdict, standing_doubts(simulation))
       call doubt(verdict, state_warnings(simulation))
       if (comes_suddenly(simulation%model)) call doubt(verdict, 'start: gravity came on '// &
          'suddenly in the first step (settle = .true. begins at rest)')
       words = audit_warning(simulation)
       if (words /= '') call doubt(verdict, 'energy: '//words)
    end subroutine judge_movement
+
+   !> What the check said before the run, without what the run has answered: nothing rings at rest,
+   !> and the first mode is of joints that stay closed.
+   pure function standing_doubts(simulation) result(standing)
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      character(len=:), allocatable :: standing
+      logical :: at_rest, loose
+      integer :: first, last
+
+      at_rest = rests(simulation)
+      associate (moved => simulation%maxima%moved)
+         loose = 2*(moved(2) + moved(3)) > moved(1)
+      end associate
+      standing = ''
+      first = 1
+      do while (first <= len(simulation%doubts))
+         last = first + index(simulation%doubts(first:)//new_line('a'), new_line('a')) - 2
+         associate (line => simulation%doubts(first:last))
+            if (.not. (at_rest .and. is_of(line, ringing_topic) .or. (at_rest .or. loose) .and. &
+               is_of(line, first_mode))) standing = standing//line//new_line('a')
+         end associate
+         first = last + 2
+      end do
+      standing = standing(:len(standing) - 1)
+   end function standing_doubts
+
+   !> A line of the check has a topic.
+   pure logical function is_of(line, topic)
+      character(len=*), intent(in) :: line, topic        !< "check: topic: words"; topic
+
+      is_of = index(line, check_topic//': '//topic//':') == 1
+   end function is_of
 
    !> One sentence: how far blocks moved, what contacts and bonds did, why the run has ended early.
    subroutine tell_movement(verdict, simulation)

@@ -11,6 +11,9 @@ module dda_verdict_lines
 
    character(len=*), parameter :: check_topic = 'check'  !< of doubts that the check of a model has
 
+   character(len=*), parameter :: check_says_more = &
+      'what to change: sitedda check FILE.nml'
+
    integer, parameter :: columns(3) = [20, 34, 48]  !< before largest value, that at the end, place
 
    !> A number of the verdict.
@@ -182,6 +185,7 @@ contains
             'doubt  '//wrapped(doubts(first:last), len('doubt  '), screen_width)
          first = last + 2
       end do
+      if (of_check .and. text /= '') text = text//check_says_more//new_line('a')
       if (text /= '') text = new_line('a')//text
    end function doubt_text
 

@@ -5,7 +5,7 @@
 !> longer than that, or small.
 module dda_model_doubts
    use dda_kinds, only: long
-   use dda_check_report, only: report_type, add_notes, verdict_ok, verdict_names
+   use dda_check_report, only: report_type, add_notes, verdict_ok, verdict_fail
    use dda_check_simulation, only: check_model
    use dda_errors, only: error_type
    use dda_interrupts, only: stop_requested
@@ -53,7 +53,7 @@ contains
       if (allocated(error)) call add(simulation%doubts, error%message)
    end subroutine doubt_as_begun
 
-   !> Lines of a report that are not ok; of bending the run speaks at its end.
+   !> Lines of a report that are not ok, in brief; of bending the run speaks at its end.
    pure subroutine add_doubts(simulation, report)
       type(simulation_type), intent(inout) :: simulation  !< gets them
       type(report_type), intent(in) :: report             !< of the check
@@ -63,8 +63,8 @@ contains
       do i = 1, report%n
          associate (line => report%line(i))
             if (line%verdict == verdict_ok .or. line%what == bending_topic) cycle
-            words = line%what//' ('//trim(verdict_names(line%verdict))//'): '//line%found
-            if (line%advice /= '') words = words//'; '//line%advice
+            words = line%brief
+            if (line%verdict == verdict_fail) words = words//' (FAIL)'
             call add(simulation%doubts, words)
          end associate
       end do

@@ -17,6 +17,7 @@ WIDTH = 80  # of a screen
 _COLUMNS = (20, 14, 14)  # least widths of name, largest value, that at the end
 _HEADS = ("", "largest", "at the end", "where, when")
 OF_CHECK = "check"  # topic of doubts that the check of the model has
+CHECK_SAYS_MORE = "what to change: sitedda check FILE.nml"
 NO_BARS = "these figures have no error bars: sitedda accuracy FILE.nml gives them"
 
 
@@ -115,6 +116,8 @@ class Verdict:
         first, last = ("\n".join(_wrapped(f"doubt  {topic}: {words}", 7)
                                  for topic, words in doubts if (topic == OF_CHECK) == of_check)
                        for of_check in (True, False))  # fmt: skip
+        if first:
+            first += f"\n{CHECK_SAYS_MORE}"
         table = _table(self.rows()) if self.figures else ""
         parts = (_wrapped(self.happened), first, table, last, _wrapped(self.steps))
         return "\n\n".join(filter(None, parts))
