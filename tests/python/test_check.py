@@ -182,3 +182,41 @@ def test_a_block_that_a_stage_removes_is_no_part_of_what_is_checked(root):
     assert modes.startswith("ok") and "move freely" not in modes
     assert "dx/v = 0 s" not in finding(text, "CFL")
     assert finding(text, "penalty bounds").startswith("ok")
+
+
+# --- What a run says of its check -----------------------------------------------------------------
+
+
+def drums(**joint) -> list:
+    """Two drums on a floor, on their way down."""
+    shapes = [rectangle(-1, -0.2, 2, 0.2), *(rectangle(-0.5, y, 1, 1) for y in (0, 1))]
+    return [
+        ("control", {"time_step": 1e-3, "steps": 5, "gravity": [0.0, -9.81]}),
+        ("material", {"density": 2000.0, "young_modulus": 1e10, "poisson_ratio": 0.2}),
+        ("contact", {"normal_stiffness": 1e8}),
+        ("joint", {"friction_angle": 35.0} | joint),
+        *(("block", {"vertices": at}) for at in shapes),
+        *(("fixed_point", {"block": 1, "x": x, "y": -0.1}) for x in (-0.9, 0.9)),
+    ]
+
+
+def said_of_check(file, **changes) -> list[str]:
+    lines = str(sitedda.run(file, **changes).verdict).splitlines()
+    return [line for line in lines if line.startswith(("doubt  check: ", "what to change: "))]
+
+
+def test_a_run_says_each_doubt_of_its_check_in_a_line(write_input):
+    """Two drums have four contacts; at rest no mode of theirs matters."""
+    file = write_input(drums())
+    *doubts, last = said_of_check(file)
+    assert any("below that with rigid joints, 4 contacts" in line for line in doubts)
+    assert last == "what to change: sitedda check FILE.nml"
+    assert max(map(len, doubts)) <= 80
+    assert said_of_check(file, settle=True) == []
+
+
+def test_measured_stiffness_is_no_penalty(write_input, main):
+    measured = drums(normal_stiffness_per_area=1e8, shear_stiffness_per_area=1e8)
+    file = write_input(measured)
+    assert not any("rigid joints" in line for line in said_of_check(file))
+    assert finding(main("check", file).stdout, "penalty").startswith("ok")

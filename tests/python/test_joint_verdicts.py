@@ -60,3 +60,33 @@ def test_only_what_resists_without_pressure_is_a_bond(cohesion, bonds, write_inp
     assert run.verdict.values["contacts_slipped"] == 2
     assert run.verdict.values.get("bonds_broken", 0) == bonds
     assert (f"{bonds} bonds have broken" in str(run.verdict)) == (bonds > 0)
+
+
+@pytest.mark.parametrize(("strength", "stands"), [(60e3, True), (58e3, False)])
+def test_five_weaker_points_fall_as_a_brittle_joint_does(strength, stands, write_input):
+    """A glued block bends its joint by 6M/L² = 58.86 kPa; what is left of five points holds 1.19."""
+    at_rest = glued_block(tensile_strength=strength / 1.19, contact_points=5)
+    if not stands:
+        with pytest.raises(sitedda.ConvergenceError, match="does not settle"):
+            sitedda.run(write_input(at_rest))
+        return
+    assert "1 broken on the way to rest" in str(sitedda.run(write_input(at_rest)).verdict)
+
+
+def test_bonds_that_hold_are_no_doubt(write_input):
+    run = sitedda.run(write_input(glued_block(tensile_strength=62e3, contact_points=3)))
+    assert "on the way to rest" not in str(run.verdict)
+
+
+def glued_block(**joint) -> list:
+    """A block of 1 m and 19.62 kN/m that is glued to a wall by its side."""
+    blocks = {"wall": rectangle(-1, -2, 1, 5), "block": rectangle(0, 0, 1, 1)}
+    return [
+        ("control", {"time_step": 1e-3, "steps": 2, "gravity": [0.0, -9.81], "settle": True}),
+        ("contact", {"normal_stiffness": 1e9}),
+        ("material", {"name": "stone", "density": 2000.0, "young_modulus": 1e12,
+                      "poisson_ratio": 0.2}),
+        ("joint", {"friction_angle": 20.0, "cohesion": 1e6} | joint),
+        *(("block", {"name": name, "vertices": at}) for name, at in blocks.items()),
+        *(("fixed_point", {"block": "wall", "x": -0.5, "y": y}) for y in (-1.5, 2.5)),
+    ]  # fmt: skip
