@@ -59,7 +59,7 @@ contains
       !> what was looked at; number and limit; where the limit comes from; what to change, blank if
       !> nothing
       character(len=*), intent(in) :: what, found, source, advice
-      !> "topic: words" of one line, for the verdict of a run; default: what was looked at, the number
+      !> "topic: words" of a line in the verdict of a run; default: what was looked at, the number
       character(len=*), intent(in), optional :: brief
       character(len=:), allocatable :: words
 

@@ -381,7 +381,11 @@ contains
       real(wp), intent(in) :: limit            !< m
       integer :: b
 
-      n = count([(.not. blocks%removed(b) .and. smaller_side(blocks, b) > limit, b=1, blocks%n)])
+      n = 0
+      do b = 1, blocks%n
+         if (blocks%removed(b)) cycle
+         if (smaller_side(blocks, b) > limit) n = n + 1
+      end do
    end function count_larger
 
    !> Damping ratio of the scheme at the first mode and over the band of the record.
@@ -411,8 +415,8 @@ contains
       brief = first_mode//': damped '//short_text(100*first)//' % by the scheme'
       if (.not. followed) then
          advice = 'time_step below '//short_text(0.5_wp/report%band%highest)//' s'
-         brief = 'time step: motions up to '//short_text(report%band%highest)//' Hz, none followed '// &
-            'beyond '//short_text(0.5_wp/linear%time_step)//' Hz'
+         brief = 'time step: motions up to '//short_text(report%band%highest)//' Hz, none '// &
+            'followed beyond '//short_text(0.5_wp/linear%time_step)//' Hz'
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. followed), &
          'damping', 'by the scheme '//found, '2 zeta = (a + b) tau/(1 - a b tau^2), tau = '// &

@@ -428,8 +428,8 @@ contains
 
       if (broken == 0) return
       if (simulation%doubts /= '') simulation%doubts = simulation%doubts//new_line('a')
-      simulation%doubts = simulation%doubts//'bonds: '//to_text(broken)//' broken on the way to '// &
-         'rest; what is left of a brittle joint may hold too much (contact_points = 5)'
+      simulation%doubts = simulation%doubts//'bonds: '//to_text(broken)//' broken on the way '// &
+         'to rest; what is left of a brittle joint may hold too much (contact_points = 5)'
    end subroutine doubt_broken
 
    !> How far blocks have moved in a static stage, and from the model as drawn.

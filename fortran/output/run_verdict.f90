@@ -22,7 +22,8 @@ module dda_run_verdict
    use dda_running_maxima, only: least_movement
    use dda_simulation, only: simulation_type, ending, comes_suddenly
    use dda_text, only: to_text, short_text, valid_text
-   use dda_verdict_lines, only: check_topic, verdict_lines_type, tell, doubt, note, add_figure, value_text
+   use dda_verdict_lines, only: check_topic, verdict_lines_type, tell, doubt, note, &
+      add_figure, value_text
    implicit none
    private
    public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
@@ -133,7 +134,7 @@ contains
    pure function standing_doubts(simulation) result(standing)
       type(simulation_type), intent(in) :: simulation    !< at its present time
       character(len=:), allocatable :: standing
-      logical :: at_rest, loose
+      logical :: at_rest, loose, answered
       integer :: first, last
 
       at_rest = rests(simulation)
@@ -145,8 +146,10 @@ contains
       do while (first <= len(simulation%doubts))
          last = first + index(simulation%doubts(first:)//new_line('a'), new_line('a')) - 2
          associate (line => simulation%doubts(first:last))
-            if (.not. (at_rest .and. is_of(line, ringing_topic) .or. (at_rest .or. loose) .and. &
-               is_of(line, first_mode))) standing = standing//line//new_line('a')
+            answered = .false.
+            if (at_rest .or. loose) answered = is_of(line, first_mode)
+            if (at_rest .and. .not. answered) answered = is_of(line, ringing_topic)
+            if (.not. answered) standing = standing//line//new_line('a')
          end associate
          first = last + 2
       end do

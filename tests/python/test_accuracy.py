@@ -6,8 +6,8 @@ from __future__ import annotations
 import importlib.util
 import json
 import math
-import re
 import random
+import re
 from dataclasses import replace
 from pathlib import Path
 

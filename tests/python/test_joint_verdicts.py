@@ -64,7 +64,7 @@ def test_only_what_resists_without_pressure_is_a_bond(cohesion, bonds, write_inp
 
 @pytest.mark.parametrize(("strength", "stands"), [(60e3, True), (58e3, False)])
 def test_five_weaker_points_fall_as_a_brittle_joint_does(strength, stands, write_input):
-    """A glued block bends its joint by 6M/L² = 58.86 kPa; what is left of five points holds 1.19."""
+    """A glued block bends its joint by 6M/L² = 58.86 kPa; the rest of five points holds 1.19."""
     at_rest = glued_block(tensile_strength=strength / 1.19, contact_points=5)
     if not stands:
         with pytest.raises(sitedda.ConvergenceError, match="does not settle"):
