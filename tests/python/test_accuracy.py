@@ -233,6 +233,15 @@ def test_steps_and_stages_are_divided(write_input):
     assert [round(table["count"].run), round(table["count"].finest)] == [8 + 20 + 1, 4 * 28 + 1]
 
 
+def test_a_run_that_is_there_is_not_run_again(write_input, tmp_path):
+    """Given the output of a run with less friction, its slip is that of "this run"."""
+    file = write_input(SLIDE.replace("time_step = 2e-3", "time_step = 5e-3"))
+    other = sitedda.run(file, tmp_path / "o.nc", changes={"joint.friction_angle": 15.0})
+    found = sitedda.accuracy(file, "largest_slip_m", output=other.output, workers=1)
+    figure = found["largest_slip_m"]
+    assert figure.run == other.verdict.values["largest_slip_m"] > 1.1 * figure.finest
+
+
 def test_runs_say_it_too(write_input, python_program, tmp_path):
     file = write_input(SLIDE.replace("time_step = 2e-3", "time_step = 5e-3"))
     done = python_program("accuracy", str(file), "--quiet", "--set", "joint.friction_angle=25")

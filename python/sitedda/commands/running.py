@@ -106,7 +106,7 @@ def _keep_accuracy(result: Run, progress: bool, ensemble: int) -> None:
 
     assert result.output is not None  # commands write one
     more = {"ensemble": ensemble} if ensemble else {}
-    found = result.accuracy(progress=progress, **more)
+    found = result.accuracy(progress=progress, output=result.output, **more)
     keep_accuracy(found, result.output, result.history.attrs)
 
 

@@ -49,7 +49,7 @@ class Run(EndedRun):  # noqa: D101
 
         text = self.history.attrs
         model = InputOfRun(Path(text["input_file"]), text["input_text"])
-        plain = not options.keys() - {"progress", "workers", "folder", "executor"}
+        plain = not options.keys() - {"progress", "workers", "folder", "executor", "output"}
         found = of_linear_run(model, self.history) if plain and self.complete else None
         return found or accuracy(model, **options)
 

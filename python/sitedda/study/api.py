@@ -12,10 +12,11 @@ import numpy as np
 
 from ..base.errors import InputError
 from .axes import Axis
-from .case import Work
+from .case import Work, take_output
 from .distribute import distribute
 from .evaluate import evaluate
 from .plan import Plan, folder_or_temporary, make_plan, plan_of_folder
+from .store import case_folder
 from .table import collect
 from .workers import Workers, check_limits
 
@@ -36,6 +37,7 @@ def study(
     retry: bool = False,
     progress: bool | Callable = False,
     table=None,
+    outputs: Mapping[int, Path] | None = None,
 ):
     """Run a model with many values of its parameters, and gather what comes out in one table.
 
@@ -75,6 +77,8 @@ def study(
         Show a bar; or called with the numbers of cases that are done and that have failed.
     table : path
         Where the table is written, netCDF or zarr.
+    outputs : mapping of int to path, optional
+        Complete outputs of cases that this build has run, by the number of the case.
 
     Returns
     -------
@@ -97,6 +101,8 @@ def study(
                 return evaluate(plan, pool, show)
         with folder_or_temporary(folder) as plan.folder:
             plan.write()
+            for number, output in (outputs or {}).items():
+                take_output(case_folder(plan.folder, plan.keys[number]), output)
             run(plan, executor, workers, memory, time_limit, keep, retry, show)
             found = collect(plan.folder, table)
             return found.load() if folder is None and table is None else found

@@ -40,6 +40,7 @@ def accuracy(
     executor=None,
     workers: int | None = None,
     progress: bool | Callable = False,
+    output: Path | None = None,
     **more,
 ) -> Accuracy:
     """How far the figures of a run can be trusted.
@@ -61,6 +62,8 @@ def accuracy(
         Where the runs are kept, so that another call goes on; a temporary one by default.
     executor, workers, progress
         See `sitedda.study.study`.
+    output : path, optional
+        Complete, of the run itself by this build, which then is not run again.
 
     Returns
     -------
@@ -94,6 +97,7 @@ def accuracy(
     table = study(
         model, Variants(variants), _with_histories(results), folder=folder, fixed=changes,
         executor=executor, workers=workers, progress=progress, keep=False,
+        outputs={len(STEPS) - 1: output} if output else None,
     )  # fmt: skip
     if str(table.sel(variant=RUN).status.values) != "complete":
         raise SiteddaError(str(table.sel(variant=RUN).message.values))
