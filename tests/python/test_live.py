@@ -184,6 +184,32 @@ def test_the_saved_namelist_gives_the_same_bits(folder, tmp_path):
     assert "run.begin_stage(name='digging', remove='low')" in script.read_text()
 
 
+def test_a_new_friction_that_is_given_as_a_stage_gives_the_same_bits(folder, tmp_path):
+    text = PILE.replace("gravity = 0.0, -9.81", "gravity = -2.0, -9.81")
+    (folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
+
+    async def use(server):
+        async with Client(server) as page:
+            await page.ask("open", source="file", name="pile.nml")
+            await page.ask("rest")
+            await page.status("paused")
+            await page.ask("step", steps=50)
+            await page.until(lambda m: m["kind"] == "run" and m["status"] == "paused"
+                             and m["step"] == 50)  # fmt: skip
+            await page.ask("stage", values={"name": "wet", "change_joints": "dry -> ice"})
+            await page.ask("run")
+            await page.status("done")
+            return await page.saved("output", "slid"), await page.saved("namelist", "slid")
+
+    with live(folder, tmp_path / "state") as server:
+        output, saved = asyncio.run(use(server))
+    assert "in the script alone" not in saved.read_text()
+    with sitedda.open_output(output) as found:
+        moved = found.displacement.sel(point="top", axis="x")
+        assert abs(moved.sel(time=0.05, method="nearest")) < 1e-3 < 0.1 < abs(moved[-1])
+        assert same_bits(found, sitedda.run(saved).history)
+
+
 def test_the_saved_script_gives_the_same_bits_where_no_stage_can_say_a_change(
     folder, tmp_path, monkeypatch
 ):

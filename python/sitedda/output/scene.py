@@ -310,8 +310,9 @@ class Scene:
         contacts, places = self.contacts(0), self.vertices(0)
         mine = np.concatenate([contacts["vertex"], self.previous_vertex[contacts["vertex"]]])
         other = np.concatenate([contacts["edge"]] * 2)
-        pairs = np.unique(np.sort(np.column_stack([mine, other]), axis=1), axis=0)
-        a, b = pairs.T
+        count = np.int64(len(places))
+        pairs = np.unique(np.minimum(mine, other) * count + np.maximum(mine, other))
+        a, b = np.divmod(pairs, count)
         begin, along = places[a], places[self.next_vertex[a]] - places[a]
         length = np.linalg.norm(along, axis=1)
         back = places[self.next_vertex[b]] - places[b]
