@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two-dimensional discontinuous deformation analysis: site response, masonry, jointed rock.
+"""Two-dimensional discontinuous deformation analysis: site response, masonry, jointed rock."""
 
-Everything is read when it is asked for: the program must hear a signal, and may lack memory, also
-while its libraries are read.
-"""
+# Everything is read when it is asked for: the program must hear a signal, and may lack memory,
+# also while its libraries are read.
 
 from .paths import install as find_short_paths
 
