@@ -171,6 +171,7 @@ def rounding(scene: Scene) -> dict[str, float]:
     return {
         "m": share * scene.size,
         "m/s": share * np.sqrt(_GRAVITY * scene.size),
+        "m/s²": share * _GRAVITY,
         "°": np.degrees(share),
         "%": 100.0 * share,
         "Pa": _STILL * weight,

@@ -3,6 +3,7 @@
 import {element, inUnit, lineColor, short, ticks, variable} from "./words.js";
 
 const RIGHT = 8, FOOT = 18;  // pixels beside and below the field
+const UNSEEN = 1e-6;  // of the largest value of a chart: less is told as nothing
 
 export class Chart {
   constructor(parent, title, unit, onTime) {
@@ -93,7 +94,8 @@ export class Chart {
         if (line.x[middle] <= time) low = middle; else high = middle;
       }
       if (line.x[high] <= time) low = high;  // the last moment has its own value
-      line.value.textContent = `${short(line.y[low] / this.scale)} ${this.name}`;
+      const value = line.y[low] / this.scale, most = Math.max(this.high, -this.low);
+      line.value.textContent = `${short(Math.abs(value) < UNSEEN * most ? 0 : value)} ${this.name}`;
     }
     this.point();
   }

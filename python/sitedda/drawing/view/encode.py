@@ -17,6 +17,7 @@ import numpy as np
 
 from ...output.energies import budget
 from ...output.scene import Scene, principal_stresses
+from ..quantities import rounding
 
 POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5  # quanta, of the size of the model at a vertex
 _FINE = 32767  # steps of a quantity that is stored as well as 16 bits can
@@ -25,6 +26,7 @@ _PLACES = 101  # hundredths of an edge, both ends included
 _LEAST_STEPS = 500  # that even a small displacement has
 _SAMPLE = 12  # frames that the size of all is estimated from
 _LEVEL = 6  # of deflate
+_MOST_LINES = 8  # of a chart
 
 
 @dataclass
@@ -311,14 +313,15 @@ def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
         result.meta["charts"] = []
         return
     time = data["time"].values
-    charts = []
+    charts, floors = [], rounding(scene)
     for name, unit in (("displacement", "m"), ("acceleration", "m/s²")):
         lines = {}
         for i, point in enumerate(map(str, data.point.values)):
             for axis in (0, 1):
                 values = data[name].values[:, i, axis]
-                if np.any(values) and len(lines) < 8:
-                    lines[f"{point}, {'xy'[axis]}"] = values
+                lines[f"{point}, {'xy'[axis]}"] = values
+        lines = {label: y for label, y in lines.items() if np.any(abs(y) > floors[unit])}
+        lines = dict(list(lines.items())[:_MOST_LINES])
         charts.append((f"{name} of the measured points", unit, lines))
     energies = budget(data)
     parts = energies.parts if energies.given.any() else {}
