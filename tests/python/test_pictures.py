@@ -16,6 +16,7 @@ from test_view import EVIL, TITLE, sliding_blocks
 
 import sitedda
 from sitedda.drawing.point_names import PointNames
+from sitedda.drawing.quantities import limits
 from sitedda.movie import ffmpeg, write_movie
 from sitedda.numbers import in_unit
 from sitedda.pictures import draw, force_lines
@@ -185,6 +186,14 @@ def test_names_of_points_cover_neither_each_other_nor_points():
     for i, box in enumerate(boxes):
         assert not any(box.overlaps(other) for other in boxes[:i]), names[i]
         assert not any(box.contains(*at) for at in axes.transData.transform(places)), names[i]
+
+
+def test_a_scale_over_frames_leaves_no_more_of_the_last_beyond_it():
+    values = np.full((60, 100), 0.1)
+    values[-1, :20] = np.linspace(1.0, 2.0, 20)  # of all frames a third of a per cent
+    assert limits(values, np.ones(100)).high == limits(values[-1], np.ones(100)).high == 2.0
+    values[0, :20] = 5.0
+    assert limits(values, np.ones(100)).high == 2.0 and limits(values, np.ones(100)).above
 
 
 def test_blocks_have_one_scale_in_all_panels_of_a_picture(bolted):

@@ -108,6 +108,8 @@ class Limits:
 def limits(values, weights, signed: bool = False) -> Limits:
     """Limits that leave at most 1 % of the area beyond them, and that only if it is far beyond.
 
+    They leave so little of all frames and of the last one, which the others lead to.
+
     Parameters
     ----------
     values : ndarray, shape (frames, things) or (things,)
@@ -122,7 +124,9 @@ def limits(values, weights, signed: bool = False) -> Limits:
     flat, size = flat[good], size[good]
     if flat.size == 0:
         return Limits(0.0, 0.0)
-    low, high = -_usual_end(-flat, size), _usual_end(flat, size)
+    last = values[-1][np.isfinite(values[-1])], weights[np.isfinite(values[-1])]
+    low = -max(_usual_end(-x, w) for x, w in ((flat, size), last) if x.size)
+    high = max(_usual_end(x, w) for x, w in ((flat, size), last) if x.size)
     if signed:
         high = max(-low, high)
         low = -high

@@ -314,12 +314,11 @@ def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
         return
     time = data["time"].values
     charts, floors = [], rounding(scene)
+    moving = [(i, str(point)) for i, point in enumerate(data.point.values)
+              if np.any(abs(data.displacement.values[:, i]) > floors["m"])]  # fmt: skip
     for name, unit in (("displacement", "m"), ("acceleration", "m/s²")):
-        lines = {}
-        for i, point in enumerate(map(str, data.point.values)):
-            for axis in (0, 1):
-                values = data[name].values[:, i, axis]
-                lines[f"{point}, {'xy'[axis]}"] = values
+        lines = {f"{point}, {'xy'[axis]}": data[name].values[:, i, axis]
+                 for i, point in moving for axis in (0, 1)}  # fmt: skip
         lines = {label: y for label, y in lines.items() if np.any(abs(y) > floors[unit])}
         lines = dict(list(lines.items())[:_MOST_LINES])
         charts.append((f"{name} of the measured points", unit, lines))
