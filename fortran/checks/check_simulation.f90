@@ -366,8 +366,8 @@ contains
          'blocks no larger than '// &
          short_text(coarsest*report%speed(1)/report%band%highest)//' m'), &
          'element size: '//to_text(count_larger(blocks, coarsest*report%speed(1) &
-         /report%band%highest))//' blocks over 1/12 wave length at '// &
-         short_text(report%band%highest)//' Hz, most 1/'//short_text(1/eta))
+         /report%band%highest))//' blocks, 1/'//short_text(1/eta)//' of a wave at '// &
+         short_text(report%band%highest)//' Hz, limit 1/12')
       ! Blocks smaller than a wave asks for do not ask for a smaller time step.
       call add_line(report, merge(verdict_ok, verdict_warn, time_step < max(eta, &
          coarsest)*period), 'time resolution', short_text(time_step)//' s against T/12 = '// &

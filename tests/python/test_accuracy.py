@@ -503,5 +503,6 @@ def test_studies_say_the_doubts_of_their_runs(write_input):
                           fixed={"control.duration": 0.02}, workers=1)  # fmt: skip
     words = [str(one) for one in table.warning.values]
     assert all(line.startswith("check: ") for line in words[0].splitlines())
-    assert re.search(r"check: element size: \d+ blocks over 1/12 wave length at .* Hz", words[0])
+    size = r"check: element size: \d+ blocks, 1/.* of a wave at .* Hz, limit 1/12"
+    assert re.search(size, words[0])
     assert "penetration: a vertex of block 2 'block' is" in words[1]
