@@ -18,7 +18,7 @@ import sitedda
 from sitedda.base.numbers import number, with_bar
 from sitedda.error_bars import kept_accuracy
 from sitedda.error_bars.bars import bar_of_steps, penalty_error
-from sitedda.error_bars.figures import YIELD
+from sitedda.error_bars.figures import YIELD, Accuracy
 from sitedda.error_bars.horizon import _beyond, horizon
 from sitedda.error_bars.linear import is_linear
 from sitedda.error_bars.measure import _figures
@@ -119,6 +119,10 @@ def test_what_has_no_limit_after_twins_have_parted_is_of_a_distribution():
     yields = replace(own, doubt=YIELD)
     assert _beyond(yields, 2.0, 3.0) is yields
     assert _beyond(yields, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
+    both = Accuracy({"a": beyond, "b": _beyond(own, 3.0, 1.0)}).doubts()
+    assert both == [
+        ("bars", "beyond the horizon, the first of 2.5 s, each one of a distribution: a, b")
+    ]
 
 
 @pytest.mark.parametrize("damping, words", [("", "the time integration alone"),

@@ -157,7 +157,12 @@ class Accuracy:
         groups: dict[str, list[str]] = {}
         for name, figure in self.figures.items():
             if figure.doubt:
-                groups.setdefault(figure.doubt.partition(":")[0], []).append(name)
+                words = figure.doubt.partition(":")[0]
+                groups.setdefault(BEYOND if words.startswith(BEYOND) else words, []).append(name)
+        if late := groups.pop(BEYOND, []):
+            ends = (self.figures[name].doubt.removeprefix(BEYOND).split()[1] for name in late)
+            first = min(ends, key=float)
+            groups[f"{BEYOND}, the first of {first} s, each one of a distribution"] = late
         found = [("bars", f"{words}: {', '.join(names)}") for words, names in groups.items()]
         found += [("bars", f"what {OPEN}: {self.cause}")] if self.cause else []
         return found + [("bars", f"run {n}: {words}") for n, words in self.runs.items() if words]
