@@ -44,10 +44,11 @@ class Graph:
 
 def refuse_many(area: float, size: float) -> None:
     """Refuse a mesh of more cells than are ever wanted, before the work."""
-    if area > MOST_CELLS * size**2:
+    cells = float(area) / size / size
+    if cells > MOST_CELLS:
         raise InputError(
-            f"cells of {size:g} m would be about {area / size**2:.2g}, more than {MOST_CELLS}; "
-            "choose a larger size"
+            f"cells of {size:g} m would be about {cells:.2g}, more than {MOST_CELLS}; choose a "
+            "larger size"
         )
 
 
@@ -57,8 +58,8 @@ def _leaves(low, high, sizes: Sizes, turn, shape):
     A square is cut in four until it is no larger than wanted at its middle.  Sizes grow so slowly
     with the distance that neighbours differ by no more than a factor of two.
     """
+    refuse_many(np.prod(high - low), sizes.largest)
     count = np.maximum(1, np.ceil((high - low) / sizes.largest - _FIT)).astype(int)
-    refuse_many(np.prod((high - low).astype(float)), sizes.largest)
     if count.max() * sizes.largest > _FINEST * sizes.smallest:
         raise InputError(
             f"cells of {sizes.smallest:g} m are less than {1 / _FINEST:.0e} of the body; choose a "
