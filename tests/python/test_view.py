@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from pathlib import Path
 
@@ -434,7 +435,7 @@ def test_picture_data_and_state_leave_the_page(pages, opened, tmp_path):
     head, *rows = (tmp_path / "view.csv").read_text(encoding="utf-8").splitlines()
     assert head == "chart,line,time (s),value" and len(rows) > 100
     page.evaluate("blockViews[0].setColor('rotation')")
-    page.wait_for_function("location.href.includes('color=rotation')")
+    page.wait_for_url(re.compile("color=rotation"), wait_until="commit")
     again = opened(pages / "view.html")
     again.goto(page.url.replace("rotation", "velocity"))
     again.reload()
