@@ -241,10 +241,14 @@ def test_parts_that_do_not_meet_are_refused():
         mesh_body(apart)
 
 
+LARGE, SLIVER = [0, 0, 1e3, 0, 1e3, 1e3, 0, 1e3], [0, 0, 1e6, 0, 1e6, 4e-6]
+
+
 @pytest.mark.parametrize("cells", CELLS)
-def test_too_many_cells_are_refused_before_the_work(cells):
-    with pytest.raises(InputError, match="choose"):
-        mesh_body([part([0, 0, 1e3, 0, 1e3, 1e3, 0, 1e3], 1e-3)], cells)
+@pytest.mark.parametrize(("outline", "size"), [(LARGE, 1e-3), (LARGE, 1e-300), (SLIVER, 0.1)])
+def test_too_many_cells_are_refused_before_the_work(cells, outline, size):
+    with pytest.raises(InputError, match="more than 1000000; choose"):
+        mesh_body([part(outline, size)], cells)
 
 
 @pytest.mark.parametrize("cells", CELLS)

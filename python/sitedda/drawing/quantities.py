@@ -119,14 +119,14 @@ def limits(values, weights, signed: bool = False) -> Limits:
         The same limit for both signs.
     """
     values = np.atleast_2d(values)
-    flat, size = values.ravel(), np.tile(weights, len(values))
-    good = np.isfinite(flat)
-    flat, size = flat[good], size[good]
-    if flat.size == 0:
+    sizes = np.broadcast_to(weights, values.shape)
+    known = np.isfinite(values)
+    if not known.any():
         return Limits(0.0, 0.0)
-    last = values[-1][np.isfinite(values[-1])], weights[np.isfinite(values[-1])]
-    low = -max(_usual_end(-x, w) for x, w in ((flat, size), last) if x.size)
-    high = max(_usual_end(x, w) for x, w in ((flat, size), last) if x.size)
+    flat = values[known]
+    taken = [(flat, sizes[known]), (values[-1][known[-1]], sizes[-1][known[-1]])]
+    low = -max(_usual_end(-x, w) for x, w in taken if x.size)
+    high = max(_usual_end(x, w) for x, w in taken if x.size)
     if signed:
         high = max(-low, high)
         low = -high

@@ -42,14 +42,17 @@ class Graph:
     local: np.ndarray
 
 
-def refuse_many(area: float, size: float) -> None:
-    """Refuse a mesh of more cells than are ever wanted, before the work."""
-    cells = float(area) / size / size
+def counted(lengths: np.ndarray, size: float) -> np.ndarray:
+    """Whole numbers of cells of a size along two lengths (m), unless they would be far too many."""
+    with np.errstate(over="ignore"):
+        counts = np.maximum(1.0, np.ceil(lengths / size - _FIT))
+        cells = counts.prod()
     if cells > MOST_CELLS:
         raise InputError(
             f"cells of {size:g} m would be about {cells:.2g}, more than {MOST_CELLS}; choose a "
             "larger size"
         )
+    return counts.astype(int)
 
 
 def _leaves(low, high, sizes: Sizes, turn, shape):
@@ -58,8 +61,7 @@ def _leaves(low, high, sizes: Sizes, turn, shape):
     A square is cut in four until it is no larger than wanted at its middle.  Sizes grow so slowly
     with the distance that neighbours differ by no more than a factor of two.
     """
-    refuse_many(np.prod(high - low), sizes.largest)
-    count = np.maximum(1, np.ceil((high - low) / sizes.largest - _FIT)).astype(int)
+    count = counted(high - low, sizes.largest)
     if count.max() * sizes.largest > _FINEST * sizes.smallest:
         raise InputError(
             f"cells of {sizes.smallest:g} m are less than {1 / _FINEST:.0e} of the body; choose a "

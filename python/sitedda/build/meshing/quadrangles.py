@@ -6,11 +6,10 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from .graphs import Graph, refuse_many
+from .graphs import Graph, counted
 
 _STRAIGHT = 1e-9  # sine of a turn that is none
 _SHARPEST = np.radians(40.0)  # corners of shapes that are not divided along their sides
-_FIT = 1e-6  # of a cell: sides that are whole numbers of cells but for rounding
 _UNEVEN = 2.0  # opposite sides may differ by this factor
 
 
@@ -36,9 +35,7 @@ def divided(shape, size: float) -> Graph | None:
         return None
     if max(length[:2] / length[2:]) > _UNEVEN or min(length[:2] / length[2:]) < 1 / _UNEVEN:
         return None
-    counts = np.ceil(np.maximum(length[:2], length[2:]) / size - _FIT).astype(int)
-    counts = np.maximum(1, counts)
-    refuse_many(float(counts.prod()), 1.0)
+    counts = counted(np.maximum(length[:2], length[2:]), size)
     u, v = (np.linspace(0.0, 1.0, count + 1) for count in counts)
     u, v = (way.ravel()[:, None] for way in np.meshgrid(u, v, indexing="ij"))
     a, b, c, d = corners
