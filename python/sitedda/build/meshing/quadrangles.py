@@ -25,7 +25,9 @@ def divided(shape, size: float) -> Graph | None:
     if turning.sum() != 4:
         return None
     corners = ring[turning]
-    corners = np.roll(corners, -int(np.lexsort(np.round(corners / size, 6).T)[0]), axis=0)
+    with np.errstate(over="ignore"):  # a size of next to nothing is refused below
+        first = int(np.lexsort(np.round(corners / size, 6).T)[0])
+    corners = np.roll(corners, -first, axis=0)
     sides = np.roll(corners, -1, axis=0) - corners
     length = np.hypot(*sides.T)
     sine = [
