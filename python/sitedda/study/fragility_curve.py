@@ -9,7 +9,7 @@ from textwrap import wrap
 import numpy as np
 
 from ..base.errors import InputError
-from .tasks import DECIDED
+from .table import DECIDED
 
 _LEAST, _MOST = 1e-3, 20.0  # of the dispersion that is looked for
 

@@ -12,8 +12,7 @@ from ..base.errors import InputError
 from ..base.numbers import with_bar
 from ..report import Facts, Page, Paragraph, Picture, Table, provenance, write_html
 from .figures import KINDS, known_kind
-from .table import counts
-from .tasks import BAR
+from .table import BAR, counts
 
 _MOST = 60  # rows of a table
 
