@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from .engine.spectra import Peak, amplification, find_peak, fourier_spectrum
     from .facade.model import Model
     from .facade.run import Run, Simulation, resume, run
+    from .input.examples import copy_example
     from .output import open_output
     from .site import Column, HalfSpace, Layer
     from .stability import limit_analysis, mechanism, pushover, safety
@@ -80,6 +81,7 @@ __all__ = [
     "accuracy",
     "amplification",
     "check",
+    "copy_example",
     "draw",
     "find_peak",
     "fourier_spectrum",
@@ -121,6 +123,7 @@ _HOMES = {
         "study.error_bars": "Accuracy accuracy",
         "facade.model": "Model",
         "facade.run": "Run Simulation resume run",
+        "input.examples": "copy_example",
         "output": "open_output",
         "site": "Column HalfSpace Layer",
         "stability": "limit_analysis mechanism pushover safety",

@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "python"))
 
 from conftest import ARGUMENTS, BROWSER  # noqa: E402
-from live_server import Client, live  # noqa: E402
+from live_server import Client, live, talk  # noqa: E402
 from playwright.sync_api import sync_playwright  # noqa: E402
 from test_live_page import drawn, until  # noqa: E402
 
@@ -149,7 +149,7 @@ def loss(folder: Path, turns: int) -> None:
     file = folder / "wall.nml"
     file.write_text(WALL)
     with live(folder, folder / "state", file.name) as server:
-        found = asyncio.run(losses(server, turns))
+        found = talk(losses(server, turns))
     for quiet, watched, frames in found:
         print(f"  {quiet * 1e3:.2f} and {watched * 1e3:.2f} ms of the processors a step, "
               f"{frames:.1f} frames a second")  # fmt: skip
@@ -193,7 +193,7 @@ def main() -> None:
             flush=True,
         )
         browser.close()
-    with tempfile.TemporaryDirectory() as place:  # Playwright has ended its loop of events
+    with tempfile.TemporaryDirectory() as place:
         loss(Path(place), 2 if quick else PAIRS)
 
 

@@ -11,6 +11,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Coroutine
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -132,6 +134,15 @@ class Client:
         await self.ask("save", what=what, name=name)
         message = await self.until(lambda m: m["kind"] == "saved")
         return self.server.folder / message["files"][0]
+
+
+def talk(conversation: Coroutine):
+    """What a conversation with a server ends with.
+
+    In a thread of its own: Playwright leaves a loop of events running in that of the tests.
+    """
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(asyncio.run, conversation).result()
 
 
 async def connect(server: LiveProcess, **headers):

@@ -16,7 +16,7 @@ from contextlib import suppress
 import numpy as np
 import pytest
 from environment import DEADLINE
-from live_server import Client, LiveProcess, connect, live, wait_for
+from live_server import Client, LiveProcess, connect, live, talk, wait_for
 from model_text import DRY, ROCK, namelist, rectangle
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClosedError
@@ -156,30 +156,44 @@ def test_a_page_that_comes_later_hears_that_the_picture_is_good(folder, tmp_path
                 assert await later.until(lambda m: m["kind"] == "good") == good
 
     with live(folder, tmp_path / "state") as server:
-        asyncio.run(use(server))
+        talk(use(server))
 
 
-def test_the_saved_namelist_gives_the_same_bits(folder, tmp_path):
+def steered(folder, state, steps: int, command: str, values: dict, *wanted: str) -> tuple:
+    """A run at rest takes steps, is changed and goes on to its end: messages, files, its output."""
+
     async def use(server):
         async with Client(server) as page:
             await page.ask("open", source="file", name="pile.nml")
             await page.until(lambda m: m["kind"] == "good")
             await page.ask("rest")
             await page.status("paused")
-            await page.ask("step", steps=50)
-            await page.status("paused")
-            await page.ask("stage", values={"name": "digging", "remove": "low"})
+            await page.ask("step", steps=steps)
+            await page.until(lambda m: m["kind"] == "run" and m["status"] == "paused"
+                             and m["step"] == steps)  # fmt: skip
+            await page.ask(command, values=values)
             await page.ask("run")
-            done = await page.status("done")
-            assert done["verdict"]["lines"] and done["verdict"]["charts"]
-            assert sum(m["kind"] == "frame" for m in page.messages) > 2
-            return [await page.saved(w, "dug") for w in ("output", "namelist", "script", "report")]
+            await page.status("done")
+            files = [await page.saved("output", "live")]
+            return page.messages, [*files, *[await page.saved(what, "saved") for what in wanted]]
 
-    with live(folder, tmp_path / "state") as server:
-        output, saved, script, report = asyncio.run(use(server))
-    assert "&stage name = 'digging'" in saved.read_text()
+    with live(folder, state) as server:
+        messages, (output, *files) = talk(use(server))
     with sitedda.open_output(output) as found:
-        assert same_bits(found, sitedda.run(saved).history)
+        return messages, files, found.load()
+
+
+def test_the_saved_namelist_gives_the_same_bits(folder, tmp_path):
+    stage = {"name": "digging", "remove": "low"}
+    wanted = ("namelist", "script", "report")
+    messages, (saved, script, report), found = steered(
+        folder, tmp_path / "state", 50, "stage", stage, *wanted
+    )
+    done = next(m for m in messages if m["kind"] == "run" and m["status"] == "done")
+    assert done["verdict"]["lines"] and done["verdict"]["charts"]
+    assert sum(m["kind"] == "frame" for m in messages) > 2
+    assert "&stage name = 'digging'" in saved.read_text()
+    assert same_bits(found, sitedda.run(saved).history)
     assert report.read_text().startswith("<!doctype html>")
     assert "run.begin_stage(name='digging', remove='low')" in script.read_text()
 
@@ -187,56 +201,26 @@ def test_the_saved_namelist_gives_the_same_bits(folder, tmp_path):
 def test_a_new_friction_that_is_given_as_a_stage_gives_the_same_bits(folder, tmp_path):
     text = PILE.replace("gravity = 0.0, -9.81", "gravity = -2.0, -9.81")
     (folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
-
-    async def use(server):
-        async with Client(server) as page:
-            await page.ask("open", source="file", name="pile.nml")
-            await page.ask("rest")
-            await page.status("paused")
-            await page.ask("step", steps=50)
-            await page.until(lambda m: m["kind"] == "run" and m["status"] == "paused"
-                             and m["step"] == 50)  # fmt: skip
-            await page.ask("stage", values={"name": "wet", "change_joints": "dry -> ice"})
-            await page.ask("run")
-            await page.status("done")
-            return await page.saved("output", "slid"), await page.saved("namelist", "slid")
-
-    with live(folder, tmp_path / "state") as server:
-        output, saved = asyncio.run(use(server))
+    stage = {"name": "wet", "change_joints": "dry -> ice"}
+    _, (saved,), found = steered(folder, tmp_path / "state", 50, "stage", stage, "namelist")
     assert "in the script alone" not in saved.read_text()
-    with sitedda.open_output(output) as found:
-        moved = found.displacement.sel(point="top", axis="x")
-        assert abs(moved.sel(time=0.05, method="nearest")) < 1e-3 < 0.1 < abs(moved[-1])
-        assert same_bits(found, sitedda.run(saved).history)
+    moved = found.displacement.sel(point="top", axis="x")
+    assert abs(moved.sel(time=0.05, method="nearest")) < 1e-3 < 0.1 < abs(moved[-1])
+    assert same_bits(found, sitedda.run(saved).history)
 
 
 def test_the_saved_script_gives_the_same_bits_where_no_stage_can_say_a_change(
     folder, tmp_path, monkeypatch
 ):
-    async def use(server):
-        async with Client(server) as page:
-            await page.ask("open", source="file", name="pile.nml")
-            await page.ask("rest")
-            await page.status("paused")
-            await page.ask("step", steps=60)
-            await page.status("paused")
-            await page.ask("change", values={"joint[1].friction_angle": "2"})
-            await page.ask("step", steps=60)
-            await page.until(lambda m: m["kind"] == "run" and m["status"] == "paused"
-                             and m["actions"] and m["step"] == 120)  # fmt: skip
-            await page.ask("stop")
-            await page.status("stopped")
-            output = await page.saved("output", "live")
-            return output, await page.saved("script", "slid"), await page.saved("namelist", "plain")
-
-    with live(folder, tmp_path / "state") as server:
-        output, script, plain = asyncio.run(use(server))
+    change = {"joint[1].friction_angle": "2"}
+    _, (script, plain), found = steered(
+        folder, tmp_path / "state", 60, "change", change, "script", "namelist"
+    )
     assert "! in the script alone: at t = 0.06 s: joint[1].friction_angle = 2" in plain.read_text()
     monkeypatch.chdir(folder)
     runpy.run_path(str(script))
-    with sitedda.open_output(output) as found:
-        with sitedda.open_output(folder / "slid.nc.partial") as repeated:
-            assert same_bits(found, repeated)
+    with sitedda.open_output(folder / "saved.nc") as repeated:
+        assert same_bits(found, repeated)
 
 
 def test_two_pages_see_the_same_run_and_one_that_comes_later_sees_it_from_its_start(
@@ -255,7 +239,7 @@ def test_two_pages_see_the_same_run_and_one_that_comes_later_sees_it_from_its_st
                 assert times[0] == times[1] and times[2] and times[2][-1] == times[0][-1]
 
     with live(folder, tmp_path / "state") as server:
-        asyncio.run(use(server))
+        talk(use(server))
 
 
 def failing() -> str:
@@ -275,7 +259,7 @@ def test_a_step_that_fails_names_its_blocks(folder, tmp_path):
             return await page.status("failed", "done")
 
     with live(folder, tmp_path / "state") as server:
-        end = asyncio.run(use(server))
+        end = talk(use(server))
         assert server.process.poll() is None
     assert end["status"] == "failed" and "does not converge" in end["verdict"]["failure"]
     assert end["verdict"]["blocks"] == [1, 0]
@@ -322,7 +306,7 @@ def test_wrong_tokens_origins_and_hosts_are_refused(folder, tmp_path):
             assert page.messages[-1]["screen"] == "start"
 
     with live(folder, tmp_path / "state") as server:
-        asyncio.run(use(server))
+        talk(use(server))
 
 
 def test_answers_have_a_strict_policy_and_only_files_of_the_page(folder, tmp_path):
@@ -345,7 +329,7 @@ def test_answers_have_a_strict_policy_and_only_files_of_the_page(folder, tmp_pat
         assert (await get("live/main.js")).headers["Content-Type"].startswith("text/javascript")
 
     with live(folder, tmp_path / "state") as server:
-        asyncio.run(use(server))
+        talk(use(server))
 
 
 def hostile_messages(seed: int, count: int) -> list:
@@ -393,7 +377,7 @@ def test_malformed_and_oversized_messages_change_and_write_nothing(folder, tmp_p
             assert page.messages[-1]["screen"] == "start"
 
     with live(folder, tmp_path / "state") as server:
-        asyncio.run(use(server))
+        talk(use(server))
         assert server.process.poll() is None
     assert {f: f.read_bytes() for f in folder.iterdir()} == before
 
@@ -415,7 +399,7 @@ def test_nothing_is_saved_outside_the_folder_or_over_what_is_not_its_own(folder,
                 pass
 
     with live(folder, tmp_path / "state") as server:
-        asyncio.run(use(server))
+        talk(use(server))
     assert (folder / "mine.py").read_text() == "print('mine')\n"
     assert (folder / "pile.nml").read_text() == PILE
     assert not list(tmp_path.glob("*.py"))
@@ -452,11 +436,11 @@ def test_a_killed_server_loses_neither_model_nor_run(folder, tmp_path, seed):
 
     server = LiveProcess(folder, state)
     try:
-        asyncio.run(begin(server))
+        talk(begin(server))
     finally:
         server.kill()
     with live(folder, state) as server:
-        output, saved = asyncio.run(go_on(server))
+        output, saved = talk(go_on(server))
     with sitedda.open_output(output) as found:
         assert same_bits(found, sitedda.run(saved).history)
 
@@ -479,4 +463,4 @@ def test_a_damaged_journal_is_a_start_page(folder, tmp_path):
             assert page.messages[-1]["screen"] == "start"
 
     with live(folder, state) as server:
-        asyncio.run(use(server))
+        talk(use(server))
