@@ -15,6 +15,8 @@ module dda_verdict_lines
       'what to change: sitedda check FILE.nml'
 
    integer, parameter :: columns(3) = [20, 34, 48]  !< before largest value, that at the end, place
+   !> What is less at the end than this share of the largest has died out.
+   real(wp), parameter :: died_out = 1.0e-5_wp
 
    !> A number of the verdict.
    type :: verdict_value_type
@@ -193,12 +195,15 @@ contains
    pure function figure_text(figure) result(text)
       type(figure_type), intent(in) :: figure  !< a line
       character(len=:), allocatable :: text
+      real(wp) :: value(2)
       integer :: k
 
+      value = figure%value
+      if (figure%key(1)%name /= '' .and. abs(value(2)) < died_out*abs(value(1))) value(2) = 0.0_wp
       text = figure%name
       do k = 1, 2
          text = padded(text, columns(k))
-         if (figure%key(k)%name /= '') text = text//short_text(figure%value(k))//' '//figure%shown
+         if (figure%key(k)%name /= '') text = text//short_text(value(k))//' '//figure%shown
       end do
       text = padded(text, columns(3))//wrapped(figure%place, columns(3), screen_width)
    end function figure_text

@@ -234,6 +234,15 @@ def test_an_output_holds_maxima_history_and_residuals(write_input, tmp_path):
     assert tilt == pytest.approx(float(abs(last).max()), rel=1e-12)
 
 
+def test_what_has_died_out_is_shown_as_zero(write_input):
+    found = sitedda.run(write_input(pile())).verdict
+    line = found.figures[0]
+    assert line.largest == "largest_displacement_m"
+    shown = found.rows()[1][2]
+    found.values[line.end] = 1e-6 * found.values[line.largest]
+    assert not shown.startswith("0 ") and found.rows()[1][2] == f"0 {line.unit}"
+
+
 # --- Where displacements count from ---------------------------------------------------------------
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 WIDTH = 80  # of a screen
 _COLUMNS = (20, 14, 14)  # least widths of name, largest value, that at the end
+_DIED_OUT = 1e-5  # of the largest value: what is less at the end is shown as 0
 _HEADS = ("", "largest", "at the end", "where, when")
 OF_CHECK = "check"  # topic of doubts that the check of the model has
 CHECK_SAYS_MORE = "what to change: sitedda check FILE.nml"
@@ -95,8 +96,13 @@ class Verdict:
     def rows(self) -> list[tuple[str, ...]]:
         """The table of figures as texts, its heads first."""
         return [_HEADS, *((line.name, self._cell(line.largest, line.unit),
-                           self._cell(line.end, line.unit), line.place)
-                          for line in self.figures)]  # fmt: skip
+                           self._end(line), line.place) for line in self.figures)]  # fmt: skip
+
+    def _end(self, line: FigureLine) -> str:
+        end, largest = (abs(self.values.get(key, math.nan)) for key in (line.end, line.largest))
+        if end < _DIED_OUT * largest:
+            return f"0 {line.unit}".strip()
+        return self._cell(line.end, line.unit)
 
     def _cell(self, key: str, unit: str) -> str:
         if not key:
