@@ -257,3 +257,24 @@ def test_a_stage_names_what_is_there():
     model.control(steps=None)
     with pytest.raises(sitedda.InputError, match="add: nothing is named 'nothing'"):
         sitedda.Simulation(model)
+
+
+def leaning(**bolt) -> np.ndarray:
+    """Frequencies at rest of a block that leans on its friction and on a bolt, Hz."""
+    model = Model("Leaning block", time_step=1e-3, steps=1, gravity=(2.0, -10.0), settle=True)
+    model.contact(normal_stiffness=1e9)
+    model.material("rock", density=2000.0, young_modulus=1e10, poisson_ratio=0.0)
+    model.joint("joint", friction_angle=30.0)
+    model.block([(-1, -1), (2, -1), (2, 0), (-1, 0)], name="floor")
+    model.block([(0, 0), (1, 0), (1, 1), (0, 1)], name="block")
+    for x in (-0.9, 1.9):
+        model.fixed_point(x, -0.5, "floor")
+    if bolt:
+        model.bolt("tie", (-0.5, -0.1), (0.5, 0.5), axial_stiffness=1e8, **bolt)
+    return sitedda.modes(model, contacts="settled").frequency
+
+
+def test_a_bolt_that_breaks_on_the_way_to_rest_is_no_part_of_the_modes():
+    """All contacts are: frequencies are those without the bolt."""
+    assert_allclose(leaning(rupture_elongation=1e-7), leaning(), rtol=1e-9)
+    assert leaning(yield_force=1e9)[0] > 1.05 * leaning()[0]
