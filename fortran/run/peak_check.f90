@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The amplification peak of a run against the exact transfer function of its discrete equations.
 !>
-!> Where no contact has changed its state the run was linear, and the peak of its spectra must be
-!> that of `dda_transfer`; if it is not, the run says so, with the likely cause.
+!> Where no contact has changed its state and no material has a law the run was linear, and the peak
+!> of its spectra must be that of `dda_transfer`; if it is not, the run says so, with the likely cause.
 module dda_peak_check
    use dda_kinds, only: wp
    use dda_errors, only: error_type
@@ -37,6 +37,7 @@ contains
 
       text = ''
       if (simulation%counters%changes > 0 .or. simulation%model%control%adaptive) return
+      if (any(simulation%model%materials%has_law())) return
       call linearise(linear, simulation, 'present', error)
       if (.not. allocated(error)) call prepare_transfer(transfer, linear, &
          [wanted%surface, wanted%base], spread(wanted%axis, 1, 2), wanted%axis, wanted%highest, &

@@ -8,7 +8,8 @@ import pytest
 
 import sitedda
 from sitedda import InputError
-from sitedda.site import read_profile
+from sitedda.signals import spectral_acceleration
+from sitedda.site import beside, read_profile
 
 SITE = """# a comment
 depth (m), Vs (m/s), Vp (m/s), density (kg/m3), damping (%), curve
@@ -156,8 +157,6 @@ def test_a_profile_runs_from_both_programs_and_beside_its_column(tmp_path, site,
     done = native("run", built, "-o", tmp_path / "b.nc", "-q")
     assert done.returncode == 0, done.stderr
     same_bits(tmp_path / "a.nc", tmp_path / "b.nc")
-    from sitedda.site import beside
-
     found = beside(run.history)
     peak = abs(found.column_surface).max()
     assert abs(found.surface - found.column_surface).max() < 0.05 * peak
@@ -177,6 +176,56 @@ def test_sides_of_level_ground_move_alike(site, sides):
     wanted = tied.run().history.acceleration.sel(point="surface", axis="x").values
     bound = 0.03 if sides == "roller" else 1e-6  # rollers do not keep upright faces straight
     assert abs(found - wanted).max() < bound * abs(wanted).max()
+
+
+@pytest.mark.filterwarnings("error::sitedda.PeakWarning")
+def test_layers_that_yield_follow_the_nonlinear_column(site, root):
+    """By each kind of curve, at strains where the linear column is far off."""
+    site("strain,reduction,damping\n1e-6,1,0.01\n1e-4,0.8,0.03\n1e-3,0.3,0.12\n1e-2,.05,.2\n", "c.csv")
+    text = SITE.replace("1.5,", "1.5, c.csv")
+    model = model_of(site(text), law="hysteretic", water_table=2.0, highest_frequency=15.0,
+                     motion_x="quake")  # fmt: skip
+    model.control(duration=10.0, time_step=2e-3)
+    record = root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
+    model.motion("quake", file=str(record), scale=0.3)
+    model.amplification(lowest=0.5, highest=8.0)
+    found = beside(model.run().history)  # without a word of a linear peak
+    periods = [0.1, 0.2, 0.5, 1.0]
+    blocks, column, linear = (
+        spectral_acceleration(one, found.response.motion.time_step, periods)
+        for one in (found.surface, found.column_surface, found.columns["linear"].acceleration())
+    )
+    np.testing.assert_allclose(blocks, column, rtol=0.02)
+    assert np.max(abs(linear / column - 1)) > 0.2
+
+
+def test_curves_become_those_of_materials(site):
+    text = SITE.replace("hyperbolic 5e-4", "mkz 5e-4 1.2 0.9")
+    model = model_of(site(text), law="hysteretic", water_table=2.0).build()
+    first, second, third, base = model["material"]
+    assert (first.curve, first.plasticity_index) == ("darendeli", 15.0)
+    assert first.mean_stress == pytest.approx(2.0 * 1800 * 9.80665 * 2 / 3)
+    assert (second.curve, second.curve_factor, second.curve_power) == ("mkz", 1.2, 0.9)
+    assert third.law is base.law is None
+    deep = model_of(site(SITE.replace("1.5,", "1.5, darendeli 0")),
+                    law="hysteretic", water_table=2.0, pressure_at_rest=1.0).build()  # fmt: skip
+    total = 4 * 1800 + 6 * 1850 + 5 * 1900
+    assert deep["material"][2].mean_stress == pytest.approx((total - 13e3) * 9.80665)
+
+
+@pytest.mark.parametrize(
+    ("curve", "words"),
+    [
+        ("linear", "no layer of .* has a curve"),
+        ("hyperbolic", "row 2: curve = 'hyperbolic': hyperbolic has 1 numbers at most"),
+        ("darendeli 1 2 3 4", "at most: plasticity_index, ocr, reference_frequency"),
+        ("none.csv", "none.csv"),
+    ],
+)
+def test_curves_that_no_material_has(site, curve, words):
+    text = f"depth (m),vs (m/s),vp (m/s),density (kg/m3),curve\n4,150,400,1800,{curve}\n"
+    with pytest.raises(InputError, match=words):
+        model_of(site(text), law="hysteretic").build()
 
 
 def test_a_rigid_base(site):

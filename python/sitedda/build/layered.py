@@ -10,13 +10,19 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..input import schema
-from .profile import Ground, SoilProfile, read_soil_profile
+from .profile import Ground, SoilProfile, curve_of, curve_table, read_soil_profile
 
 _CELLS = 12  # in the length of S waves of the highest frequency
 _MOST = 100_000  # blocks
 _STIFF = 1e3  # times a block, what welds between blocks are: their compliance is a thousandth of it
 _STRENGTH = 1e12  # Pa, of welds
 _ANGLE = 45.0  # degrees
+# Curves of a file as those of &material: how many numbers they need, and what these are.
+_CURVES = {
+    "darendeli": (0, ("plasticity_index", "ocr", "reference_frequency")),
+    "hyperbolic": (1, ("reference_strain",)),
+    "mkz": (1, ("reference_strain", "curve_factor", "curve_power")),
+}
 
 
 class LayeredGround(schema.ProfileValues):
@@ -41,9 +47,9 @@ class LayeredGround(schema.ProfileValues):
         found = self._materials(profile) + self._joints(profile, cells)
         found += self._blocks(profile, cells) + self._boundaries(profile)
         notes = []
-        if any(layer.curve for layer in profile.layers):
-            notes = [f"the curves of {self.file} do not act in blocks, which are linear: sitedda "
-                     f"site {self.file} counts them"]  # fmt: skip
+        if self.law == "linear" and any(layer.curve for layer in profile.layers):
+            notes = [f"the curves of {self.file} do not act in blocks, which are linear: "
+                     "law = 'hysteretic' lets them"]  # fmt: skip
         return found + (self._measured(profile) if self.points else []), notes
 
     def _fit(self, profile: SoilProfile) -> None:
@@ -67,14 +73,26 @@ class LayeredGround(schema.ProfileValues):
         return profile.half_space or profile.layers[-1]
 
     def _materials(self, profile: SoilProfile) -> list[tuple[str, dict]]:
-        ground = dict(zip(self._names(profile), (*profile.layers, self._below(profile)),
-                          strict=True))  # fmt: skip
+        ground = (*profile.layers, self._below(profile))
+        laws = [*self._laws(profile), {}]
         found = []
-        for name, one in ground.items():
+        for name, one, law in zip(self._names(profile), ground, laws, strict=True):
             values = {"name": name, "density": one.density, "shear_velocity": one.shear_velocity,
                       "pressure_velocity": one.pressure_velocity}  # fmt: skip
             damping = {"damping_ratio": one.damping} if one.damping else {}
-            found.append(("material", values | damping))
+            found.append(("material", values | damping | law))
+        return found
+
+    def _laws(self, profile: SoilProfile) -> list[dict]:
+        """What makes each layer yield by its curve; nothing where it is linear."""
+        if self.law == "linear":
+            return [{} for _ in profile.layers]
+        table = math.inf if self.water_table is None else self.water_table
+        stresses = profile.mean_stresses(table, self.pressure_at_rest)
+        found = [_law(layer, stress, profile.file)
+                 for layer, stress in zip(profile.layers, stresses, strict=True)]  # fmt: skip
+        if not any(found):
+            raise InputError(f"law = 'hysteretic': no layer of {self.file} has a curve")
         return found
 
     def _names(self, profile: SoilProfile) -> list[str]:
@@ -162,3 +180,22 @@ class LayeredGround(schema.ProfileValues):
         """The name of the highest blocks of each layer."""
         cells = [self._cells(layer) for layer in profile.layers]
         return [f"{self.name}_{sum(cells[i:])}" for i in range(len(cells))]
+
+
+def _law(layer: Ground, stress: float, file: Path) -> dict:
+    """Variables of a material that yields by the curve of a layer under a mean stress, Pa."""
+    where = f"{file}, row {layer.row}"
+    name, numbers = curve_of(layer.curve, where)
+    if not name:
+        return {}
+    if name not in _CURVES:
+        strain, reduction, damping = curve_table(file.parent / name)
+        table = {"strains": strain, "reductions": reduction, "dampings": damping}
+        return {"law": "hysteretic", "curve": "table"} | table
+    least, variables = _CURVES[name]
+    if not least <= len(numbers) <= len(variables):
+        raise InputError(f"{where}: curve = {layer.curve!r}: {name} has {len(variables)} numbers "
+                         f"at most: {', '.join(variables)}")  # fmt: skip
+    own = {"mean_stress": stress} if name == "darendeli" else {}
+    given = dict(zip(variables, numbers, strict=False))
+    return {"law": "hysteretic", "curve": name} | own | given

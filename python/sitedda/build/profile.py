@@ -120,6 +120,26 @@ class SoilProfile:
             time, left = time + taken / layer.shear_velocity, left - taken
         return depth / (time + left / (self.half_space or self.layers[-1]).shear_velocity)
 
+    def mean_stresses(
+        self, water_table: float = math.inf, pressure_at_rest: float = 0.5
+    ) -> list[float]:
+        """Mean effective stress in the middle of each layer, Pa.
+
+        Parameters
+        ----------
+        water_table : float
+            Depth, m (none).
+        pressure_at_rest : float
+            K₀.
+        """
+        found, above = [], 0.0
+        for layer, top in zip(self.layers, self.tops, strict=False):
+            half, weight = 0.5 * layer.thickness, layer.density * GRAVITY
+            water = 1e3 * GRAVITY * max(0.0, float(top) + half - water_table)
+            found.append((above + half * weight - water) * (1 + 2 * pressure_at_rest) / 3)
+            above += layer.thickness * weight
+        return found
+
     def __str__(self) -> str:
         """The layers as a table, and the mean velocity of 30 m."""
         head = f"{'depth (m)':>15}{'V_s (m/s)':>11}{'V_p (m/s)':>11}{'ρ (kg/m³)':>11}{'D (%)':>8}"
@@ -330,3 +350,22 @@ def curve_of(text: str, where: str) -> tuple[str, list[float]]:
         return found[1].lower(), [float(one) for one in re.split(r"[,; ]+", found[2]) if one]
     except ValueError:
         raise InputError(f"{where}: curve = {text!r}: a number cannot be read") from None
+
+
+def curve_table(file: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shear strain, G/G_max and damping ratio of a CSV file with these columns, fractions.
+
+    Parameters
+    ----------
+    file : Path
+    """
+    rows = rows_of(file)
+    try:
+        start = 0 if rows[0][1][0][:1] in "0123456789.+-" else 1
+        numbers = np.array([[float(cell) for cell in cells] for _, cells in rows[start:]])
+        if numbers.ndim != 2 or numbers.shape[1] != 3:
+            raise ValueError("three columns are wanted: strain, G/G_max and damping ratio")
+    except (ValueError, IndexError) as trouble:
+        raise InputError(f"{file}: {trouble}") from None
+    strain, reduction, damping = numbers.T
+    return strain, reduction, damping

@@ -8,10 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from ..base.errors import InputError
-from ..build.profile import GRAVITY, Ground, SoilProfile, curve_of, read_soil_profile, rows_of
+from ..build.profile import Ground, SoilProfile, curve_of, curve_table, read_soil_profile
 from .column import Column, HalfSpace, Layer
 from .curves import SoilCurves, darendeli, hyperbolic, mkz
 
@@ -58,16 +56,9 @@ class Profile(SoilProfile):
         pressure_at_rest : float
             K₀ of these.
         """
-        tops, found, pressure = self.tops, [], 0.0
-        for layer, top in zip(self.layers, tops, strict=False):
-            half = 0.5 * layer.thickness
-            weight = layer.density * GRAVITY
-            water = 1e3 * GRAVITY * max(0.0, top + half - water_table)
-            vertical = pressure + half * weight - water
-            mean = vertical * (1 + 2 * pressure_at_rest) / 3
-            found.append(_curves(layer, mean, self.file))
-            pressure += layer.thickness * weight
-        return found
+        stresses = self.mean_stresses(water_table, pressure_at_rest)
+        return [_curves(layer, mean, self.file)
+                for layer, mean in zip(self.layers, stresses, strict=True)]  # fmt: skip
 
     def plot(self):
         """Velocities, density and damping over depth; a matplotlib.figure.Figure."""
@@ -110,13 +101,8 @@ def _curves(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
 
 def _table(file: Path) -> SoilCurves:
     """Curves of a file of strain, G/G_max and damping ratio, all fractions."""
-    rows = rows_of(file)
+    strain, reduction, damping = curve_table(file)
     try:
-        start = 0 if rows[0][1][0][:1] in "0123456789.+-" else 1
-        numbers = np.array([[float(cell) for cell in cells] for _, cells in rows[start:]])
-        if numbers.ndim != 2 or numbers.shape[1] != 3:
-            raise ValueError("three columns are wanted: strain, G/G_max and damping ratio")
-        strain, reduction, damping = numbers.T
         return SoilCurves(strain, reduction, damping, name=file.stem)
-    except (ValueError, IndexError) as trouble:
+    except ValueError as trouble:
         raise InputError(f"{file}: {trouble}") from None
