@@ -24,6 +24,11 @@ TOLD = [  # what their commands print is shown, too
     *sorted(ROOT.glob("docs/tutorials/*.md")),
     *(ROOT / f"docs/casebook/{name}.md" for name in ("arch", "slope", "rocking", "column")),
 ]
+SHORT = [  # a user's path from beginning to end, and cases
+    *(ROOT / f"docs/tutorials/{name}.md"
+      for name in ("wall", "profile", "tunnel", "back_analysis", "bonded_blocks")),
+    *(page for page in TOLD if page.parent.name == "casebook"),
+]  # fmt: skip
 PASTED = [
     page
     for page in [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md"))]
@@ -78,6 +83,13 @@ def test_a_python_block_runs_alone_as_pasted(page, tmp_path):
         if kind == "python":
             with alone(tmp_path):
                 run_block(kind, text)
+
+
+@pytest.mark.parametrize("page", SHORT, ids=name_of)
+def test_a_path_takes_thirty_lines(page):
+    blocks = BLOCK.findall(page.read_text())
+    lines = [line for kind, text in blocks if kind != "text" for line in text.splitlines()]
+    assert sum(bool(line.strip()) for line in lines) <= 30
 
 
 @pytest.fixture(scope="module")

@@ -54,22 +54,19 @@ def draw_mechanism(found, axes=None, title: str | None = None):
     margin = 0.04 * size
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
     axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    counts = {name: found.verdicts.count(name) for name in FILLS}
-    axes.legend(
-        handles=[
-            Patch(fc=FILLS[name], ec=EDGE, label=f"{name}: {count}")
-            for name, count in counts.items()
-            if count
-        ],
-        frameon=False,
-        loc="upper left",
-        bbox_to_anchor=(1.0, 1.0),
-    )
+    axes.legend(handles=_counted(found.verdicts), frameon=False, loc="upper left",
+                bbox_to_anchor=(1.0, 1.0))  # fmt: skip
     if title is None:
         outcome = "Mechanism" if found.moves else "Stands"
         title = f"{outcome}, strength divided by {found.factor:.4g}"
     axes.set_title(title, loc="left")
     return axes
+
+
+def _counted(verdicts) -> list[Patch]:
+    """The colour of each verdict that blocks have, and how many have it."""
+    return [Patch(fc=fill, ec=EDGE, label=f"{name}: {verdicts.count(name)}")
+            for name, fill in FILLS.items() if name in verdicts]  # fmt: skip
 
 
 def pushover_figure(found, limits=None):
@@ -89,9 +86,11 @@ def pushover_figure(found, limits=None):
     way = 1e3 * found.displacement
     curve.plot(way, found.factor, color=BLUE)
     curve.plot(1e3 * found.at_peak, found.peak, "o", color=BLUE)
-    for limit, words in ((limits.lower, "L"), (limits.upper, "U")) if limits else ():
+    for limit, words, side in (
+        ((limits.lower, "L", "top"), (limits.upper, "U", "bottom")) if limits else ()
+    ):
         curve.axhline(limit.factor, color=INK, ls="--", lw=0.8)
-        curve.annotate(words, (way.max(), limit.factor), va="bottom", ha="right")
+        curve.annotate(words, (0.0, limit.factor), va=side, ha="right")
     what = {"tilt": "tangent of the tilt", "mode": "load in the first mode / weight"}
     curve.set(xlabel=f"displacement of {found.point} (mm)", ylim=(0, None),
               ylabel=what.get(found.load, "horizontal load / weight"))  # fmt: skip
@@ -107,5 +106,7 @@ def pushover_figure(found, limits=None):
         )
     )
     blocks.autoscale()
-    blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title=found.ending[:60])
+    blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title=f"End: {found.ending}"[:70])
+    blocks.legend(handles=_counted(found.verdicts), frameon=False, ncols=3, loc="upper left",
+                  bbox_to_anchor=(0.0, -0.12))  # fmt: skip
     return figure

@@ -15,6 +15,7 @@ from .figures import KINDS, known_kind
 from .table import BAR, counts
 
 _MOST = 60  # rows of a table
+_HEADS = {"ida": "Incremental dynamic analysis", "map": "Two parameters"}  # else the kind itself
 
 
 def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:
@@ -103,20 +104,21 @@ def _texts(table, which: np.ndarray, column: str) -> Table:
 
 
 def _add_figure(page: Page, table, values: dict) -> None:
-    kind, title = known_kind(values.pop("kind", None)), values.pop("title", "")
+    kind = known_kind(values.pop("kind", None))
+    title = values.pop("title", "") or _HEADS.get(kind, kind.capitalize())
     try:
         selected = table.sel(**values.pop("select", {}))
         found = KINDS[kind](selected, **values)
     except KeyError as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: the table has no {trouble}") from None
     except InputError as error:  # what cannot be drawn is said where it would stand
-        page.add(title or kind.capitalize(), Paragraph(f"Not drawn: {error}."))
+        page.add(title, Paragraph(f"Not drawn: {error}."))
         return
     except (TypeError, ValueError, IndexError) as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: {trouble}") from None
     caption = f"{kind}: {values.get('quantity', '')}"
     facts = [(name, words) for name, words in _facts(found) if words]
-    page.add(title or kind.capitalize(), Picture(found.picture(), caption, kind), Facts(facts))
+    page.add(title, Picture(found.picture(), caption, kind), Facts(facts))
 
 
 def _facts(found) -> list[tuple[str, str]]:
