@@ -151,6 +151,9 @@ class Result:
 def case(name: str, title: str, formula: str, reference: str) -> Callable:
     """Register a function as a case."""
 
+    if name in CASES:
+        raise ValueError(f"there are two cases {name!r}")
+
     def register(function: Callable[[bool], Outcome]) -> Callable[[bool], Outcome]:
         CASES[name] = Case(name, title, formula, reference, function)
         return function

@@ -15,6 +15,8 @@ from .case import Outcome, absolute, at_most, case, relative, true
 from .model import GRAVITY, rectangle, turned
 
 THINNEST = {"radial": 0.1075, "vertical": 0.1095}  # t/R
+ROUGH = 5.0  # friction coefficient without slip
+WITH_FRICTION = {0.325: 0.178, 0.35: 0.152, 0.375: 0.126, 0.5: 0.106}  # friction: t/R, radial cuts
 PSI = np.radians(40.0)
 STATES = {(10.0, 40.1): "stable", (5.0, 20.0): "slides", (25.0, 40.0): "topples"}
 MEASURED = {3: 0.97, 5: 0.95}  # height over width: share of angular velocity over rigid theory
@@ -33,13 +35,7 @@ def arch_stereotomy(short: bool) -> Outcome:
     rows, (figure, axes) = [], canvas(2, size=(9, 3))
     for axis, (cuts, wanted) in zip(axes, THINNEST.items(), strict=True):
 
-        def stands(thickness: float, cuts: str = cuts) -> bool:
-            try:
-                return limit_analysis(_arch(thickness, cuts, stones)).upper.factor >= 0
-            except InputError:  # no forces balance it
-                return False
-
-        low, high = bisect(stands, 0.111, 0.106, 1e-3 if short else 1e-4)
+        low, high = _thinnest(cuts, ROUGH, stones, (0.111, 0.106), 1e-3 if short else 1e-4)
         rows.append(absolute(f"{cuts} cuts: least t/R", wanted, 0.5 * (low + high), allowed))
         blocks = [one.vertices for one in _arch(low, cuts, stones)["block"]]
         draw_blocks(axis, blocks, STONE)
@@ -48,11 +44,47 @@ def arch_stereotomy(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _arch(thickness: float, cuts: str, stones: int) -> Model:
+@case(
+    "arch_by_friction",
+    "The thinnest half-circle arch, by its friction",
+    "27 rigid stones without tension, cut radially, which slide without dilation: t/R by friction "
+    "as read off a published figure, to 0.002; below a coefficient of 0.309 ± 0.001 none stands.",
+    "`docs/casebook/arch.md`.",
+)
+def arch_by_friction(short: bool) -> Outcome:
+    """Limit analysis without dilation finds the curve and where it ends."""
+    rows, here, (figure, (axis,)) = [], [], canvas(1, size=(5, 3))
+    published = list(WITH_FRICTION.items())[:: 2 if short else 1]
+    for friction, wanted in published:
+        bracket = _thinnest("radial", friction, 27, (0.2, 0.1), 1e-3 if short else 1e-4)
+        here.append(0.5 * sum(bracket))
+        rows.append(absolute(f"μ = {friction:g}: least t/R", wanted, here[-1], 2e-3))
+    low, high = bisect(lambda mu: _stands(0.45, "radial", mu, 27), 0.35, 0.28, 1e-3)
+    rows.append(absolute("least friction of any arch", 0.309, 0.5 * (low + high), 1e-3))
+    axis.plot(*np.transpose(published), "o", label="published")
+    axis.plot([friction for friction, _ in published], here, label="here")
+    axis.set(xlabel="coefficient of friction", ylabel="least t/R", ylim=(0, None))
+    axis.legend(frameon=False)
+    return Outcome(rows, figure)
+
+
+def _thinnest(cuts: str, friction: float, stones: int, between, tolerance: float):
+    """Bracket of the least t/R that stands."""
+    return bisect(lambda t: _stands(t, cuts, friction, stones), *between, tolerance)
+
+
+def _stands(thickness: float, cuts: str, friction: float, stones: int) -> bool:
+    try:
+        return limit_analysis(_arch(thickness, cuts, stones, friction)).lower.factor >= 0
+    except InputError:  # no forces balance it
+        return False
+
+
+def _arch(thickness: float, cuts: str, stones: int, friction: float = ROUGH) -> Model:
     """An arch of mean radius 1 m on two bases."""
     model = Model("arch", time_step=1e-2, gravity=(0.0, -GRAVITY))
     model.material("stone", density=2000.0, young_modulus=1e10, poisson_ratio=0.0)
-    model.joint("rough", friction_angle=80.0)
+    model.joint("dry", friction_angle=float(np.degrees(np.arctan(friction))))
     inner, outer = 1 - thickness / 2, 1 + thickness / 2
     angle = np.linspace(0.0, np.pi, stones + 1)
     low = inner * np.column_stack([np.cos(angle), np.sin(angle)])
