@@ -22,7 +22,6 @@ def random_wall(seed: int) -> sitedda.Model:
     width, height = rng.uniform(3, 5), rng.uniform(2.2, 3.2)
     stone, door = rng.uniform(0.5, 0.8), rng.uniform(0.7, 1.0)
     model = sitedda.Model("wall", time_step=1e-3, steps=1, gravity=(0, -9.81))
-    model.contact(normal_stiffness=1e10)
     model.material("stone", density=2500.0, young_modulus=1e11, poisson_ratio=0.2)
     model.block([-1, -0.5, width + 1, -0.5, width + 1, 0, -1, 0], name="floor")
     for x, y in ((-0.9, -0.25), (width + 0.9, -0.25), (width / 2, -0.4)):
@@ -45,9 +44,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--walls", type=int, default=10)
     parser.add_argument("--first", type=int, default=0, help="seed")
+    parser.add_argument("--stiffness", type=float, help="of contacts, N/m (40 times Young's modulus)")
     options, outside = parser.parse_args(), 0
     for seed in range(options.first, options.first + options.walls):
         model = random_wall(seed)
+        if options.stiffness:
+            model.contact(normal_stiffness=options.stiffness)
         limits = sitedda.limit_analysis(model)
         low, high = limits.lower.factor, limits.upper.factor
         found = sitedda.pushover(model, "top", displacement=0.05)
