@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The amplification peak of a run against the exact transfer function of its discrete equations.
 !>
-!> Where no contact has changed its state and no material has a law the run was linear, and the peak
-!> of its spectra must be that of `dda_transfer`; if it is not, the run says so, with the likely cause.
+!> Where no contact has changed its state and no material has a law the run was linear, and the
+!> peak of its spectra must be that of `dda_transfer`; if it is not, the run says so, with the
+!> likely cause.
 module dda_peak_check
    use dda_kinds, only: wp
    use dda_errors, only: error_type

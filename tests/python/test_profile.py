@@ -181,7 +181,7 @@ def test_sides_of_level_ground_move_alike(site, sides):
 @pytest.mark.filterwarnings("error::sitedda.PeakWarning")
 def test_layers_that_yield_follow_the_nonlinear_column(site, root):
     """By each kind of curve, at strains where the linear column is far off."""
-    site("strain,reduction,damping\n1e-6,1,0.01\n1e-4,0.8,0.03\n1e-3,0.3,0.12\n1e-2,.05,.2\n", "c.csv")
+    site("strain,reduction,damping\n1e-6,1,.01\n1e-4,.8,.03\n1e-3,.3,.12\n1e-2,.05,.2\n", "c.csv")
     text = SITE.replace("1.5,", "1.5, c.csv")
     model = model_of(site(text), law="hysteretic", water_table=2.0, highest_frequency=15.0,
                      motion_x="quake")  # fmt: skip

@@ -44,7 +44,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--walls", type=int, default=10)
     parser.add_argument("--first", type=int, default=0, help="seed")
-    parser.add_argument("--stiffness", type=float, help="of contacts, N/m (40 times Young's modulus)")
+    parser.add_argument("--stiffness", type=float, help="of contacts, N/m (40 times E)")
     options, outside = parser.parse_args(), 0
     for seed in range(options.first, options.first + options.walls):
         model = random_wall(seed)

@@ -34,7 +34,6 @@ def arch_stereotomy(short: bool) -> Outcome:
     stones, allowed = (40, 4e-4) if short else (160, 1.5e-4)
     rows, (figure, axes) = [], canvas(2, size=(9, 3))
     for axis, (cuts, wanted) in zip(axes, THINNEST.items(), strict=True):
-
         low, high = _thinnest(cuts, ROUGH, stones, (0.111, 0.106), 1e-3 if short else 1e-4)
         rows.append(absolute(f"{cuts} cuts: least t/R", wanted, 0.5 * (low + high), allowed))
         blocks = [one.vertices for one in _arch(low, cuts, stones)["block"]]
