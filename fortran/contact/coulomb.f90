@@ -47,7 +47,7 @@ contains
       law%friction = tan(joint%friction_angle*pi/180.0_wp)
       law%cohesion = joint%cohesion
       law%tensile = joint%tensile_strength
-      law%brittle = .true.
+      law%brittle = max(joint%cohesion, joint%tensile_strength) > 0.0_wp
    end function new_coulomb
 
    !> Largest shear force, N/m.

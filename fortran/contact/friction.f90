@@ -10,7 +10,8 @@ module dda_friction
    use dda_contact, only: contacts_type, contact_open, contact_slide, is_carried, is_struck
    use dda_coulomb, only: coulomb_contact_type, respond, bound_friction
    use dda_joint_bond, only: accept_bond, add_bond, is_cohesive, slider_stretch
-   use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end, comes_down
+   use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end, &
+      comes_down, may_lift
    use dda_joint_law, only: joint_state_type
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
@@ -274,17 +275,20 @@ contains
       contacts%lifted(c) = state%lifted
    end subroutine accept_slip
 
-   !> Contact c has slipped beyond the elastic slip in the converged step, under a joint law.
+   !> Contact c has slipped beyond the elastic slip in the converged step, under a joint law: so
+   !> that it counts for what may lift it.
    pure logical function has_slipped(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
-      has_slipped = contacts%trial_state(c) == contact_slide
-      if (has_slipped .or. .not. contacts%with_net_slip) return
-      has_slipped = contacts%trial_from_centre(c)
-      if (.not. has_slipped) has_slipped = comes_down(contacts, &
-         laws%slot(contacts%joint(c))%law, c)
+      associate (law => laws%slot(contacts%joint(c))%law)
+         has_slipped = contacts%trial_state(c) == contact_slide
+         if (has_slipped .and. law%dilates) has_slipped = may_lift(contacts, law, c)
+         if (has_slipped .or. .not. contacts%with_net_slip) return
+         has_slipped = contacts%trial_from_centre(c)
+         if (.not. has_slipped) has_slipped = comes_down(contacts, law, c)
+      end associate
    end function has_slipped
 
    !> Slip of contact c in the converged step beyond that of its shear spring, m.

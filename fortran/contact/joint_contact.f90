@@ -7,12 +7,12 @@
 !> closure itself: Newton's method for the compliance and for the stiffness, each where it is safe.
 module dda_joint_contact
    use dda_kinds, only: wp
-   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick, most_closings
    use dda_joint_law, only: joint_law_type, joint_state_type
    implicit none
    private
    public :: response_type, state_of, joint_response, acts_before_end, closure_of, touch_law, &
-      line_of, slide_response, joint_energy, centre_shift, comes_down
+      line_of, slide_response, joint_energy, centre_shift, comes_down, may_lift
 
    real(wp), parameter :: first_share = 0.5_wp  !< of the force at closing, where a line begins
 
@@ -89,6 +89,17 @@ contains
       if (law%dilates) closure = law%lift(state_of(contacts, c)) - gap
    end function closure_of
 
+   !> Slip of this step lifts contact c.  That of a step in which it closes does not: its normal
+   !> force would jump as it touches.
+   pure logical function may_lift(contacts, law, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      integer, intent(in) :: c                     !< number of the contact
+
+      may_lift = law%dilates
+      if (may_lift) may_lift = contacts%was_closed(c)
+   end function may_lift
+
    !> Contact c has opened in this step as slip comes down to its centre.
    pure logical function comes_down(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list, solved
@@ -108,31 +119,38 @@ contains
       real(wp), intent(in) :: gap, stretch         !< m
       type(joint_state_type) :: state
       real(wp) :: closure
-      logical :: intact
+      logical :: intact, lifts
 
       response = response_type(contact_open, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp)
+      lifts = may_lift(contacts, law, c)
       closure = closure_of(contacts, law, c, gap)
       state = state_of(contacts, c)
       state%way = sign(1.0_wp, stretch)
       if (closure <= 0.0_wp .and. (law%cohesive .or. .not. contacts%bonded(c))) then
-         ! A joint that slip lifts stays closed at a gap that grows less than the lift.
-         if (.not. (law%dilates .and. contacts%was_closed(c))) return
-         if (law%sliding_force(state, closure, abs(stretch)) <= 0.0_wp) return
+         ! A joint that slip lifts stays closed at a gap that grows less than the lift, also as it
+         ! passes its centre.
+         if (.not. lifts) return
+         if (.not. law%has_centre) then
+            if (law%sliding_force(state, closure, abs(stretch)) <= 0.0_wp) return
+         end if
       end if
-      intact = law%brittle .and. state%weakened < 1.0_wp
-      call stick_or_slide(law, state, closure, stretch, intact, response)
-      if (law%has_centre) call pass_centre(law, state, closure, stretch, response)
+      ! What closes, or goes on to open and close, is not whole: its shear force would jump.
+      intact = law%brittle .and. state%weakened < 1.0_wp .and. (contacts%bonded(c) .or. &
+         (contacts%was_closed(c) .and. contacts%close_count(c) < most_closings))
+      call stick_or_slide(law, state, closure, stretch, intact, lifts, response)
+      if (law%has_centre .and. lifts) call pass_centre(law, state, closure, stretch, response)
       response%slider = response%shear_force
       if (.not. law%cohesive) response%strength_ratio = excess(contacts, law, c, state, response, &
          intact)
    end function joint_response
 
    !> Elastic in shear up to the strength.
-   pure subroutine stick_or_slide(law, state, closure, stretch, intact, response)
+   pure subroutine stick_or_slide(law, state, closure, stretch, intact, lifts, response)
       class(joint_law_type), intent(in) :: law         !< of the contact
       type(joint_state_type), intent(in) :: state      !< of the contact
       real(wp), intent(in) :: closure, stretch         !< m
       logical, intent(in) :: intact                    !< it breaks rather than slips
+      logical, intent(in) :: lifts                     !< slip does
       type(response_type), intent(inout) :: response   !< gets state and forces
       real(wp) :: trial
 
@@ -143,7 +161,7 @@ contains
       response%shear_force = trial
       if (abs(trial) > response%bound .and. .not. intact) then
          response%state = contact_slide
-         response%normal_force = law%sliding_force(state, closure, abs(stretch))
+         if (lifts) response%normal_force = law%sliding_force(state, closure, abs(stretch))
          response%bound = law%strength(state, response%normal_force)
          response%shear_force = sign(response%bound, trial)
       end if
@@ -165,7 +183,7 @@ contains
          response%from_centre = .true.
          centre = law%slipped(state, -state%net_slip, 0.0_wp)
          call stick_or_slide(law, centre, closure + law%lift(centre) - law%lift(state), &
-            stretch + state%net_slip, .false., response)
+            stretch + state%net_slip, .false., .true., response)
       end if
       if (response%normal_force <= 0.0_wp) response = response_type(contact_open, 0.0_wp, &
          0.0_wp, 0.0_wp, -1.0_wp)
@@ -204,7 +222,7 @@ contains
       state%way = contacts%slip_sign(c)
       lifted = contacts%normal_free(c)
       normal_force = lifted - contacts%tangent(c)*gap
-      if (law%dilates) then
+      if (may_lift(contacts, law, c)) then
          normal_force = law%sliding_force(state, law%lift(state) - gap, &
             max(0.0_wp, contacts%slip_sign(c)*(stretch + centre_shift(contacts, c))))
          lifted = normal_force + contacts%tangent(c)*gap

@@ -41,7 +41,8 @@ contains
       law%cohesion = [joint%cohesion, joint%residual_cohesion]
       law%tensile = [joint%tensile_strength, joint%residual_tensile_strength]
       law%weakening_slip = joint%weakening_slip
-      law%brittle = joint%weakening_slip <= 0.0_wp
+      law%brittle = joint%weakening_slip <= 0.0_wp .and. any([law%friction(1), law%cohesion(1), &
+         law%tensile(1)] > [law%friction(2), law%cohesion(2), law%tensile(2)])
       law%dilation = tan(joint%dilation_angle*pi/180.0_wp)
       if (joint%dilation_slip > 0.0_wp) law%dilation_slip = joint%dilation_slip
       law%dilates = joint%dilation_angle > 0.0_wp
@@ -98,7 +99,7 @@ contains
 
       after = state
       after%slip_path = state%slip_path + abs(slip)
-      if (.not. law%brittle) after%weakened = max(state%weakened, &
+      if (law%weakening_slip > 0.0_wp) after%weakened = max(state%weakened, &
          min(1.0_wp, after%slip_path/law%weakening_slip))
    end function slipped
 

@@ -3,15 +3,13 @@
 !> these are from the assumed ones.
 module dda_contact_evaluation
    use dda_kinds, only: wp
-   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick, most_closings
    use dda_friction, only: find_response, laws_type
    use dda_joint_contact, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
    public :: measure_contacts, evaluate_contacts, assumed_normal, assumed_shear
-
-   integer, parameter :: most_closings = 8  !< after which a contact that closes slides first
 
 contains
 

@@ -127,6 +127,8 @@ LAWS = {
     "points": {"cohesion": 1e3, "contact_points": 5},
     "barton_bandis": ROUGH | {"friction_angle": 1.0, "max_closure": 1e-3},
 }
+FIVE = {"contact_points": 5, "normal_stiffness_per_area": 1e9}
+LAWS |= {f"{law} at 5 points": LAWS[law] | FIVE for law in ("plesha", "cohesive")}
 
 
 @pytest.mark.parametrize("law", LAWS)

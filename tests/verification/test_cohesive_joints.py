@@ -218,6 +218,17 @@ def _written(folder: Path, text: str) -> Path:
     return file
 
 
+def test_studies_and_options_change_what_a_joint_spends(tmp_path):
+    file = _written(tmp_path, bar(400, 8e-5))
+    energies = [30.0, 60.0]
+    spent = sitedda.study(
+        file, {"joint.j.fracture_energy": energies}, ["energy_fracture.last"], folder=tmp_path / "c"
+    )["energy_fracture.last"].values
+    np.testing.assert_allclose(spent, np.multiply(energies, HEIGHT), rtol=1e-2)
+    half = sitedda.run(file, joint={"fracture_energy": 30.0}).history
+    assert float(half.energy_fracture[-1]) == spent[0]
+
+
 def test_the_law_unloads_to_the_origin_and_closes_in_full():
     """Half damaged, then shut again: the normal force under compression is that of the springs."""
     text = bar(400, 8e-5)

@@ -216,6 +216,46 @@ def test_laws_that_say_the_same(law):
         assert np.abs(plain[name] - other[name]).max() < 1e-9 * scale
 
 
+SHAKEN = {
+    "coulomb": {"law": "coulomb"},
+    "mohr_coulomb": {"law": "mohr_coulomb", "friction_angle": 40.0, "dilation_angle": 10.0,
+                     "residual_friction_angle": 30.0, "weakening_slip": 1e-3},
+    "brittle": {"law": "mohr_coulomb", "friction_angle": 40.0, "residual_friction_angle": 30.0},
+    "barton_bandis": ROUGH | {"max_closure": 1e-3},
+    "cohesive": {"law": "cohesive", "cohesion": 3e4, "tensile_strength": 1.5e4,
+                 "fracture_energy": 5.0},
+    "plesha": {"law": "plesha", "asperity_angle": 10.0, "asperity_wear": 1e-3},
+}  # fmt: skip
+
+
+def shaken_wall(stiffness: float, **law) -> str:
+    """Bricks whose joints, also those between bricks of a course, open, close and slip."""
+    ground = 0.3 * np.sin(2 * np.pi * np.arange(61) / 100)
+    groups = [
+        control(1e-3, 40, (0.0, -GRAVITY), settle=True),
+        contact(stiffness),
+        material("rock", DENSITY, 5e9),
+        joint("j", law.pop("friction_angle", 30.0), **law),
+        block("base", rectangle(-1.0, -1.0, 10.0, 1.0), "rock", "j"),
+        group("wall", brick_length=1.0, brick_height=0.5, bricks=8, courses=8),
+        motion("ground", ground, 1e-3, "velocity"),
+        *(group("fixed_point", x=x, y=-0.5, motion_x="ground") for x in (0.5, 7.5)),
+        measured("top", (4.0, 3.75), ""),
+        group("output", block_interval=10),
+    ]
+    return "".join(groups)
+
+
+@pytest.mark.parametrize("points", [2, 3, 5])
+@pytest.mark.parametrize("law", SHAKEN)
+def test_a_shaken_wall(law, points):
+    """Forces are continuous as contacts open, close and slip: all laws converge, as Coulomb's."""
+    options = SHAKEN[law] | {"normal_stiffness_per_area": 2e9, "contact_points": points}
+    data = history(shaken_wall(1e9, **options))
+    assert residual(data) < 1e-6
+    assert float(data.energy_friction[-1]) > 0
+
+
 def test_lengths_follow_a_block_that_slides_off():
     """A block slides across the joint between two bases; what lengths change is in the budget."""
     text = "".join(
