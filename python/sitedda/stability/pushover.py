@@ -30,7 +30,8 @@ from .strength import static_model
 LOADS = ("horizontal", "tilt", "mode")
 _EXCESS = 0.005  # of the weight, that moves the blocks by a step
 _FIRST, _LEAST = 0.01, 0.05  # first factor; factor that changes are shares of, at least
-_MOST = 0.05  # share of the factor, of its excess
+_MOST = 0.02  # share of the factor, of its excess
+_STEADY = 1.5  # times _EXCESS: with more of it normal forces, and so friction, are not those at rest
 _SMALLEST = 1e-4  # the same, at least
 _MORE = 1.5  # times the excess of a step is that of the next at most
 _SHORTEST = 1e-3  # of the time step, below which a step does not converge
@@ -275,11 +276,13 @@ class _Pushed:
                 power, inertia = self._power(change, factor), self._inertia(change) / step**2
                 balance = factor - (inertia / power if power > 0 else 0.0)
                 work += balance * power
-                rows.append((moved, far, balance, work, run.energies["friction"] - lost))
-                states.append(now[:, :3])
+                row = (moved, far, balance, work, run.energies["friction"] - lost)
                 moved = self.sense * float(run.point_motions[0, self.index, 0])
                 far = float(np.hypot(*(now - start)[:, :2].T).max())
                 ending = self._ending(done, moved, far, balance)
+                if factor - balance <= _STEADY * _EXCESS or balance <= 0:
+                    rows.append(row)
+                    states.append(now[:, :3])
                 steps.append((self._way(change, moved - last), balance))
                 excess = self._excess(excess, factor, steps)
                 factor = min(factor, _balance_ahead(steps)) + excess
