@@ -22,7 +22,7 @@ LINK = re.compile(r"\]\(([^)\s]+)\)")
 ROOT = Path(__file__).parents[2]
 TOLD = [  # what their commands print is shown, too
     *sorted(ROOT.glob("docs/tutorials/*.md")),
-    *(ROOT / f"docs/casebook/{name}.md" for name in ("arch", "slope", "rocking", "column")),
+    *(ROOT / f"docs/casebook/{name}.md" for name in ("arch", "wall", "slope", "rocking", "column")),
 ]
 SHORT = [  # a user's path from beginning to end, and cases
     *(ROOT / f"docs/tutorials/{name}.md"

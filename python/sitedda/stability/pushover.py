@@ -31,7 +31,10 @@ LOADS = ("horizontal", "tilt", "mode")
 _EXCESS = 0.005  # of the weight, that moves the blocks by a step
 _FIRST, _LEAST = 0.01, 0.05  # first factor; factor that changes are shares of, at least
 _MOST = 0.02  # share of the factor, of its excess
-_STEADY = 1.5  # times _EXCESS: with more of it normal forces, and so friction, are not those at rest
+_BACK = 0.5  # of the factor, to which the next one falls at most where balance is not known
+_STEADY = (
+    1.5  # times _EXCESS: with more of it normal forces, and so friction, are not those at rest
+)
 _SMALLEST = 1e-4  # the same, at least
 _MORE = 1.5  # times the excess of a step is that of the next at most
 _SHORTEST = 1e-3  # of the time step, below which a step does not converge
@@ -279,13 +282,15 @@ class _Pushed:
                 row = (moved, far, balance, work, run.energies["friction"] - lost)
                 moved = self.sense * float(run.point_motions[0, self.index, 0])
                 far = float(np.hypot(*(now - start)[:, :2].T).max())
-                ending = self._ending(done, moved, far, balance)
-                if factor - balance <= _STEADY * _EXCESS or balance <= 0:
+                steady = factor - balance <= _STEADY * _EXCESS
+                ending = self._ending(done, moved, far, balance if steady else math.inf)
+                if steady:
                     rows.append(row)
                     states.append(now[:, :3])
                 steps.append((self._way(change, moved - last), balance))
                 excess = self._excess(excess, factor, steps)
-                factor = min(factor, _balance_ahead(steps)) + excess
+                least = 0.0 if steady else _BACK * factor
+                factor = max(least, min(factor, _balance_ahead(steps))) + excess
             polygons = run.polygons
         return self._found(rows, states, polygons, ending)
 
@@ -304,14 +309,14 @@ class _Pushed:
         return min(max(next_one, least), most)
 
     def _ending(self, done: bool, moved: float, far: float, balance: float) -> str:
-        """Why the last step was the last one; empty if it was not."""
+        """Why the last step was the last one; empty if it was not; balance inf if not known."""
         if balance <= 0:
             return "collapse: nothing resists any more"
         if abs(moved) >= self.end:
             return "the displacement asked for"
         if far >= _PARTED * self.end:
             return f"a block has moved by {1e3 * far:.4g} mm, much farther than the point"
-        if self.load == "tilt" and balance >= math.tan(_TILT):
+        if self.load == "tilt" and math.tan(_TILT) <= balance < math.inf:
             return "the table is upright"
         return "the blocks do not move any farther" if done else ""
 
