@@ -191,6 +191,18 @@ def test_the_picture_is_of_the_kind_of_the_run(root):
             assert kind_of(scene) == kind, name
 
 
+def test_spectra_of_a_shake_are_those_of_its_figures(run, root):
+    """Below the frequency that blocks carry: contacts that hit have no part in them."""
+    wall = sitedda.run(root / "inputs/wall.nml", duration=1.6, output=False)
+    for history in (run.history, wall.history):
+        curves = {c.get_label(): c for axes in run_picture(history).axes for c in axes.lines
+                  if axes.get_ylabel().startswith("Sa, 5% damping, below ")}  # fmt: skip
+        assert curves
+        for label, curve in curves.items():
+            largest = history.attrs[f"sa_resolved_m_s2[{label.rpartition(',')[0]}]"]
+            assert curve.get_ydata().max() == pytest.approx(largest, rel=1e-6)
+
+
 def test_energies_given_are_those_found(run):
     found = budget(run.history)
     assert sum(found.parts.values()) == pytest.approx(found.given + found.residual, rel=1e-9)

@@ -20,6 +20,8 @@ __all__ = [
     "arias_intensity",
     "dominant_frequency",
     "log_decrement",
+    "low_pass",
+    "low_passed",
     "response_spectrum",
     "running_integral",
     "smooth_konno_ohmachi",
@@ -27,6 +29,7 @@ __all__ = [
 ]
 
 GRAVITY = 9.80665  # m/s², of the Arias intensity
+_BUTTERWORTH = np.cos(np.array([1.0, 3.0]) * np.pi / 8.0)  # of fourth order, as the engine's
 
 _FASTEST = 1e4  # oscillations between two samples of a motion
 _PADDING = 8  # zero padding of the spectrum in which the dominant frequency is sought
@@ -411,6 +414,39 @@ def spectral_acceleration(
     rest = np.zeros(int(np.ceil(longest / _positive("time_step", time_step))) + 1)
     ground = np.concatenate([_vector("acceleration", acceleration), rest])
     return response_spectrum(ground, time_step, periods, damping).pseudo_acceleration
+
+
+def low_pass(length: int, time_step: float, frequency: float) -> NDArray[np.complex128]:
+    """The engine's Butterworth low-pass of fourth order on the grid of `scipy.fft.rfftfreq`.
+
+    Parameters
+    ----------
+    length : int
+        Of the motion, samples.
+    time_step : float
+        s.
+    frequency : float
+        Where half the power passes, Hz.
+
+    Returns
+    -------
+    ndarray, shape (length // 2 + 1,)
+    """
+    from scipy.fft import rfftfreq
+
+    away = np.tan(np.pi * np.minimum(rfftfreq(length, time_step) * time_step, 0.4999))
+    s = 1j * away / np.tan(np.pi * min(frequency * time_step, 0.45))
+    return 1.0 / np.prod([s * s + 2.0 * c * s + 1.0 for c in _BUTTERWORTH], axis=0)
+
+
+def low_passed(motion: ArrayLike, time_step: float, frequency: float) -> NDArray[np.float64]:
+    """A motion, shape (m,), every `time_step` s, below a frequency (Hz): see `low_pass`."""
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    values = np.asarray(motion, dtype=float)
+    length = next_fast_len(2 * len(values), real=True)
+    spectrum = rfft(values, length) * low_pass(length, time_step, frequency)
+    return irfft(spectrum, length)[: len(values)]
 
 
 def running_integral(series: ArrayLike, time_step: float) -> NDArray[np.float64]:

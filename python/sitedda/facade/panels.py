@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from ..base.numbers import in_unit
 from ..drawing.pictures import plain
 from ..engine.scheme import scheme_damping
-from ..engine.signals import smooth_konno_ohmachi
+from ..engine.signals import low_passed, smooth_konno_ohmachi
 from ..output.energies import Budget
 from ..output.response import Amplification
 from ..output.scene import Scene
@@ -33,13 +33,21 @@ _LETTER = 0.02  # of the width of a panel, that a letter of a stage's name takes
 _SAMPLES = 1500  # of energies over time
 
 
-def draw_spectra(axes: Axes, history, series: dict, looks=None) -> None:
-    """Response spectra of accelerations (m/s²) by name."""
+def draw_spectra(axes: Axes, history, series: dict, looks=None, resolved: float = 0.0) -> None:
+    """Response spectra of accelerations (m/s²) by name; below a frequency (Hz), if one is given.
+
+    Contacts that hit are no motion of the ground: the low-pass is that of the run's figures.
+    """
     looks = looks or [{"color": color} for color in (BLUE, GREY)]
     for i, ((name, values), look) in enumerate(zip(series.items(), looks, strict=False)):
-        curve = acceleration_spectrum(values, mean_step(history))
+        step = mean_step(history)
+        if resolved:
+            values = low_passed(values, step, resolved)
+        curve = acceleration_spectrum(values, step)
         axes.plot(PERIODS, curve, label=plain(name), **({"lw": 1.6, "zorder": 4 - i} | look))
     spectrum_axes(axes)
+    if resolved:
+        axes.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping, below {resolved:.3g} Hz (m/s²)")
     legend_above(axes, 3)
 
 

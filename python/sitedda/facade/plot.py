@@ -16,7 +16,7 @@ from ..engine.signals import arias_growth
 from ..output.energies import budget
 from ..output.response import Amplification
 from ..output.scene import Scene
-from ..output.verdict import PERIODS, acceleration_spectrum, damping_words
+from ..output.verdict import PERIODS, acceleration_spectrum, damping_words, resolved_frequency
 from ..report.style import BLUE, GREY, ORANGE, RULE, empty_figure, headline, save_picture
 from ..site.beside import beside
 from ..site.surface import Surface, surface
@@ -162,7 +162,8 @@ def _panel(axes, name: str, scene: Scene, history, curves) -> None:
         draw_displacements(axes, history, curves)
         mark_stages(axes, scene)
     elif name == "spectra":
-        draw_spectra(axes, history, {c[0]: c[2] for c in curves}, [c[3] for c in curves])
+        motions, looks = {c[0]: c[2] for c in curves}, [c[3] for c in curves]
+        draw_spectra(axes, history, motions, looks, resolved_frequency(history))
     else:
         draw_budget(axes, budget(history))
 

@@ -59,6 +59,12 @@ def _spectrum(data: bytes, step: float) -> np.ndarray:
     return spectral_acceleration(np.frombuffer(data), step, PERIODS, SPECTRUM_DAMPING)
 
 
+def resolved_frequency(history: xr.Dataset) -> float:
+    """Below which blocks carry the motion of measured points, Hz; 0 of outputs without it."""
+    found = [v for n, v in history.attrs.items() if n.startswith("resolved_frequency_hz[")]
+    return float(min(found, default=0.0))
+
+
 def main_axis(velocity: xr.DataArray) -> int:
     """The axis (0 x, 1 y) along which a point moves fastest, as in the engine's verdict."""
     return int(np.argmax(np.abs(velocity.values).max(axis=0)))

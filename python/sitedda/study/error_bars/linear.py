@@ -18,7 +18,7 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from ...base.errors import SiteddaError
 from ...engine.checking import transfer
-from ...engine.signals import spectral_acceleration
+from ...engine.signals import low_pass, spectral_acceleration
 from ...engine.simulation import Simulation
 from ...output.verdict import PERIODS, SPECTRUM_DAMPING, run_scheme, verdict
 from .bars import bar_of_steps, penalty_error
@@ -28,7 +28,6 @@ from .variants import Facts, finer, stiffer
 _STEPS = (16, 32, 64)  # that Δt is divided by
 _BETWEEN = 2  # samples for one of the run: peaks of acceleration lie between
 _NEAR = 0.7  # of the largest Sa of two steps: periods at which those of the others are looked at
-_BUTTERWORTH = np.cos(np.array([1.0, 3.0]) * np.pi / 8.0)  # of fourth order, as the engine's
 _CONTENT = 0.999999  # of the energy of an acceleration, below the highest frequency that counts
 _DIED = 1e-3  # share of the largest acceleration in the last twentieth of a motion
 _GRID = 400  # frequencies at which a peak is looked for
@@ -206,10 +205,7 @@ def _measured(point, velocity, acceleration, step, resolved, times, near) -> dic
     """
     length = next_fast_len(2 * len(acceleration), real=True)
     length += length % 2
-    away = np.tan(np.pi * np.minimum(rfftfreq(length, step) * step, 0.4999))
-    s = 1j * away / np.tan(np.pi * resolved * step)
-    low_pass = 1.0 / np.prod([s * s + 2.0 * c * s + 1.0 for c in _BUTTERWORTH], axis=0)
-    spectrum = rfft(acceleration, length) * low_pass
+    spectrum = rfft(acceleration, length) * low_pass(length, step, resolved)
     between = times * irfft(spectrum, times * length)[: times * len(acceleration)]
     acceleration = irfft(spectrum, length)[: len(acceleration)]
     looked = near.setdefault(point.name, [])
