@@ -112,10 +112,19 @@ contains
 
       associate (lines => model_description(model))
          do i = 1, size(lines)
-            call say(trim(lines(i)))
+            call say_wrapped(trim(lines(i)))
          end do
       end associate
    end subroutine say_description
+
+   !> Words on lines of a screen.
+   subroutine say_wrapped(words)
+      character(len=*), intent(in) :: words  !< with single blanks between
+      character(len=:), allocatable :: text
+
+      text = wrapped(words, 6, screen_width)
+      call say(text(:len(text) - 1))
+   end subroutine say_wrapped
 
    !> Probable mistakes in a model.
    subroutine say_notes(model)
@@ -124,7 +133,7 @@ contains
 
       associate (notes => model_notes(model))
          do i = 1, size(notes)
-            call say('note: '//trim(notes(i)))
+            call say_wrapped('note: '//trim(notes(i)))
          end do
       end associate
    end subroutine say_notes

@@ -282,7 +282,7 @@ contains
 
       ratio = simulation%model%contact%normal_stiffness/(modulus*1.0_wp)
       found = short_text(simulation%model%contact%normal_stiffness)//' N/m, '// &
-         short_text(ratio)//' E·1 m'
+         short_text(ratio)//' of Young''s modulus times 1 m'
       if (.not. report%has_modes .or. linear%by_penalty == 0) then
          call add_line(report, verdict_ok, 'penalty', found, 'paper section 2.2: 40 E', '')
          return

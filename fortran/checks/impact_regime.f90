@@ -65,7 +65,7 @@ contains
          ' unbonded contacts have the restitution of their joint, at any time_step and penalty'
       if (regime%others == 0) return
       if (regime%words /= '') regime%words = regime%words//'; '
-      regime%words = regime%words//to_text(regime%others)//' without restitution, omega dt '// &
+      regime%words = regime%words//to_text(regime%others)//' have no restitution, omega dt '// &
          short_text(regime%lowest)//' … '//short_text(regime%highest)//': '
       most = 1.0_wp/linear%scheme%chi - 1.0_wp
       if (regime%highest <= resolved) then
@@ -73,8 +73,8 @@ contains
             short_text(left_of(linear, regime%highest))//' … '// &
             short_text(left_of(linear, regime%lowest))//' of a velocity, by the scheme'
       else if (most > 0.0_wp) then
-         regime%words = regime%words//'impacts leave anything from 0 to '//short_text(most)// &
-            ' of a velocity, by the phase of the step'
+         regime%words = regime%words//'an impact leaves from 0 to '//short_text(most)// &
+            ' of a velocity, as it falls early or late in its step'
          regime%advice = 'restitution of &joint, where blocks hit each other'
       else
          regime%words = regime%words//'impacts leave nothing of a velocity'

@@ -209,7 +209,8 @@ contains
             share = real(u%of_kind(kind), wp)/real(sum(u%of_kind), wp)
             u%words = u%words//trim(kind_names(kind))//' ('//to_text(nint(100*share))//' %)'
          end do
-         u%words = u%words//'; their velocities change sign from step to step'
+         u%words = u%words//'; their velocities change sign from step to step, for as long as '// &
+            'ringing says'
       end associate
    end subroutine put_in_words
 

@@ -440,7 +440,7 @@ contains
             ' static steps, but '//words_of_depth(simulation, equilibrium%unexplained)
          return
       end if
-      equilibrium%words = 'not at rest after '//to_text(equilibrium%steps)//' static steps'
+      equilibrium%words = 'not at rest after '//static_steps(equilibrium)
       if (equilibrium%falling > 0) then
          equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
             equilibrium%falls)//others_fall(equilibrium%falling - 1)//': no forces at the '// &
@@ -484,6 +484,15 @@ contains
       end associate
    end function words_of_depth
 
+   !> Their number, in words.
+   pure function static_steps(equilibrium) result(words)
+      type(equilibrium_type), intent(in) :: equilibrium  !< so far
+      character(len=:), allocatable :: words
+
+      words = to_text(equilibrium%steps)//trim(merge(' static step ', ' static steps', &
+         equilibrium%steps == 1))
+   end function static_steps
+
    !> How well it is known that the blocks are at rest.
    function words_of_rest(simulation, equilibrium) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
@@ -491,8 +500,8 @@ contains
       character(len=:), allocatable :: words
       real(wp) :: weight
 
-      words = 'at rest after '//to_text(equilibrium%steps)//' static steps, largest unbalanced '// &
-         'force '//short_text(equilibrium%largest)//' N/m'
+      words = 'at rest after '//static_steps(equilibrium)//', largest unbalanced force '// &
+         short_text(equilibrium%largest)//' N/m'
       weight = norm2(simulation%model%control%gravity)*sum(simulation%blocks%mass)
       if (weight > 0.0_wp) words = words//', '//short_text(equilibrium%largest/weight)// &
          ' of the weight'

@@ -174,7 +174,8 @@ contains
       associate (counters => simulation%counters, impacts => simulation%impacts)
          text = to_text(simulation%step)//' steps, '//to_text(counters%iterations)// &
             ' open-close iterations (most '//to_text(counters%most_iterations)//' in a step)'// &
-            counted(counters%searches, ' neighbour searches')// &
+            counted(counters%searches, trim(merge(' neighbour search  ', &
+            ' neighbour searches', counters%searches == 1)))// &
             counted(counters%repeated, ' steps repeated with a smaller time step')// &
             counted(counters%too_far, ' steps beyond max_displacement_ratio')
          if (counters%unsettled > 0) text = text//'; in '//to_text(counters%unsettled)// &

@@ -8,8 +8,8 @@ module dda_contact_table
    use netcdf, only: nf90_double, nf90_int
    implicit none
    private
-   public :: contact_variables, contact_columns, contact_table, take_column, &
-      whole_columns
+   public :: contact_variables, contact_columns, contact_table, closed_contacts, &
+      take_column, whole_columns
 
    integer, parameter :: whole_columns = 5   !< of whole numbers, the first ones
    integer, parameter :: plain_columns = 9   !< of a contact
@@ -102,5 +102,23 @@ contains
          end do
       end associate
    end function contact_table
+
+   !> Contacts that press: vertex and edge from 0, place, normal force, shear force.
+   function closed_contacts(simulation) result(table)
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      real(wp), allocatable :: table(:,:)   !< [contacts, 5]
+      integer, allocatable :: closed(:)
+      integer :: i
+
+      associate (contacts => simulation%contacts(simulation%now))
+         closed = pack([(i, i=1, contacts%n)], contacts%normal_force(:contacts%n) > 0.0_wp)
+         allocate (table(size(closed), 5), source=0.0_wp)
+         table(:, 1) = contacts%vertex(closed) - 1
+         table(:, 2) = contacts%edge(closed) - 1
+         if (contact_columns(simulation) >= point_columns) table(:, 3) = contacts%place(closed)
+         table(:, 4) = contacts%normal_force(closed)
+         table(:, 5) = contacts%shear_force(closed)
+      end associate
+   end function closed_contacts
 
 end module dda_contact_table

@@ -9,6 +9,7 @@ import pytest
 from model_text import changed, flying_block, rectangle, tower
 
 import sitedda
+from sitedda.commands.parser import folded
 from sitedda.scheme import Scheme
 
 
@@ -147,7 +148,7 @@ def test_both_programs_say_what_the_package_says(program, write_input):
     done = program("check", file)
     assert done.returncode == 0, done.stderr
     with sitedda.Simulation(file) as simulation:
-        said = f"{simulation.description}\n{sitedda.check(simulation).text}"
+        said = f"{folded(simulation.description)}\n{sitedda.check(simulation).text}"
     told, own = (
         re.sub(r"\S+ s at the pace", "", text).splitlines() for text in (done.stdout, said)
     )

@@ -342,7 +342,7 @@ def test_slivers_are_merged_with_the_neighbour_of_the_longest_common_edge():
     assert len(kept) == 3 and len(kept.slivers) == 1 and "area 0.01 m²" in str(kept.slivers[0])
     merged = cut(region, joints)
     assert len(merged) == 2 and merged.merged == 1 and not merged.slivers
-    assert "1 slivers were merged" in merged.messages[-1]
+    assert "1 sliver was merged" in merged.messages[-1]
     assert areas(merged).sum() == 100
     with pytest.raises(InputError, match=r"1 blocks are slivers: block 1 rock_1 at \(0.0"):
         cut(region, joints, settings=Cutting(slivers="refuse"))
@@ -361,7 +361,7 @@ def test_thin_blocks_vanish_with_least_edge_and_sharp_ones_with_least_angle():
     region = [Region(outline=SQUARE)]
     assert len(cut(region, WEDGE, settings=KEEP)) == 3
     flat = cut(region, WEDGE, settings=Cutting(least_edge=0.01))
-    assert len(flat) == 2 and "were made one" in flat.messages[0]
+    assert len(flat) == 2 and "became one with it" in flat.messages[0]
     sharp = cut(region, [JointLine(points=[0, 0, 10, 1])], settings=Cutting(least_angle=8))
     assert len(sharp) == 1
     check_partition(flat, 100.0)

@@ -201,6 +201,10 @@ def test_spectra_of_a_shake_are_those_of_its_figures(run, root):
         for label, curve in curves.items():
             largest = history.attrs[f"sa_resolved_m_s2[{label.rpartition(',')[0]}]"]
             assert curve.get_ydata().max() == pytest.approx(largest, rel=1e-6)
+    fallen = sitedda.run(root / "inputs/rocking_blocks.nml", output=False).history
+    shown = [c.get_label() for axes in run_picture(fallen).axes for c in axes.lines
+             if axes.get_ylabel().startswith("Sa")]  # fmt: skip
+    assert shown == ["large, x"]  # the landing of the others is no motion of theirs
 
 
 def test_energies_given_are_those_found(run):

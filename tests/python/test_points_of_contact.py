@@ -42,6 +42,16 @@ def bracket(steps: int = 40, **joint) -> Model:
     return model
 
 
+def test_contacts_that_press_are_those_of_all():
+    with sitedda.Simulation(bracket(contact_points=3)) as run:
+        run.advance(40)
+        every, press = run.contacts, run.contacts["normal_force"] > 0.0
+        names = ("vertex", "edge", "place", "normal_force", "shear_force")
+        expected = np.column_stack([every[name][press] for name in names])
+        assert 0 < press.sum() < len(press) and expected[:, 2].any()
+        np.testing.assert_array_equal(run.closed_contacts, expected)
+
+
 @pytest.fixture(scope="module")
 def bracketed(tmp_path_factory):
     model = bracket(contact_points=3)

@@ -3,7 +3,7 @@
 module api_tables
    use, intrinsic :: iso_c_binding, only: c_double
    use api_failure, only: error
-   use dda_contact_table, only: contact_table
+   use dda_contact_table, only: contact_table, closed_contacts
    use dda_diagnostics, only: audit_warning
    use dda_broken_faces, only: edge_damage
    use dda_elements, only: block_stress, bolt_states, plastic_strain, stress_error
@@ -41,10 +41,9 @@ contains
    !> 'stress_errors' and 'plastic_strains' [1, blocks]; 'edge_damages' [1, vertices]; 'blocks':
    !> material from 0, body, 1 if it is removed [blocks, 3]; 'vertices' [2, vertices]; 'edges', by
    !> the vertex where each begins: block and joint from 0, 1 within a body [vertices, 3];
-   !> 'contacts' [contacts,
-   !> columns]; 'boundary_edges': edge and group from 0, shares of the edge [pieces, 4]; 'bolts':
-   !> axial and shear force, stretch, state [4, bolts]; 'points': displacement, velocity,
-   !> acceleration [2, 3 points].
+   !> 'contacts' [contacts, columns], 'closed contacts' [contacts, 5]; 'boundary_edges': edge and
+   !> group from 0, shares of the edge [pieces, 4]; 'bolts': axial and shear force, stretch, state
+   !> [4, bolts]; 'points': displacement, velocity, acceleration [2, 3 points].
    subroutine take_state(simulation, what, table)
       type(simulation_type), intent(inout) :: simulation
       character(len=*), intent(in) :: what
@@ -75,6 +74,8 @@ contains
             table = as_columns([blocks%owner - 1, blocks%joint - 1, merge(1, 0, blocks%inner)], 3)
          case ('contacts')
             table = contact_table(simulation)
+         case ('closed contacts')
+            table = closed_contacts(simulation)
          case ('boundary_edges')
             associate (edges => model%boundary_edges)
                table = reshape([real(edges%piece%edge - 1, c_double), real(edges%group - 1, &

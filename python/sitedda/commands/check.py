@@ -10,7 +10,7 @@ from pathlib import Path
 from ..base.errors import CheckError
 from ..engine.checking import check
 from ..engine.simulation import Simulation
-from .parser import add_changes, tell
+from .parser import add_changes, folded, tell
 
 
 def add_check(parser: argparse.ArgumentParser) -> None:
@@ -29,7 +29,7 @@ def check_input(options: argparse.Namespace) -> int:
     if getattr(options, "json", False):
         print(json.dumps(found.to_dict(), indent=1))
     else:
-        print(description)
+        print(folded(description))
         tell(notes)
         print(f"{found}\n\n{found.conclusion}")
     if found.verdict == "fail":

@@ -39,8 +39,16 @@ def _assignment(text: str):
     return name.strip(), Typed(value)
 
 
+def folded(words: str) -> str:
+    """Each line on lines of a screen, as the native executable has them."""
+    begin = " " * 6
+    look = {"initial_indent": begin, "subsequent_indent": begin}
+    look |= {"break_long_words": False, "break_on_hyphens": False}
+    lines = filter(None, words.splitlines())
+    return "\n".join(textwrap.fill(line, 80, **look).removeprefix(begin) for line in lines)
+
+
 def tell(words: str) -> None:
-    """Print notes, each on lines of a screen."""
+    """Print notes."""
     for line in filter(None, words.splitlines()):
-        print(textwrap.fill(f"note: {line}", 80, subsequent_indent=" " * 6,
-                            break_long_words=False, break_on_hyphens=False))  # fmt: skip
+        print(folded(f"note: {line}"))

@@ -17,7 +17,7 @@ from ..facade.run import Run, _run
 from ..output.response import amplifications
 from ..output.verdict_lines import NO_BARS
 from .check import check_input
-from .parser import add_changes, tell
+from .parser import add_changes, folded, tell
 
 
 def add_run(parser: argparse.ArgumentParser) -> None:
@@ -69,7 +69,7 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
             if not bars:
                 if resume:
                     print(simulation.notice, flush=True)
-                print(simulation.description)
+                print(folded(simulation.description))
                 tell("\n".join([simulation.notes, simulation.block_notes()]))
                 total = simulation.duration
                 bar = tqdm(total=total, disable=options.quiet, bar_format=look)
@@ -89,7 +89,7 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
     print(f"{result.verdict}\n")
     found = amplifications(result.history)
     for one in found:
-        print(one)
+        print(folded(str(one)))
     print(f"output: {result.output}")
     if not options.no_plot:
         print(f"picture: {_draw(result, options.file, changes, found)}")

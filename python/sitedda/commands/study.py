@@ -38,7 +38,7 @@ def add_study(parser: argparse.ArgumentParser) -> None:
         ("collect", _collect, "gather what there is into one table"),
     ):
         command = commands.add_parser(name, help=words)
-        what = "FILE.toml, or the folder of the study" if name == "collect" else "FILE.toml"
+        what = "the study" + ", or its folder" * (name == "collect")
         command.add_argument("file", type=Path, metavar="FILE.toml", help=what)
         command.add_argument("-o", "--output", type=Path, metavar="TABLE", help=".nc or .zarr")
         command.add_argument("--folder", type=Path, help="of the study, in place of the file's")

@@ -512,6 +512,15 @@ class Simulation:
         return found | {name: found[name].astype(int) for name in engine_names("whole contacts")}
 
     @property
+    def closed_contacts(self) -> np.ndarray:
+        """Contacts of the last step that press, shape (contacts, 5).
+
+        Vertex and edge (from 0), share of the edge from the vertex on before a point between
+        corners, normal and shear force (N/m), as in `contacts`.
+        """
+        return self._table("closed contacts")
+
+    @property
     def boundary_edges(self) -> dict[str, np.ndarray]:
         """Pieces of edges that the groups ``&boundary`` take, each of shape (pieces,).
 

@@ -16,7 +16,13 @@ from ..engine.signals import arias_growth
 from ..output.energies import budget
 from ..output.response import Amplification
 from ..output.scene import Scene
-from ..output.verdict import PERIODS, acceleration_spectrum, damping_words, resolved_frequency
+from ..output.verdict import (
+    PERIODS,
+    acceleration_spectrum,
+    damping_words,
+    fallen,
+    resolved_frequency,
+)
 from ..report.style import BLUE, GREY, ORANGE, RULE, empty_figure, headline, save_picture
 from ..site.beside import beside
 from ..site.surface import Surface, surface
@@ -131,7 +137,8 @@ def _picture(scene: Scene, history, shaken: bool) -> Figure:
     points = samples and "point_place" in history and len(scene.points()) > 0
     curves = [c for c in curves_of(history) if abs(c[1]).max() > least] if points else []
     below = ["moved"] * (moved and not shaken) + ["curves"] * bool(curves)
-    below += ["spectra"] * bool(shaken and curves) + ["energies"] * bool(samples and moved)
+    below += ["spectra"] * bool(shaken and _shaken(scene, curves))
+    below += ["energies"] * bool(samples and moved)
     below = below[:2] if len(below) > 1 else []
     tall = _blocks_height(scene)
     rows = [tall + 1.2] + ([tall + 1.2 if "moved" in below else 3.4] if below else [])
@@ -162,10 +169,27 @@ def _panel(axes, name: str, scene: Scene, history, curves) -> None:
         draw_displacements(axes, history, curves)
         mark_stages(axes, scene)
     elif name == "spectra":
-        motions, looks = {c[0]: c[2] for c in curves}, [c[3] for c in curves]
+        shaken = _shaken(scene, curves)
+        motions, looks = {c[0]: c[2] for c in shaken}, [c[3] for c in shaken]
         draw_spectra(axes, history, motions, looks, resolved_frequency(history))
     else:
         draw_budget(axes, budget(history))
+
+
+def _shaken(scene: Scene, curves) -> list[tuple]:
+    """Curves without those of points whose block has fallen: its landing is no motion of theirs."""
+    gone = fallen(scene, scene.frames - 1)
+    if not gone.any():
+        return curves
+    from shapely import Point, Polygon, distance
+
+    outlines = np.array([Polygon(corners) for corners in scene.polygons(0)])
+    landed = set()
+    for point in scene.points():
+        block = int(np.argmin(distance(outlines, Point(point["x"], point["y"]))))
+        if gone[scene.names.index(point["block"]) if point["block"] else block]:
+            landed.add(point["name"])
+    return [one for one in curves if one[0].rpartition(",")[0] not in landed]
 
 
 def _blocks(axes, scene: Scene, title: str, **look) -> None:

@@ -49,15 +49,12 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
 
 
 def _contacts(simulation: Simulation) -> dict[str, bytes]:
-    contacts = simulation.contacts
-    closed = np.flatnonzero(contacts["normal_force"] > 0)
+    closed = simulation.closed_contacts
     if len(closed) > _CONTACTS:
         return {}
-    who = [contacts["vertex"][closed], contacts["edge"][closed]]
-    who.append(np.rint(100 * contacts["place"][closed]))
-    forces = [contacts["normal_force"][closed], contacts["shear_force"][closed]]
-    pairs, values = np.column_stack(who).astype("<i4"), np.column_stack(forces).astype("<f4")
-    return {"pairs": pairs.tobytes(), "forces": values.tobytes()}
+    closed[:, 2] = np.rint(100 * closed[:, 2])
+    pairs, forces = closed[:, :3].astype("<i4", order="C"), closed[:, 3:].astype("<f4", order="C")
+    return {"pairs": pairs.tobytes(), "forces": forces.tobytes()}
 
 
 class Frames:

@@ -542,9 +542,14 @@ class Scene:
         return min(at, int(np.searchsorted(time, self.time[frame], "right")) - 1)
 
     def points(self) -> list[dict]:
-        """Measured points: name, x, y (m)."""
+        """Measured points: name, x, y (m), and the block that is named, or none."""
         return [
-            {"name": str(group.get("name", "")), "x": float(group["x"]), "y": float(group["y"])}
+            {
+                "name": str(group.get("name", "")),
+                "x": float(group["x"]),
+                "y": float(group["y"]),
+                "block": str(group.get("block", "")),
+            }
             for group in self.groups.get("measured_point", [])
         ]
 

@@ -106,7 +106,7 @@ def _add_written(found: Verdict, data: xr.Dataset) -> None:
             found.values[name] = float(value)
     said = str(data.attrs.get("verdict", ""))
     if "largest" in data:
-        found.clauses.append(said)
+        found.clauses.append(f"{said[:1].lower()}{said[1:]}")
         rows = (line.split("\t") for line in str(data.attrs.get("figures", "")).splitlines())
         found.figures.extend(FigureLine(*row) for row in rows if len(row) == 5)
         found.doubts.extend(_topics(str(data.attrs.get("doubts", ""))))
@@ -142,33 +142,41 @@ def add_drift(found: Verdict, scene: Scene) -> None:
 
 
 def add_fallen(found: Verdict, scene: Scene) -> None:
-    """Blocks and bodies that have moved by more than their own size, against the lowest one."""
-    areas = scene.areas()
-    alone = -np.arange(1, scene.blocks + 1)
-    _, first_of, own = np.unique(
-        np.where(scene.body > 0, scene.body, alone), return_index=True, return_inverse=True
-    )
-    whole = np.bincount(own, areas)
-    low = own[int(np.argmin(scene.coordinates(0)[:, 1]))]
-
-    def away(frame: int) -> np.ndarray:
-        moved = scene.displacement(frame)[:, :2]
-        moved = np.stack([np.bincount(own, areas * one) / whole for one in moved.T], axis=1)
-        return np.linalg.norm(moved - moved[low], axis=1) > np.sqrt(whole)
-
-    gone = np.flatnonzero(away(scene.frames - 1))
-    gone = gone[np.argsort(first_of[gone])]
+    """Blocks and bodies that have fallen."""
+    first_of, own, whole = bodies = _bodies(scene)
+    gone = np.sort(first_of[fallen(scene, scene.frames - 1, bodies)[first_of]])
     if len(gone) == 0:
         return
-    first = next((f for f in _looked_at(scene) if away(f).any()), scene.frames - 1)
+    first = next((f for f in _looked_at(scene) if fallen(scene, f, bodies).any()), scene.frames - 1)
     found.tell(
         f"{len(gone)} of {len(whole)} blocks ended farther from their place than they are "
         f"large, the first by {number(scene.time[first])} s: "
-        + ", ".join(f"{scene.names[first_of[b]]} ({number(whole[b], 3)} m²)" for b in gone[:5])
+        + ", ".join(f"{scene.names[b]} ({number(whole[own[b]], 3)} m²)" for b in gone[:5])
         + (" …" if len(gone) > 5 else ""),
         blocks_fallen=len(gone),
         first_block_fallen_s=scene.time[first],
     )
+
+
+def fallen(scene: Scene, frame: int, bodies=None) -> np.ndarray:
+    """Whether blocks, or the bodies of cells, have moved by more than their size; shape (blocks,).
+
+    Against the lowest one.
+    """
+    _, own, whole = bodies or _bodies(scene)
+    areas, low = scene.areas(), own[int(np.argmin(scene.coordinates(0)[:, 1]))]
+    moved = [np.bincount(own, areas * one) / whole for one in scene.displacement(frame)[:, :2].T]
+    away = np.hypot(moved[0] - moved[0][low], moved[1] - moved[1][low])
+    return (away > np.sqrt(whole))[own]
+
+
+def _bodies(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First block of each body, the body of each block, areas of bodies (m²)."""
+    alone = -np.arange(1, scene.blocks + 1)
+    _, first_of, own = np.unique(
+        np.where(scene.body > 0, scene.body, alone), return_index=True, return_inverse=True
+    )
+    return first_of, own, np.bincount(own, scene.areas())
 
 
 def _names(scene: Scene, blocks: np.ndarray) -> str:

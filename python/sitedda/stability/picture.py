@@ -7,13 +7,14 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
+from ..drawing.pictures import head
 from ..report.style import BLUE, EDGE, INK, RED, STONE, new_figure
 
 FILLS = {"stable": STONE, "slides": "#8fb8de", "topples": "#e59a86"}
 _LONGEST_ARROW = 0.12  # of the model's size
 
 
-def draw_mechanism(found, axes=None, title: str | None = None):
+def draw_mechanism(found, axes=None, title: str = "", words: str = ""):
     """Draw a mechanism: blocks where they rest in the colours of their verdicts, with arrows.
 
     Parameters
@@ -21,8 +22,8 @@ def draw_mechanism(found, axes=None, title: str | None = None):
     found : Mechanism or Limit
     axes : matplotlib.axes.Axes, optional
         A figure of its own by default.
-    title : str, optional
-        What the strength is divided by if not given.
+    title, words : str
+        What stands above it, and fainter below that.
 
     Returns
     -------
@@ -56,10 +57,7 @@ def draw_mechanism(found, axes=None, title: str | None = None):
     axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
     axes.legend(handles=_counted(found.verdicts), frameon=False, loc="upper left",
                 bbox_to_anchor=(1.0, 1.0))  # fmt: skip
-    if title is None:
-        outcome = "Mechanism" if found.moves else "Stands"
-        title = f"{outcome}, strength divided by {found.factor:.4g}"
-    axes.set_title(title, loc="left")
+    head(axes, title, words, lines=bool(words))
     return axes
 
 

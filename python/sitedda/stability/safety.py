@@ -59,11 +59,12 @@ class Mechanism:
     moves: bool
     polygons: list[np.ndarray] = field(repr=False)
 
-    def draw(self, axes=None):
+    def draw(self, axes=None, title: str = ""):
         """Draw blocks in the colours of their verdicts, with arrows; matplotlib axes."""
         from .picture import draw_mechanism
 
-        return draw_mechanism(self, axes)
+        outcome = title or ("Mechanism" if self.moves else "Stands")
+        return draw_mechanism(self, axes, outcome, f"strength divided by {self.factor:.4g}")
 
     @property
     def _told(self) -> list[tuple[str, str, str]]:
@@ -127,11 +128,8 @@ class Safety:
         """Draw the mechanism; matplotlib axes."""
         if self.mechanism is None:
             raise ValueError("there is no mechanism: the model stands without strength")
-        axes = self.mechanism.draw(axes)
         found = f"Factor of safety {self.factor:.4g}" if self.low else "Fails at any strength"
-        at = f"mechanism with strength divided by {self.mechanism.factor:.4g}"
-        axes.set_title(f"{found}; {at}", loc="left")
-        return axes
+        return self.mechanism.draw(axes, found)
 
     def to_dict(self) -> dict:
         """Plain values."""

@@ -13,7 +13,6 @@ from ..engine.simulation import Simulation
 from ..facade.model import Model
 from ..report.style import BLUE, RED, STONE, canvas
 from ..stability import bisect, mechanism, safety
-from ..stability.picture import draw_mechanism
 from ..stability.strength import released
 from .case import Outcome, Table, at_most, case, relative, true
 from .model import GRAVITY, rectangle
@@ -121,7 +120,7 @@ def goodman_bray_slope(short: bool) -> Outcome:
         ends = bisect(lambda bolt: _stands(goodman_bray(0.65, bolt)), 2.5e6, 1.5e6, 1e-3)
         rows.append(relative("bolt force at tan φ 0.65", 2013.0, sum(ends) / 2e3, 0.02, "kN/m"))
     figure, axes = canvas(1, size=(9, 4))
-    draw_mechanism(found.mechanism, axes[0])
+    found.mechanism.draw(axes[0])
     return Outcome(rows, figure)
 
 
@@ -273,7 +272,7 @@ def wet_wedge_case(short: bool) -> Outcome:
     ends = bisect(lambda z: _stands(wet_wedge(45.0, z)), 5.0, 7.0, 4e-3 if short else 1e-4)
     rows.append(relative("limiting head at φ 45°", limit, sum(ends) / 2, 0.005, "m"))
     figure, axes = canvas(1, size=(6, 4))
-    draw_mechanism(found.mechanism, axes[0])
+    found.mechanism.draw(axes[0])
     return Outcome(rows, figure)
 
 

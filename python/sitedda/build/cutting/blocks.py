@@ -353,7 +353,9 @@ class _Cut:
             break
         if network.moved > before:
             count = network.moved - before
-            self.messages.append(f"{count} corners closer than {least:.3g} m were made one")
+            what = "corner" if count == 1 else "corners"
+            words = f"{count} {what} closer than {least:.3g} m to another became one with it"
+            self.messages.append(words)
         return network, trace_faces(network)
 
     def _tell_loops(self, loops) -> None:
@@ -478,10 +480,9 @@ class _Cut:
         if least_edge is None:
             least_edge = _SLIVER_EDGE * np.sqrt(mean)
         if blocks.merged:
-            self.messages.append(
-                f"{blocks.merged} slivers were merged with the neighbour that they had the longest "
-                "common edge with"
-            )
+            what = "sliver was" if blocks.merged == 1 else "slivers were"
+            words = f"{blocks.merged} {what} merged with the neighbour of the longest common edge"
+            self.messages.append(words)
         blocks.slivers = slivers(
             blocks.polygons,
             blocks.names,
