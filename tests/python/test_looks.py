@@ -23,6 +23,7 @@ from sitedda.pictures import draw
 from sitedda.plot import kind_of, run_picture
 from sitedda.report import Picture, to_html
 from sitedda.scene import Scene
+from sitedda.stability.safety import Mechanism, Safety
 from sitedda.style import INK, JOINT_MAP, RESTING, SCHEMES, dress
 from sitedda.vtk import write_vtk
 
@@ -71,6 +72,24 @@ def test_limits_leave_a_small_share_of_the_area_beyond_and_say_so():
     both = limits([-3.0, 1.0, 2.0], [1.0, 1.0, 1.0], signed=True)
     assert (both.low, both.high, both.extend) == (-3.0, 3.0, "neither")
     assert limits(np.zeros((2, 3)), np.ones(3)).most == 0.0
+
+
+def test_a_rotation_says_which_way_and_sides_of_many_blocks_are_faint():
+    data = shaken_grid(6400, 2)
+    data.block_coordinates.values[1, :, 2] = np.linspace(-0.1, 0.1, 6400)
+    axes = draw(Scene(data), color="rotation")
+    (bar,) = bars_of(axes)
+    assert "anticlockwise +" in bar.get_title(loc="left")
+    blocks = next(c for c in axes.collections if len(c.get_facecolor()) > 0)
+    assert max(blocks.get_linewidth()) <= 0.2  # pt; else they are a grey haze
+
+
+def test_a_factor_of_safety_is_not_that_of_its_mechanism():
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    moved = Mechanism(1.421, np.zeros((1, 3)), ("slides",), ("dam",), True, [corners])
+    axes = Safety(1.39, 1.396, (), moved).draw()
+    assert axes.get_title(loc="left") == "Factor of safety 1.393"
+    assert words_of(axes) == "mechanism with strength divided by 1.421"
 
 
 def test_one_sliver_does_not_set_the_scale_and_is_named(sliver):

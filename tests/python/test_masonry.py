@@ -101,7 +101,7 @@ def test_half_circle_arch_stands_above_the_least_thickness_and_falls_below(share
     assert _arch_stands(thickness) is not falls
     model = sitedda.Model.read(root / "inputs" / "arch.nml")
     model["arch"][0].thickness = thickness
-    with sitedda.Simulation(model, settle=False) as arch:
+    with sitedda.Simulation(model, settle=False, time_step=2e-3, duration=3.0) as arch:
         crown = arch.block_names.index("voussoir_14")
         start, sink = arch.coordinates[crown, 1], 0.0
         while not arch.done and arch.time < 3.0 and sink < 0.5:

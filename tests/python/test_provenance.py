@@ -109,3 +109,10 @@ def test_a_run_with_no_motion_names_none(write_input):
 def test_output_and_report_name_the_commit_of_the_engine(first_run):
     assert first_run().attrs["commit"] == engine.commit()
     assert dict(provenance()).get("commit", "") == engine.commit()
+
+
+def test_a_program_is_named_once():
+    """Also on the page of a study, whose table has no commit."""
+    program = f"sitedda {sitedda.__version__}"
+    names = [name for name, value in provenance(computed_by=program) if value == program]
+    assert names == ["computed by"]

@@ -18,10 +18,11 @@ def provenance(**more: str) -> list[tuple[str, str]]:
     lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
     program, made_of = f"sitedda {version()}", commit()
     whole = f"{program}, commit {made_of}" if made_of else program
-    if whole != more.get("computed_by"):  # else it is said already
+    said = more.get("computed_by")  # is not said again
+    if said not in (whole, program):
         lines.append(("program", program))
-        if made_of:
-            lines.append(("commit", made_of))
+    if made_of and said != whole:
+        lines.append(("commit", made_of))
     return [
         *lines,
         ("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),

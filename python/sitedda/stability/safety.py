@@ -63,8 +63,11 @@ class Mechanism:
         """Draw blocks in the colours of their verdicts, with arrows; matplotlib axes."""
         from .picture import draw_mechanism
 
-        outcome = title or ("Mechanism" if self.moves else "Stands")
-        return draw_mechanism(self, axes, outcome, f"strength divided by {self.factor:.4g}")
+        outcome = "Mechanism" if self.moves else "Stands"
+        words = f"strength divided by {self.factor:.4g}"
+        if title:
+            words = f"{outcome.lower()} with {words}"
+        return draw_mechanism(self, axes, title or outcome, words)
 
     @property
     def _told(self) -> list[tuple[str, str, str]]:
