@@ -208,7 +208,7 @@ contains
          do i = 1, size(model%amplifications)
             call amplification_peak(model%output%file, model%amplifications(i), peak, error)
             if (allocated(error)) return
-            call say(peak_text(model, model%amplifications(i), peak))
+            call say_wrapped(peak_text(model, model%amplifications(i), peak))
             if (was_complete) cycle
             call peak_warning(simulation, model%amplifications(i), peak, warning)
             if (warning /= '') call warn('warning: '//warning)
