@@ -42,10 +42,8 @@ def _assignment(text: str):
 def folded(words: str) -> str:
     """Each line on lines of a screen, as the native executable has them."""
     begin = " " * 6
-    look = {"initial_indent": begin, "subsequent_indent": begin}
-    look |= {"break_long_words": False, "break_on_hyphens": False}
-    lines = filter(None, words.splitlines())
-    return "\n".join(textwrap.fill(line, 80, **look).removeprefix(begin) for line in lines)
+    fold = textwrap.TextWrapper(80, begin, begin, break_long_words=False, break_on_hyphens=False)
+    return "\n".join(fold.fill(line).removeprefix(begin) for line in words.splitlines() if line)
 
 
 def tell(words: str) -> None:
