@@ -27,6 +27,7 @@ contains
          if (.not. any(model%blocks%material == m)) cycle
          if (.not. model%materials(m)%has_law()) cycle
          if (model%materials(m)%own_law%in_words() /= '') call check_softer(model, m, report)
+         call check_fit(model, m, report)
          call check_softening(model, m, report)
       end do
    end subroutine check_laws
@@ -60,6 +61,19 @@ contains
             'larger than '//short_text(size_of*coarsest/eta)//' m'))
       end associate
    end subroutine check_softer
+
+   !> Curves that the law does not meet.
+   subroutine check_fit(model, m, report)
+      type(model_type), intent(in) :: model       !< materials and blocks
+      integer, intent(in) :: m                    !< material
+      type(report_type), intent(inout) :: report  !< check report
+      character(len=:), allocatable :: words
+
+      words = model%materials(m)%own_law%unmet()
+      if (words /= '') call add_line(report, verdict_warn, 'material law', &
+         quoted(trim(model%materials(m)%name))//': '//words, 'fit of the branches', &
+         'more branches; where these do not help, less damping at small strains')
+   end subroutine check_fit
 
    !> The largest of the smaller sides of the blocks of a material, m.
    pure real(wp) function largest(model, m) result(side)

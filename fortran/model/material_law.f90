@@ -47,6 +47,7 @@ module dda_material_law
       procedure :: jump_cap => no_cap
       procedure :: secant => full_secant
       procedure :: in_words => no_words
+      procedure :: unmet => no_words
       procedure :: largest_thickness => any_thickness
    end type material_law_type
 

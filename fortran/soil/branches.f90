@@ -16,8 +16,10 @@
 !>
 !>     D(γ) = [Σ F_j 2 g_j γ_j (γ − γ_j)⁺ + π D_min min(γ, γ_b)² + 2 y (γ − γ_b)⁺] / (π γ² G_s/G) .
 !>
-!> Both fits are least squares: of relative errors of the modulus over g_j ≥ 0, of errors of the
-!> damping ratio over 0 ≤ F_j ≤ 1.  F_j = 1 everywhere gives Masing's rules.
+!> Least squares of relative errors of the modulus and of errors of the damping ratio over what
+!> slips, F_j g_j ≥ 0, and what recovers, (1 − F_j) g_j ≥ 0, fit both, weighted anew until the
+!> largest error of the damping ratio is small [Lawson, 1961].  F_j = 1 everywhere gives Masing's
+!> rules.
 module dda_branches
    use dda_kinds, only: wp, pi
    use dda_damping, only: damping_type, fit_body
@@ -32,9 +34,12 @@ module dda_branches
 
    integer, parameter :: samples = 8                !< strains of a fit for each branch
    real(wp), parameter :: sum_weight = 1.0e3_wp     !< of Σ g_j + g_b = 1 among relative errors
-   real(wp), parameter :: bound_weight = 30.0_wp    !< of F_j ≤ 1 among errors of D
+   real(wp), parameter :: loop_weight = 3.0_wp      !< of errors of D among relative errors of G_s
+   real(wp), parameter :: small_misfit = 2.0e-3_wp  !< of D, at which weights stay
+   integer, parameter :: most_fits = 8              !< with new weights
+   real(wp), parameter :: least_weight = 0.05_wp    !< what an error of 0 leaves of its square
    real(wp), parameter :: first_reduction = 0.998_wp !< G_s/G at which branches begin
-   real(wp), parameter :: body_reduction = 0.75_wp   !< G_s/G at which the body begins to slip
+   real(wp), parameter :: body_reduction = 0.8_wp    !< G_s/G at which the body begins to slip
    real(wp), parameter :: least_strain = 1.0e-7_wp  !< of a branch
    real(wp), parameter :: misfit_range(2) = [1.0e-5_wp, 1.0e-2_wp] !< strains of the misfits
 
@@ -68,19 +73,20 @@ contains
       real(wp), intent(in) :: limit          !< largest ω_l that the time steps can take, rad/s
       type(branches_type), intent(out) :: branches  !< fitted
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp) :: strain(samples*n)
 
       if (n < 2 .or. n > 200) call fail(error, error_input, 'branches must be in 2 ... 200')
       if (.not. allocated(error)) call require_for_blas(error)
       if (allocated(error)) return
       branches%n = n
       branches%strain = log_spaced(first_strain(curve), last_strain(curve), n)
-      call set_body(branches, damping, limit, strain_at(curve, body_reduction), error)
+      call set_body(branches, damping, limit, strain_of(curve, body_reduction), error)
       if (allocated(error)) return
-      strain = log_spaced(branches%strain(1)*0.1_wp, branches%strain(n), samples*n)
-      call fit_moduli(branches, strain, at(curve, curve%reduction, strain))
-      allocate (branches%slipping(n), source=1.0_wp)
-      if (.not. masing) call fit_loops(branches, strain, at(curve, curve%damping, strain))
+      allocate (branches%modulus(n), branches%slipping(n))
+      if (masing) then
+         call fit_moduli(branches, curve)
+      else
+         call fit_both(branches, curve)
+      end if
       call find_misfits(branches, curve, masing)
    end subroutine fit_branches
 
@@ -133,77 +139,139 @@ contains
    pure function loop_damping(branches, strain) result(ratio)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: strain(:)            !< above 0
-      real(wp) :: ratio(size(strain))
+      real(wp) :: ratio(size(strain)), reduction(size(strain))
 
-      ratio = matmul(loops(branches, strain), branches%slipping) + body_loops(branches, strain)
+      reduction = secant_ratio(branches, strain)
+      ratio = matmul(loops(branches, strain, reduction), branches%modulus*branches%slipping) &
+         + body_loops(branches, strain, reduction)
    end function loop_damping
 
    !> What the body adds to it.
-   pure function body_loops(branches, strain) result(ratio)
-      type(branches_type), intent(in) :: branches  !< with its moduli and body
-      real(wp), intent(in) :: strain(:)            !< above 0
-      real(wp) :: ratio(size(strain))
+   elemental real(wp) function body_loops(branches, strain, reduction) result(ratio)
+      type(branches_type), intent(in) :: branches  !< with their body
+      real(wp), intent(in) :: strain               !< above 0
+      real(wp), intent(in) :: reduction            !< G_s/G
 
       associate (limit => branches%body_strain)
          ratio = branches%body%ratio*min(strain, limit)**2
-         where (strain > limit) ratio = ratio + 2.0_wp/pi*branches%body_cap*(strain - limit)
+         if (strain > limit) ratio = ratio + 2.0_wp/pi*branches%body_cap*(strain - limit)
       end associate
-      ratio = ratio/(strain**2*secant_ratio(branches, strain))
+      ratio = ratio/(strain**2*reduction)
    end function body_loops
 
-   !> Damping ratio at strains that each branch would give if all of it slipped.
-   pure function loops(branches, strain) result(ratio)
-      type(branches_type), intent(in) :: branches  !< with its moduli
+   !> Damping ratio at strains that each branch would give if it had the modulus G and slipped.
+   pure function loops(branches, strain, reduction) result(ratio)
+      type(branches_type), intent(in) :: branches  !< with γ_j
       real(wp), intent(in) :: strain(:)            !< above 0
+      real(wp), intent(in) :: reduction(:)         !< G_s/G of the soil at these
       real(wp) :: ratio(size(strain), branches%n)
       integer :: j
 
       do j = 1, branches%n
          associate (limit => branches%strain(j))
-            ratio(:, j) = 2.0_wp/pi*branches%modulus(j)*limit*max(0.0_wp, strain - limit) &
-               /(strain**2*secant_ratio(branches, strain))
+            ratio(:, j) = 2.0_wp/pi*limit*max(0.0_wp, strain - limit)/(strain**2*reduction)
          end associate
       end do
    end function loops
 
-   !> g_j of the secant moduli at strains.
-   subroutine fit_moduli(branches, strain, reduction)
-      type(branches_type), intent(inout) :: branches  !< with γ_j
-      real(wp), intent(in) :: strain(:), reduction(:) !< [any] γ and G_s/G
-      real(wp) :: matrix(size(strain) + 1, branches%n), right(size(strain) + 1)
+   !> g_j of the secant moduli alone, all of which slips.
+   subroutine fit_moduli(branches, curve)
+      type(branches_type), intent(inout) :: branches  !< with γ_j and its body
+      type(curve_type), intent(in) :: curve           !< of the soil
+      real(wp) :: matrix(samples*branches%n + 1, branches%n), right(samples*branches%n + 1)
+
+      call ask_moduli(branches, curve, matrix, right)
+      call nonnegative_least_squares(matrix, right, branches%modulus)
+      branches%modulus = relaxed_modulus(branches%body)*branches%modulus/sum(branches%modulus)
+      branches%slipping = 1.0_wp
+   end subroutine fit_moduli
+
+   !> Equations of the secant moduli, and of their sum, for g_j.
+   subroutine ask_moduli(branches, curve, matrix, right)
+      type(branches_type), intent(in) :: branches  !< with γ_j and its body
+      type(curve_type), intent(in) :: curve        !< of the soil
+      real(wp), intent(out) :: matrix(:,:)         !< [samples n + 1, n]
+      real(wp), intent(out) :: right(:)            !< [samples n + 1]
+      real(wp) :: strain(samples*branches%n), reduction(samples*branches%n)
       integer :: j, m
 
       m = size(strain)
+      strain = strains_of_fit(branches)
+      reduction = at(curve, curve%reduction, strain)
       do j = 1, branches%n
          matrix(:m, j) = min(1.0_wp, branches%strain(j)/strain)/reduction
       end do
       right(:m) = 1.0_wp - body_ratio(branches, strain)/reduction
       matrix(m + 1, :) = sum_weight
       right(m + 1) = sum_weight*relaxed_modulus(branches%body)
-      allocate (branches%modulus(branches%n))
-      call nonnegative_least_squares(matrix, right, branches%modulus)
-      branches%modulus = relaxed_modulus(branches%body)*branches%modulus/sum(branches%modulus)
-   end subroutine fit_moduli
+   end subroutine ask_moduli
 
-   !> F_j of the damping ratios at strains: F_j ≥ 0 with 1 − F_j ≥ 0, both as unknowns.
-   subroutine fit_loops(branches, strain, damping)
-      type(branches_type), intent(inout) :: branches  !< with γ_j and g_j
-      real(wp), intent(in) :: strain(:), damping(:)   !< [any] γ and D
-      real(wp) :: matrix(size(strain) + branches%n, 2*branches%n), unknown(2*branches%n)
-      real(wp) :: right(size(strain) + branches%n)
-      integer :: j, m
+   !> g_j and F_j of secant moduli and damping ratios.  The last branch, which nothing strains
+   !> beyond its limit, has one unknown.
+   subroutine fit_both(branches, curve)
+      type(branches_type), intent(inout) :: branches  !< with γ_j and its body
+      type(curve_type), intent(in) :: curve           !< of the soil
+      real(wp), allocatable :: matrix(:,:), right(:), weight(:), strain(:), damping(:), off(:)
+      real(wp) :: unknown(2*branches%n - 1), best(branches%n, 2), least
+      integer :: fit, m, n
 
-      m = size(strain)
-      matrix = 0.0_wp
-      matrix(:m, :branches%n) = loops(branches, strain)
-      right(:m) = damping - body_loops(branches, strain)
-      do j = 1, branches%n
-         matrix(m + j, [j, branches%n + j]) = bound_weight
+      n = branches%n
+      m = samples*n
+      allocate (matrix(2*m + 1, 2*n - 1), right(2*m + 1))
+      call ask_moduli(branches, curve, matrix(m + 1:, :n), right(m + 1:))
+      matrix(m + 1:, n + 1:) = matrix(m + 1:, :n - 1)
+      matrix(:m, n + 1:) = 0.0_wp
+      strain = strains_of_fit(branches)
+      damping = at(curve, curve%damping, strain)
+      allocate (weight(m), source=loop_weight)
+      off = at(curve, curve%reduction, strain)
+      least = huge(1.0_wp)
+      do fit = 1, most_fits
+         matrix(:m, :n) = spread(weight, 2, n)*loops(branches, strain, off)
+         right(:m) = weight*(damping - body_loops(branches, strain, off))
+         call nonnegative_least_squares(matrix, right, unknown)
+         call set_parts(branches, unknown)
+         off = abs(loop_damping(branches, strain) - damping)
+         associate (largest => maxval(off, mask=counts(strain)))
+            if (largest < least) best = reshape([branches%modulus, branches%slipping], [n, 2])
+            least = min(least, largest)
+            if (largest <= small_misfit .and. fit > 1) exit
+            weight = weight*sqrt(least_weight + off/largest)
+         end associate
+         off = secant_ratio(branches, strain)
       end do
-      right(m + 1:) = bound_weight
-      call nonnegative_least_squares(matrix, right, unknown)
-      branches%slipping = min(1.0_wp, unknown(:branches%n))
-   end subroutine fit_loops
+      branches%modulus = best(:, 1)
+      branches%slipping = best(:, 2)
+   end subroutine fit_both
+
+   !> g_j and F_j of what slips and what recovers.
+   pure subroutine set_parts(branches, unknown)
+      type(branches_type), intent(inout) :: branches  !< gets them
+      real(wp), intent(in) :: unknown(:)              !< [2n − 1] F_j g_j, then (1 − F_j) g_j
+      integer :: n
+
+      n = branches%n
+      branches%modulus = unknown(:n)
+      branches%modulus(:n - 1) = unknown(:n - 1) + unknown(n + 1:)
+      branches%slipping = 1.0_wp
+      where (branches%modulus > 0.0_wp) branches%slipping = unknown(:n)/branches%modulus
+      branches%modulus = relaxed_modulus(branches%body)*branches%modulus/sum(branches%modulus)
+   end subroutine set_parts
+
+   !> The strains at which a fit asks.
+   pure function strains_of_fit(branches) result(strain)
+      type(branches_type), intent(in) :: branches  !< with γ_j
+      real(wp) :: strain(samples*branches%n)
+
+      strain = log_spaced(branches%strain(1)*0.1_wp, branches%strain(branches%n), size(strain))
+   end function strains_of_fit
+
+   !> Misfits count at a strain.
+   elemental logical function counts(strain)
+      real(wp), intent(in) :: strain  !< –
+
+      counts = strain >= misfit_range(1) .and. strain <= misfit_range(2)
+   end function counts
 
    !> Largest misfits over the strains that count and that the curve has; with Masing's rules of the
    !> modulus alone.
@@ -245,6 +313,26 @@ contains
          strain = curve%strain(i)
       end do
    end function strain_at
+
+   !> The strain at which the modulus first falls to a share of that of small strains; the last one
+   !> of the curve if it does not.
+   pure real(wp) function strain_of(curve, reduction) result(strain)
+      type(curve_type), intent(in) :: curve  !< of the soil
+      real(wp), intent(in) :: reduction      !< G_s/G
+      integer :: i
+
+      do i = 2, size(curve%strain)
+         if (curve%reduction(i) < reduction) exit
+      end do
+      if (i > size(curve%strain)) then
+         strain = last_strain(curve)
+      else
+         associate (before => curve%reduction(i - 1), after => curve%reduction(i))
+            strain = curve%strain(i - 1)*(curve%strain(i)/curve%strain(i - 1)) &
+               **max(0.0_wp, min(1.0_wp, (before - reduction)/(before - after)))
+         end associate
+      end if
+   end function strain_of
 
    !> The strain of the last branch: the end of the curve.
    pure real(wp) function last_strain(curve)

@@ -21,6 +21,8 @@ module dda_hysteretic_law
    private
    public :: hysteretic_law_type, new_hysteretic_law
 
+   real(wp), parameter :: most_off = 0.3_wp  !< of a damping ratio, points, without a word
+
    !> Branches of a soil in the plane.
    type, extends(material_law_type) :: hysteretic_law_type
       type(branches_type) :: branches
@@ -32,6 +34,7 @@ module dda_hysteretic_law
       procedure :: rests
       procedure :: secant
       procedure :: in_words
+      procedure :: unmet
    end type hysteretic_law_type
 
    !> The body of small strains in a step: shear (two components) and volume.
@@ -314,5 +317,17 @@ contains
             short_text(misfit(2))//' points'
       end associate
    end function in_words
+
+   !> What of their curve they do not meet; blank: nothing.
+   function unmet(self) result(words)
+      class(hysteretic_law_type), intent(in) :: self  !< law
+      character(len=:), allocatable :: words
+
+      words = ''
+      associate (off => 100*self%branches%misfit(2))
+         if (off > most_off) words = 'damping ratios are up to '//short_text(off)// &
+            ' points off their curve, more than '//short_text(most_off)
+      end associate
+   end function unmet
 
 end module dda_hysteretic_law

@@ -187,6 +187,14 @@ def test_check_says_how_far_soil_softens():
     assert "eta = 1/" in line and "blocks no larger than" in line
 
 
+@pytest.mark.parametrize("plasticity, said", [(200.0, True), (100.0, False)])
+def test_a_damping_curve_that_is_not_met_is_a_doubt(plasticity, said):
+    soil = DARENDELI | {"mean_stress": 2.5e4, "plasticity_index": plasticity}
+    model = shaken_column(sine(2.0, 0.1, 20), 2, soil)
+    for words in (str(sitedda.check(model)), str(model.run().verdict)):
+        assert ("points off their curve, more than 0.3" in " ".join(words.split())) == said
+
+
 def test_safety_takes_the_shear_strength_of_a_curve():
     """A block of 20 kN/m³, 1 m high, bears 10 kPa in the mean: 2 s_u/F."""
     for curve, warning in (("hyperbolic", "half the size"), ("darendeli", "elastic")):

@@ -98,13 +98,22 @@ def test_branches_meet_modulus_and_damping_of_darendeli(plasticity, stress):
     curves = darendeli(stress, plasticity)
     fitted = Branches.of(curves)
     modulus = fitted.reduction_at(STRAINS) / curves.reduction_at(STRAINS)
-    # A body of 3 % and more at small strains (PI 100, 25 kPa) leaves a kink that no branch mends.
-    loose = 2.0 if fitted.least_damping > 0.03 else 1.0
-    assert modulus == pytest.approx(1, abs=0.008 * loose)
+    # A body of 3 % and more at small strains (PI 100, 25 kPa) has a kink that moduli keep.
+    kink = 2.0 if fitted.least_damping > 0.03 else 1.0
+    assert modulus == pytest.approx(1, abs=0.008 * kink)
     damping = curves.damping_at(STRAINS)
-    assert fitted.damping_at(STRAINS) == pytest.approx(damping, abs=0.003 * loose)
-    assert fitted.misfit[0] == pytest.approx(np.abs(modulus - 1).max(), rel=0.2)
+    assert fitted.damping_at(STRAINS) == pytest.approx(damping, abs=0.003)
+    assert np.abs(fitted.damping_at(STRAINS) - damping).max() - 1e-6 < fitted.misfit[1] < 0.003
     assert np.all((fitted.slipping >= 0) & (fitted.slipping <= 1))
+
+
+def test_a_damping_curve_that_is_not_met_is_said():
+    """5 % at small strains hold a quarter of the modulus until they slip, all at once."""
+    column = Column([Layer(10.0, density=1900.0, shear_velocity=150.0)])
+    for plasticity, said in ((200.0, True), (100.0, False)):
+        curves = [darendeli(25e3, plasticity)]
+        words = str(nonlinear(column, curves, sine(1.0, 0.1, duration=1.0), 0.002, compare=False))
+        assert ("the damping curve is not met" in words) == said
 
 
 def test_more_branches_fit_better():
@@ -195,6 +204,25 @@ def test_strains_of_a_rigid_base_column_tend_to_published_ones():
     )
     late = found.histories.strain[-1, -1000:] / reference  # the last two seconds
     assert (late.max() - late.min()) / 2 == pytest.approx(5.95, abs=0.3)
+
+
+def test_loops_forget_how_shaking_began_where_soil_flows_and_largest_strains_do_not():
+    """PRENOLIN's P1 at 3 m/s², where inertia is 1.8 times the strength: two forms of the ramp."""
+    column = Column([Layer(20.0, density=2000.0, shear_velocity=300.0)])
+    time = 0.002 * np.arange(3001)
+    wave = 3.0 * np.sin(4 * np.pi * time)
+    ramp = np.minimum(time, 1.0)
+    strains = [
+        nonlinear(
+            column, [hyperbolic(3.65e-4)], form * wave, 0.002, damping_curve="masing", branches=60,
+            highest_frequency=50, compare=False,
+        ).histories.strain[-1] / 3.65e-4
+        for form in (ramp, (1 - np.cos(np.pi * ramp)) / 2)
+    ]  # fmt: skip
+    late = [np.ptp(strain[2000:]) / 2 for strain in strains]
+    assert late == pytest.approx([9.19, 9.19], rel=0.01)
+    largest = [np.abs(strain).max() for strain in strains]
+    assert largest[1] > 1.2 * largest[0] > 2.5 * late[0]
 
 
 def test_a_peak_acceleration_that_does_not_converge_is_said_so():

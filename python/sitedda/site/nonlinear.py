@@ -250,6 +250,9 @@ class NonlinearResponse(SiteResponse):
 _LABELS = {"pga": "surface PGA", "strain": "largest strain"}
 
 
+_MOST_OFF = 0.003  # of a damping ratio, without a word
+
+
 def _fits(soils: list[Branches]) -> str:
     """How well branches fit their curves, the worst of all soils; '' if there are none."""
     if not soils:
@@ -258,6 +261,8 @@ def _fits(soils: list[Branches]) -> str:
     words = f"{soils[0].strain.size} branches, moduli within {100 * modulus:.2g} %"
     if damping:
         words += f", damping ratios within {100 * damping:.2g} points"
+    if damping > _MOST_OFF:
+        words += f" – more than {100 * _MOST_OFF:.1g}: the damping curve is not met"
     return f"{words} (strains of .001 to 1 %)"
 
 
