@@ -31,19 +31,18 @@ LOADS = ("horizontal", "tilt", "mode")
 _EXCESS = 0.005  # of the weight, that moves the blocks by a step
 _FIRST, _LEAST = 0.01, 0.05  # first factor; factor that changes are shares of, at least
 _MOST = 0.02  # share of the factor, of its excess
-_BACK = 0.5  # of the factor, to which the next one falls at most where balance is not known
-_STEADY = (
-    1.5  # times _EXCESS: with more of it normal forces, and so friction, are not those at rest
-)
+_BACK = 0.5  # of the factor of balance, to which the next one falls at most
+_STEADY = 1.5  # times _EXCESS; with more normal forces, and so friction, are not those at rest
 _SMALLEST = 1e-4  # the same, at least
 _MORE = 1.5  # times the excess of a step is that of the next at most
 _SHORTEST = 1e-3  # of the time step, below which a step does not converge
-_LOOKS = 20  # times the steps asked for: at most so many are taken
+_LOOKS, _TO_PEAK = 6, 500  # times the steps asked for, and before the peak: no more are taken
 _HARDLY = 0.2  # of the largest displacement of a step: the point does not control it
 _ELASTIC = 0.1  # of the displacement wanted of a step: less is no mechanism
 _PARTED = 3.0  # times the displacement asked for: a block has left the point behind
 _STILL = 1e-3  # of the largest displacement of a mode: a block that is held
 _UNCONVERGED = "a step does not converge"
+_BY_THEMSELVES = "blocks move by themselves; more steps may follow them farther"
 _TILT = math.radians(89.0)  # at which a tilting table ends
 
 
@@ -255,7 +254,7 @@ class _Pushed:
         pushed.control(time_step=step, dynamic_factor=0.0, integration="backward_euler",
                        time_step_control="adaptive", least_time_step=_SHORTEST * step,
                        max_displacement_ratio=0.1)  # fmt: skip
-        pushed.stage(name="pushed", steps=_LOOKS * self.steps, zero_displacements=True)
+        pushed.stage(name="pushed", steps=_TO_PEAK + _LOOKS * self.steps, zero_displacements=True)
         return pushed
 
     def run(self) -> Pushover:
@@ -283,14 +282,16 @@ class _Pushed:
                 moved = self.sense * float(run.point_motions[0, self.index, 0])
                 far = float(np.hypot(*(now - start)[:, :2].T).max())
                 steady = factor - balance <= _STEADY * _EXCESS
-                ending = self._ending(done, moved, far, balance if steady else math.inf)
+                ending = self._ending(done, moved, far, balance)
+                if balance <= 0 and not steady:
+                    ending = _BY_THEMSELVES
                 if steady:
                     rows.append(row)
                     states.append(now[:, :3])
                 steps.append((self._way(change, moved - last), balance))
                 excess = self._excess(excess, factor, steps)
-                least = 0.0 if steady else _BACK * factor
-                factor = max(least, min(factor, _balance_ahead(steps))) + excess
+                ahead = max(_balance_ahead(steps), _BACK * balance)
+                factor = min(factor, ahead) + excess
             polygons = run.polygons
         return self._found(rows, states, polygons, ending)
 
@@ -309,16 +310,16 @@ class _Pushed:
         return min(max(next_one, least), most)
 
     def _ending(self, done: bool, moved: float, far: float, balance: float) -> str:
-        """Why the last step was the last one; empty if it was not; balance inf if not known."""
+        """Why the last step was the last one; empty if it was not."""
         if balance <= 0:
             return "collapse: nothing resists any more"
         if abs(moved) >= self.end:
             return "the displacement asked for"
         if far >= _PARTED * self.end:
             return f"a block has moved by {1e3 * far:.4g} mm, much farther than the point"
-        if self.load == "tilt" and math.tan(_TILT) <= balance < math.inf:
+        if self.load == "tilt" and balance >= math.tan(_TILT):
             return "the table is upright"
-        return "the blocks do not move any farther" if done else ""
+        return "as many steps as it may take" if done else ""
 
     def _inertia(self, change: np.ndarray) -> float:
         """d·M d of a step, kg m² per metre."""
