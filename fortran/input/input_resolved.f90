@@ -105,6 +105,8 @@ contains
          value = number(model%materials(k)%young_modulus)
       case ('material.poisson_ratio')
          value = number(model%materials(k)%poisson_ratio)
+      case ('material.damping_ratio')
+         if (model%materials(k)%damping%by_law) value = number(model%materials(k)%damping%ratio)
       case ('contact.normal_stiffness')
          value = number(model%contact%normal_stiffness)
       case ('output.file')

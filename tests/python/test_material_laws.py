@@ -7,8 +7,8 @@ import pytest
 import sitedda
 from sitedda.column import Column, Layer
 from sitedda.signals import spectral_acceleration
-from sitedda.site import beside
-from sitedda.site.curves import hyperbolic
+from sitedda.site import Branches, beside
+from sitedda.site.curves import darendeli, hyperbolic
 from sitedda.site.nonlinear import nonlinear
 
 DENSITY, VELOCITY, POISSON = 2000.0, 300.0, 0.25
@@ -166,7 +166,8 @@ def test_blocks_of_soil_stand_beside_three_analyses(tmp_path, capsys):
     both = beside(model.run().history, "top", "base")
     low = both.strains[1][-1] / REFERENCE
     assert low == pytest.approx(5.95, abs=0.5)
-    assert list(both.columns) == ["nonlinear", "equivalent-linear", "linear"]
+    assert list(both.columns) == ["nonlinear", "equivalent-linear"]
+    assert "undamped on a rigid base" in str(both)
     periods = [0.1, 0.2, 0.5, 1.0]
     spectra = [
         spectral_acceleration(one, 2e-3, periods) for one in (both.surface, both.column_surface)
@@ -177,6 +178,18 @@ def test_blocks_of_soil_stand_beside_three_analyses(tmp_path, capsys):
     both.plot().savefig(tmp_path / "both.png")
     with pytest.raises(ValueError, match="no --damping"):
         beside(model.run().history, "top", "base", damping=0.02)
+
+
+def test_columns_beside_blocks_have_the_damping_of_small_strains():
+    """That of the curve, which nobody has given: D_min is counted in all three columns."""
+    ground = 1e-4 * np.concatenate([sine(2.0, 1.0, 1000), np.zeros(1000)])
+    soil = DARENDELI | {"mean_stress": 2.5e4, "plasticity_index": 100.0}
+    both = beside(shaken_column(ground, 10, soil).run().history, "top", "base")
+    fitted = Branches.of(darendeli(2.5e4, 100.0), 30)
+    assert both.columns["nonlinear"].branches[0].misfit == pytest.approx(fitted.misfit, rel=1e-4)
+    assert list(both.columns) == ["nonlinear", "equivalent-linear", "linear"]
+    peaks = [np.abs(one.acceleration()[:2001]).max() for one in both.columns.values()]
+    assert peaks == pytest.approx([np.abs(both.surface).max()] * 3, rel=0.05)
 
 
 def test_check_says_how_far_soil_softens():

@@ -198,8 +198,10 @@ def _columns(
     if any(soils):
         if damping is not None:
             raise ValueError("a column of soil that yields is damped by its curves: no --damping")
-        three = analyses(column, soils, ground, step, kind="within").responses
-        return dict(reversed(three.items())), "the branches of the blocks' materials"
+        three = analyses(column, soils, ground, step, kind="within")
+        words = "the branches of the blocks' materials"
+        words += f"; {three.unbounded}" if three.unbounded else ""
+        return dict(reversed(three.responses.items())), words
     if damping is None:
         damped = any(layer.damping for layer in column.layers)
         also = "and the materials" if damped else "alone"

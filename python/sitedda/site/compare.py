@@ -36,12 +36,29 @@ class Analyses:
 
     @property
     def responses(self) -> dict[str, SiteResponse]:
-        """The responses by the names of their analyses."""
-        return {
+        """The responses by the names of their analyses.
+
+        A linear column without damping on a rigid base resonates without bound, and is left out.
+        """
+        found = {
             "linear": self.linear,
             "equivalent-linear": self.fitted.response,
             "nonlinear": self.nonlinear,
         }
+        if self.unbounded:
+            del found["linear"]
+        return found
+
+    @property
+    def unbounded(self) -> str:
+        """Why the linear response has no bound; '' if it has one."""
+        column = self.linear.column
+        if column.base != "rigid" or any(layer.damping_at([1.0])[0] for layer in column.layers):
+            return ""
+        return (
+            "the linear column, undamped on a rigid base, resonates without bound: it is left out; "
+            "give its soils a damping ratio at small strains"
+        )
 
     def __str__(self) -> str:
         responses = self.responses
@@ -57,7 +74,8 @@ class Analyses:
         profiles = [r.profile() for r in parts]
         row("largest shear strain", [100 * float(p.strain.max()) for p in profiles], "%")
         row("largest shear stress", [float(p.stress.max()) / 1e3 for p in profiles], "kPa")
-        return "\n".join([self.nonlinear.words, *lines, "", str(self.nonlinear)])
+        said = [self.unbounded] if self.unbounded else []
+        return "\n".join([self.nonlinear.words, *lines, *said, "", str(self.nonlinear)])
 
     def plot(self):
         """Spectra, profiles and loops side by side; a matplotlib.figure.Figure."""
