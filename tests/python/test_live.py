@@ -22,6 +22,8 @@ from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClosedError
 
 import sitedda
+from sitedda.block_file import write_block_file
+from sitedda.live import drawn
 from sitedda.live.document import Document, place_of_trouble
 from sitedda.live.script import literal
 
@@ -142,6 +144,23 @@ def test_a_value_that_is_none_changes_nothing_and_a_message_finds_its_field():
 )  # fmt: skip
 def test_typed_values_are_literals_of_a_script(typed, python):
     assert literal(typed) == python
+
+
+def test_many_blocks_are_drawn_from_a_file_as_from_text(root, monkeypatch):
+    file = root / "inputs" / "slope.nml"
+    written, pictures = [], []
+
+    def put(target, blocks):
+        written.append(target)
+        return write_block_file(target, blocks)
+
+    monkeypatch.setattr(drawn, "write_block_file", put)
+    for many in (1_000, 1):
+        monkeypatch.setattr(drawn, "_MANY", many)
+        pictures.append(drawn.draw_model(file.read_text(), file))
+    assert len(written) == 1 and not written[0].exists()
+    one, other = pictures
+    assert one.message == other.message and one.notes == other.notes
 
 
 # --- the run ---------------------------------------------------------------------------------

@@ -323,10 +323,13 @@ class InputOfRun:
     ----------
     file : Path
     text : str
+    put : callable
+        Turns the blocks that are made into text, see `built_text`.
     """
 
     file: Path
     text: str
+    put: Callable[[Sequence[dict]], str] = blocks_text
 
     @contextmanager
     def opened(self) -> Iterator[tuple[Path, str]]:

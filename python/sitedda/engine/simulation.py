@@ -19,7 +19,7 @@ from ..base.arrays import parts_of
 from ..base.core import FILES, api, checked, engine_names
 from ..base.errors import InputError, OutputError, SiteddaError
 from ..base.stop import Stop, program_hears
-from ..build.building import built_text, opened_input
+from ..build.building import blocks_text, built_text, opened_input
 from ..input.added_stage import PresentStage, with_stage
 from ..input.changes import BETWEEN_STEPS, changed_input, flat_changes, in_words
 from ..input.groups import checked as checked_value
@@ -90,10 +90,11 @@ class Simulation:
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
         self._one = threading.RLock()  # held while the engine works on this simulation
+        put = getattr(file, "put", blocks_text)
         with opened_input(file) as (file, text):
             if changes:
                 text = changed_input(text, changes, file=file)
-            text, self.built = built_text(text, file)
+            text, self.built = built_text(text, file, put)
             writes = self._writes + bool(resume)
             with FILES:
                 data = text.encode("utf-8", "surrogateescape")
