@@ -27,7 +27,7 @@ module dda_mohr_coulomb_solid
    integer, parameter :: across = 4              !< ε^p across the plane
    integer, parameter :: strained = 5            !< κ
    !> of the radius of the largest Mohr circle: what jumps of a face may carry
-   real(wp), parameter :: jump_share = 0.3_wp
+   real(wp), parameter :: jump_share = 0.1_wp
 
    !> Strengths of a solid.
    type, extends(material_law_type) :: mohr_coulomb_solid_type
