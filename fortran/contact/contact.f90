@@ -15,13 +15,11 @@ module dda_contact
    private
    public :: contacts_type, operation_type, for_each_variable, reserve, hand_over, &
       filter_contacts, copy_history, is_point, contact_open, contact_slide, contact_stick
-   public :: most_closings, not_damped, is_damped, is_struck, is_carried, is_lifted
+   public :: not_damped, is_damped, is_struck, is_carried, is_lifted
 
    integer, parameter :: contact_open = 0   !< no force
    integer, parameter :: contact_slide = 1  !< normal spring, shear force at its limit
    integer, parameter :: contact_stick = 2  !< normal and shear spring
-
-   integer, parameter :: most_closings = 8  !< in a step, after which one that closes slides first
 
    ! How its springs act in this step, see dda_contact_damping.
    integer, parameter :: not_damped = 0     !< as springs alone

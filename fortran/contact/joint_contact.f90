@@ -7,13 +7,15 @@
 !> closure itself: Newton's method for the compliance and for the stiffness, each where it is safe.
 module dda_joint_contact
    use dda_kinds, only: wp
-   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick, most_closings
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_joint_law, only: joint_law_type, joint_state_type
    implicit none
    private
    public :: response_type, state_of, joint_response, acts_before_end, closure_of, touch_law, &
-      line_of, slide_response, joint_energy, centre_shift, comes_down, may_lift
+      line_of, slide_response, joint_energy, centre_shift, comes_down, may_lift, &
+      most_closings
 
+   integer, parameter :: most_closings = 8     !< in a step, after which what closes slides first
    real(wp), parameter :: first_share = 0.5_wp  !< of the force at closing, where a line begins
 
    !> State and forces at a gap and a slip.

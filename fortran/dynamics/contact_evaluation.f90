@@ -3,9 +3,9 @@
 !> these are from the assumed ones.
 module dda_contact_evaluation
    use dda_kinds, only: wp
-   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick, most_closings
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_friction, only: find_response, laws_type
-   use dda_joint_contact, only: response_type
+   use dda_joint_contact, only: most_closings, response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private

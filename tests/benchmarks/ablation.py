@@ -34,11 +34,13 @@ from speed_models import packing, touching_wall, wall
 
 DYNAMICS, ALGEBRA = ROOT / "fortran" / "dynamics", ROOT / "fortran" / "algebra"
 OPEN_CLOSE = DYNAMICS / "open_close.f90"
+JOINT_CONTACT = ROOT / "fortran" / "contact" / "joint_contact.f90"
 # Files of the iteration; the numbers among their parameters are varied, but those of `_FIXED`.
 FILES = [
     OPEN_CLOSE,
+    JOINT_CONTACT,
     *(DYNAMICS / f"{name}.f90" for name in (
-        "line_search", "contact_evaluation", "friction_bounds", "static_relaxation", "slide_forces",
+        "line_search", "friction_bounds", "static_relaxation", "slide_forces",
         "damage_passes", "contact_terms",
     )),
     ALGEBRA / "krylov" / "anderson.f90",
@@ -97,7 +99,7 @@ REMEDIES = {
         OPEN_CLOSE, "if (diverged > 0) then", "if (diverged > huge(1) - 1) then"
     ),
     "closing contacts slide first": Remedy(
-        DYNAMICS / "contact_evaluation.f90", "most_closings = 8", "most_closings = 8000"
+        JOINT_CONTACT, "most_closings = 8", "most_closings = 8000"
     ),
     "static relaxation": Remedy(
         DYNAMICS / "static_relaxation.f90", "many_changes = 2000", "many_changes = huge(1)"
