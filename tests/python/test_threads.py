@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from environment import DEADLINE
-from model_text import DRY, ROCK, namelist
+from model_text import DRY, ROCK, changed, namelist
 
 WALL = [
     ("control", {"time_step": 1e-3, "steps": 12, "gravity": [0.0, -9.81]}),
@@ -55,3 +55,22 @@ def test_threads_make_room_for_other_programs(
     assert "note: other programs used the processors: " in words
     assert "with fewer than 2 threads" in words
     same_bits(tmp_path / "one.nc", tmp_path / "two.nc")
+
+
+LAWS = {
+    "cohesive": {"cohesion": 3e4, "tensile_strength": 1e3, "fracture_energy": 0.1},
+    "plesha": {"asperity_angle": 10.0, "asperity_wear": 1e-3},
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_joint_laws_have_the_same_bits_with_any_threads(
+    native, write_input, tmp_path, same_bits, law
+):
+    """With points between corners: more contacts than one thread is left to."""
+    points = {"law": law, "contact_points": 3, "normal_stiffness_per_area": 1e10}
+    file = write_input(namelist(changed(WALL, "joint", **LAWS[law], **points)))
+    for threads in (1, 2, 4):
+        run(native, file, tmp_path / f"{threads}.nc", threads)
+    for threads in (2, 4):
+        same_bits(tmp_path / "1.nc", tmp_path / f"{threads}.nc")
