@@ -233,6 +233,12 @@ def test_energies_given_are_those_found(run):
     assert {"kinetic", "lost by slip"} <= set(found.parts)
 
 
+def test_an_output_whose_places_are_lost_has_a_rounding(sliver):
+    sliver.data.vertices.values[:] = 0.0
+    sliver.groups["motion"] = [{"name": "shake"}]
+    assert sliver.size == 0 and all(np.isfinite(one) for one in rounding(sliver).values())
+
+
 def test_units_of_pages_are_those_of_pictures(root):
     text = (root / "python/sitedda/drawing/view/words.js").read_text(encoding="utf-8")
     table = re.search(r"const UNITS = ({.*?\n});", text, re.DOTALL)[1]

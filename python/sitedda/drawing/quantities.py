@@ -166,7 +166,7 @@ def rounding(scene: Scene) -> dict[str, float]:
     """
     said = str(scene.data.attrs.get("verdict", ""))
     share = _STILL
-    if scene.groups.get("motion") and "at rest" not in said:
+    if scene.groups.get("motion") and "at rest" not in said and scene.size > 0:
         moved = float(scene.data.attrs.get("largest_displacement_m", 0.0))
         share = max(_ROUNDING, _STILL * moved / scene.size)
     weight = 0.0
