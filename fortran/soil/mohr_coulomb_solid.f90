@@ -26,7 +26,8 @@ module dda_mohr_coulomb_solid
    integer, parameter :: plastic(3) = [1, 2, 3]  !< ε^p in a state
    integer, parameter :: across = 4              !< ε^p across the plane
    integer, parameter :: strained = 5            !< κ
-   !> of the radius of the largest Mohr circle: what jumps of a face may carry
+   !> of the radius of the largest Mohr circle: what jumps of a face may carry; what other shares
+   !> make of limit loads is in docs/material_laws.md
    real(wp), parameter :: jump_share = 0.1_wp
 
    !> Strengths of a solid.
