@@ -4,7 +4,7 @@ module dda_input
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: require_addresses
-   use dda_input_group, only: group_type, input_error, positions, require_name
+   use dda_input_group, only: group_type, input_error, positions, require_name, require_new_name
    use dda_input_groups, only: control_values, run_values, read_values
    use dda_input_catalogue, only: find_group, unknown_group
    use dda_input_schema, only: input_groups
@@ -32,6 +32,7 @@ module dda_input
    use dda_plesha, only: steepest_return
    use dda_settings, only: contact_settings_type
    use dda_stage, only: stage_type
+   use dda_support, only: fixed_point_type, load_type, point_type
    use dda_text, only: quoted, to_text
    use dda_text_file, only: read_text_file
    implicit none
@@ -219,7 +220,8 @@ contains
          call read_material(groups(own(i)), model%materials(i), error)
          if (model%materials(i)%has_velocities) call require_analysis(error, groups(own(i)), &
             model%control, 'shear_velocity and pressure_velocity')
-         call check_new_name(groups(own(i)), model%materials(:i)%name, error)
+         call require_new_name(error, groups(own(i)), model%materials(i)%name, &
+            model%materials(:i - 1)%name)
       end do
       own = positions(groups, 'joint')
       allocate (model%joints(size(own)))
@@ -227,7 +229,8 @@ contains
       do i = 1, size(own)
          call read_joint(groups(own(i)), model%joints(i), error)
          call check_rules(groups(own(i)), model%joints(i), model%contact, error)
-         call check_new_name(groups(own(i)), model%joints(:i)%name, error)
+         call require_new_name(error, groups(own(i)), model%joints(i)%name, &
+            model%joints(:i - 1)%name)
          call refuse_damping(groups(own(i)), model%joints(:i), model%contact, error)
       end do
       own = positions(groups, 'motion')
@@ -235,7 +238,8 @@ contains
       do i = 1, size(own)
          if (allocated(error)) return
          call read_motion(groups(own(i)), folder, model%motions(i), error)
-         call check_new_name(groups(own(i)), model%motions(:i)%name, error)
+         call require_new_name(error, groups(own(i)), model%motions(i)%name, &
+            model%motions(:i - 1)%name)
       end do
       if (allocated(error)) return
       if (.not. model%contact%normal_stiffness > 0.0_wp) model%contact%normal_stiffness = &
@@ -357,18 +361,6 @@ contains
       if (is_uniform .and. size(steps) > 0) is_uniform = all(steps == steps(1))
    end function is_uniform
 
-   !> The last name must not have been used before.
-   subroutine check_new_name(group, names, error)
-      type(group_type), intent(in) :: group  !< of the group
-      character(len=*), intent(in) :: names(:)  !< of all such groups so far
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      associate (last => names(size(names)))
-         if (any(names(:size(names) - 1) == last)) call input_error(error, group, 'name = '// &
-            quoted(last)//' is used twice')
-      end associate
-   end subroutine check_new_name
-
    !> The motions of the base by name.
    subroutine resolve_base_motion(model, groups, control, error)
       type(model_type), intent(inout) :: model  !< filled group by group
@@ -411,27 +403,30 @@ contains
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(fixed_point_type) :: fixed
+      type(load_type) :: load
+      type(point_type) :: point
       integer, allocatable :: own(:)
       integer :: i
 
       own = positions(groups, 'fixed_point')
       allocate (model%fixed_points(size(own)))
       do i = 1, size(own)
-         call read_fixed_point(groups(own(i)), model%blocks, model%block_names, model%origin, &
-            model%motions, model%fixed_points(i), error)
+         call read_fixed_point(groups(own(i)), model, fixed, error)
+         model%fixed_points(i) = fixed
       end do
       own = positions(groups, 'load')
       allocate (model%loads(size(own)))
       do i = 1, size(own)
-         call read_load(groups(own(i)), model%blocks, model%block_names, model%origin, &
-            model%loads(i), error)
+         call read_load(groups(own(i)), model, load, error)
+         model%loads(i) = load
       end do
       own = positions(groups, 'measured_point')
       allocate (model%points(size(own)))
       do i = 1, size(own)
-         call read_point(groups(own(i)), model%blocks, model%block_names, model%origin, &
-            model%points(i), error)
-         call check_new_name(groups(own(i)), model%points(:i)%name, error)
+         call read_point(groups(own(i)), model, point, error)
+         call require_new_name(error, groups(own(i)), point%name, model%points(:i - 1)%name)
+         model%points(i) = point
       end do
    end subroutine read_points
 

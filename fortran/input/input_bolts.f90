@@ -6,8 +6,8 @@ module dda_input_bolts
    use dda_blocks, only: blocks_type, reference_of
    use dda_bolt, only: bolt_type, axial, across, never
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or, &
-      name_length
+   use dda_input_group, only: group_type, input_error, given, is_set, positions, &
+      require_new_name, value_or, name_length
    use dda_input_groups, only: bolt_values, read_values
    use dda_input_points, only: find_block, holds
    use dda_model, only: model_type
@@ -34,8 +34,7 @@ contains
       do i = 1, size(bolts)
          associate (group => groups(bolts(i)))
             call read_values(group, own, error)
-            if (any(model%bolts%name == own%name)) call input_error(error, group, 'name = '// &
-               quoted(trim(own%name))//' is used twice')
+            call require_new_name(error, group, own%name, model%bolts%name)
             call check_values(own, group, error)
             if (.not. allocated(error)) call make_bolt(model, group, own, new, error)
             if (allocated(error)) return
@@ -85,8 +84,7 @@ contains
       names(2:k + 1) = own%through_block(:k)
       names(size(names)) = own%to_block
       do k = 1, size(owner)
-         call find_block(group, model%blocks, model%block_names, model%origin, names(k), &
-            point(:, k), owner(k), error)
+         call find_block(group, model, names(k), point(:, k), owner(k), error)
       end do
       call check_points(model, group, point, owner, error)
       if (allocated(error)) return

@@ -77,8 +77,7 @@ contains
             case ('free_field')
                call continue_side(model, group, reading, pieces, error)
             case default
-               call choose_edges(group, reading%edges, model%blocks, model%block_names, &
-                  model%origin, pieces, error)
+               call choose_edges(group, reading%edges, model, pieces, error)
                call check_words(reading, group, model, error)
                if (.not. allocated(error)) call add_boundary(model, group, reading, pieces, error)
             end select
@@ -212,10 +211,8 @@ contains
       if (size(model%free_fields) > 0) call refuse_both(group, error)
       if (model%contact%original_rules) call input_error(error, group, &
          "ties act as bonded joints do: contact_rules = 'original' of &contact has none")
-      call choose_edges(group, reading%edges, model%blocks, model%block_names, model%origin, &
-         left, error, 'left')
-      call choose_edges(group, reading%edges, model%blocks, model%block_names, model%origin, &
-         right, error, 'right')
+      call choose_edges(group, reading%edges, model, left, error, 'left')
+      call choose_edges(group, reading%edges, model, right, error, 'right')
       if (allocated(error)) return
       width = maxval(model%blocks%vertex(1, :)) - minval(model%blocks%vertex(1, :))
       call tie_faces(model%blocks, right, left, [width, 0.0_wp], model%ties, welds)
@@ -269,8 +266,7 @@ contains
       if (model%control%dynamic_factor < 1.0_wp) call input_error(error, group, &
          'dashpots need velocities: dynamic_factor of &control must be 1')
       call require_analysis(error, group, model%control, 'the waves of a free field')
-      call choose_edges(group, reading%edges, model%blocks, model%block_names, model%origin, &
-         pieces, error)
+      call choose_edges(group, reading%edges, model, pieces, error)
       if (allocated(error)) return
       field%boundary%name = reading%name
       field%boundary%kind = reading%kind

@@ -7,12 +7,13 @@ module dda_input_edge_loads
    use dda_edge_piece, only: edge_piece_type, reference_at
    use dda_errors, only: error_type
    use dda_input_edges, only: choose_edges, take_polyline
-   use dda_input_group, only: group_type, input_error, given
+   use dda_input_group, only: group_type, input_error, given, require_new_name
    use dda_input_groups, only: traction_values, water_values, read_values
    use dda_input_names, only: mark_names
+   use dda_input_points, only: check_times
    use dda_model, only: model_type
    use dda_outline, only: outline_of, pieces_along
-   use dda_text, only: quoted, to_text
+   use dda_text, only: to_text
    implicit none
    private
    public :: read_edge_loads
@@ -41,9 +42,8 @@ contains
             cycle
          end select
          if (allocated(error)) return
-         if (new%name /= '' .and. (any(model%edge_loads%name == new%name) .or. &
-            any(model%bolts%name == new%name))) call input_error(error, groups(i), 'name = '// &
-            quoted(trim(new%name))//' is used twice')
+         if (new%name /= '') call require_new_name(error, groups(i), new%name, &
+            [model%edge_loads%name, model%bolts%name])
          call mark_ends(model%blocks, new)
          model%edge_loads = [model%edge_loads, new]
       end do
@@ -78,8 +78,8 @@ contains
       new%name = own%name
       new%follows = own%follows
       new%unit_weight = own%unit_weight
-      if (.not. allocated(error)) call choose_edges(group, own%edges, model%blocks, &
-         model%block_names, model%origin, new%piece, error)
+      if (.not. allocated(error)) call choose_edges(group, own%edges, model, new%piece, &
+         error)
       if (.not. (given(group, 'normal') .or. given(group, 'shear') .or. given(group, 'level'))) &
          call input_error(error, group, 'there is no load: give normal, shear or level')
       if (given(group, 'level') .and. (given(group, 'normal') .or. given(group, 'shear'))) &
@@ -103,10 +103,7 @@ contains
       load%held = size(time) == 0
       load%time = time
       if (load%held) load%time = [0.0_wp]
-      if (load%held) return
-      if (size(time) < 2) call input_error(error, group, 'time: at least 2 values are needed')
-      if (any(time(2:) < time(:size(time) - 1))) call input_error(error, group, &
-         'time must not decrease')
+      if (.not. load%held) call check_times(error, group, time)
    end subroutine set_times
 
    !> The values of a variable at the times of a load; one value counts for all of them.

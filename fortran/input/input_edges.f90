@@ -11,6 +11,7 @@ module dda_input_edges
    use dda_input_group, only: group_type, input_error, name_length
    use dda_input_groups, only: edges_values
    use dda_input_names, only: mark_names
+   use dda_model, only: model_type
    use dda_outline, only: outline_of, pieces_on_side, pieces_along
    use dda_text, only: to_text
    implicit none
@@ -20,16 +21,14 @@ module dda_input_edges
 contains
 
    !> The pieces of the outline that a group names; none is an input error.
-   subroutine choose_edges(group, edges, blocks, names, origin, pieces, error, side)
+   subroutine choose_edges(group, edges, model, pieces, error, side)
       type(group_type), intent(in) :: group          !< of the input
       type(edges_values), intent(in) :: edges        !< what it says of them
-      type(blocks_type), intent(in) :: blocks        !< of the model
-      character(len=*), intent(in) :: names(:)       !< [n] of the blocks
-      real(wp), intent(in) :: origin(2)              !< m, of the engine's coordinates
+      type(model_type), intent(in) :: model          !< with its blocks
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< in the order of the blocks
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=*), intent(in), optional :: side !< in place of that of the group
-      logical :: wanted(blocks%n)
+      logical :: wanted(model%blocks%n)
       character(len=name_length) :: own
       real(wp), allocatable :: line(:,:)
 
@@ -39,15 +38,15 @@ contains
       if (own == '' .and. size(edges%along) == 0 .and. edges%blocks == '') &
          call input_error(error, group, 'it names no edges; give side, along, or blocks')
       wanted = edges%blocks == ''
-      call mark_names(edges%blocks, 'blocks', names, group, wanted, error)
-      if (size(edges%along) > 0) call take_polyline(group, 'along', edges%along, origin, line, &
-         error)
+      call mark_names(edges%blocks, 'blocks', model%block_names, group, wanted, error)
+      if (size(edges%along) > 0) call take_polyline(group, 'along', edges%along, &
+         model%origin, line, error)
       call check_numbers(group, edges, error)
       if (allocated(error)) return
-      call outline_of(blocks, wanted, pieces)
-      if (size(edges%edges) > 0) pieces = numbered(blocks, pieces, nint(edges%edges))
-      if (own /= '') pieces = pieces_on_side(blocks, pieces, trim(own))
-      if (allocated(line)) pieces = pieces_along(blocks, pieces, line)
+      call outline_of(model%blocks, wanted, pieces)
+      if (size(edges%edges) > 0) pieces = numbered(model%blocks, pieces, nint(edges%edges))
+      if (own /= '') pieces = pieces_on_side(model%blocks, pieces, trim(own))
+      if (allocated(line)) pieces = pieces_along(model%blocks, pieces, line)
       if (size(pieces) == 0) call input_error(error, group, &
          'no edge of the outline is there; an edge that another block touches is not part of it')
    end subroutine choose_edges

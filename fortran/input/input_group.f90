@@ -14,7 +14,7 @@ module dda_input_group
    use dda_text, only: to_text, quoted
    implicit none
    private
-   public :: group_type, input_error, given, positions, require, require_name, unset, is_set, &
+   public :: group_type, input_error, given, positions, require, require_name, require_new_name, unset, is_set, &
       value_or, name_length
    public :: take_integer, take_logical, take_name, take_names, take_numbers, take_points, &
       take_real, take_text, take_tuple
@@ -293,6 +293,17 @@ contains
          call input_error(error, group, trim(variable%name)//' = '//quoted(value)// &
          ' must be one of '//trim(variable%allowed))
    end subroutine check_word
+
+   !> A name must not be used twice.
+   pure subroutine require_new_name(error, group, name, others)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(group_type), intent(in) :: group                  !< of the input
+      character(len=*), intent(in) :: name                   !< that it gives
+      character(len=*), intent(in) :: others(:)              !< names of its kind before
+
+      if (any(others == name)) call input_error(error, group, 'name = '//quoted(trim(name))// &
+         ' is used twice')
+   end subroutine require_new_name
 
    !> The position of a name among those it may refer to; 0 and an input error if it is none.
    pure subroutine require_name(error, group, name, value, names, kind, position)

@@ -2,7 +2,7 @@
 !> The groups &measured_joint.
 module dda_input_measured_joints
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, positions
+   use dda_input_group, only: group_type, input_error, positions, require_new_name
    use dda_input_groups, only: measured_joint_values, read_values
    use dda_input_names, only: mark_names
    use dda_measured_joint, only: measured_joint_type
@@ -29,8 +29,7 @@ contains
          associate (group => groups(joints(i)))
             call read_measured_joint(group, model%block_names, new, error)
             if (allocated(error)) return
-            if (any(model%measured_joints%name == new%name)) call input_error(error, group, &
-               'name = '//quoted(trim(new%name))//' is used twice')
+            call require_new_name(error, group, new%name, model%measured_joints%name)
          end associate
          model%measured_joints = [model%measured_joints, new]
       end do

@@ -8,6 +8,7 @@ module dda_input_points
    use dda_input_group, only: group_type, input_error, require_name
    use dda_input_groups, only: amplification_values, fixed_point_values, load_values, &
       measured_point_values, point_values, read_values
+   use dda_model, only: model_type
    use dda_motion, only: motion_type
    use dda_polygon, only: contains_point
    use dda_settings, only: amplification_type
@@ -16,18 +17,16 @@ module dda_input_points
    implicit none
    private
    public :: read_fixed_point, read_load, read_point, read_amplification, find_block, &
-      find_motions, number_of_block, holds
+      find_motions, number_of_block, holds, check_times
 
    real(wp), parameter :: on_boundary = 1.0e-9_wp  !< of the block's size: still inside
 
 contains
 
    !> The block that holds a point: the named one, else the first that does.
-   subroutine find_block(group, blocks, names, origin, wanted, point, b, error)
+   subroutine find_block(group, model, wanted, point, b, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(blocks_type), intent(in) :: blocks  !< of the model
-      character(len=*), intent(in) :: names(:)   !< [n] of the blocks
-      real(wp), intent(in) :: origin(2)          !< of the engine's coordinates, for messages
+      type(model_type), intent(in) :: model      !< with its blocks
       character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
       real(wp), intent(in) :: point(2)           !< m
       integer, intent(out) :: b  !< its number; 0 on failure
@@ -36,22 +35,22 @@ contains
 
       b = 0
       if (allocated(error)) return
-      words = 'the point ('//to_text(point(1) + origin(1))//', '// &
-         to_text(point(2) + origin(2))//')'
+      words = 'the point ('//to_text(point(1) + model%origin(1))//', '// &
+         to_text(point(2) + model%origin(2))//')'
       if (wanted == '') then
-         do b = 1, blocks%n
-            if (holds(blocks, b, point)) return
+         do b = 1, model%blocks%n
+            if (holds(model%blocks, b, point)) return
          end do
          call input_error(error, group, words//' lies outside every block')
          return
       end if
-      do b = 1, blocks%n  ! of several blocks of that name, the one that holds the point
-         if (names(b) /= wanted) cycle
-         if (holds(blocks, b, point)) return
+      do b = 1, model%blocks%n  ! of several blocks of that name, the one that holds the point
+         if (model%block_names(b) /= wanted) cycle
+         if (holds(model%blocks, b, point)) return
       end do
-      b = number_of_block(group, 'block', names, wanted, error)
+      b = number_of_block(group, 'block', model%block_names, wanted, error)
       if (allocated(error)) return
-      if (.not. holds(blocks, b, point)) call input_error(error, group, words// &
+      if (.not. holds(model%blocks, b, point)) call input_error(error, group, words// &
          ' lies outside block '//quoted(wanted))
    end subroutine find_block
 
@@ -88,12 +87,9 @@ contains
    end function holds
 
    !> &fixed_point
-   subroutine read_fixed_point(group, blocks, names, origin, motions, new, error)
+   subroutine read_fixed_point(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(blocks_type), intent(in) :: blocks  !< of the model
-      character(len=*), intent(in) :: names(:)  !< [n] of the blocks
-      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
-      type(motion_type), intent(in) :: motions(:)  !< of the model
+      type(model_type), intent(in) :: model  !< with its blocks
       type(fixed_point_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(fixed_point_values) :: own
@@ -101,27 +97,25 @@ contains
       call read_values(group, own, error)
       new%name = own%name
       new%held = [index(own%direction, 'x') > 0, index(own%direction, 'y') > 0]
-      call find_point(group, blocks, names, origin, own%point, new%place, new%block, error)
-      if (allocated(error)) return
-      new%reference = reference_of(blocks, new%block, new%place)
-      call find_motions(group, [own%motion_x, own%motion_y], motions, new%motion, error)
+      call find_point(group, model, own%point, new%place, new%reference, new%block, error)
+      call find_motions(group, [own%motion_x, own%motion_y], model%motions, new%motion, error)
       if (any(new%motion > 0 .and. .not. new%held)) call input_error(error, group, &
          'a motion is given in a direction that the point is not held in')
    end subroutine read_fixed_point
 
    !> The place of a group in the engine's coordinates, and the block that holds it.
-   subroutine find_point(group, blocks, names, origin, point, place, b, error)
+   subroutine find_point(group, model, point, place, reference, b, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(blocks_type), intent(in) :: blocks  !< of the model
-      character(len=*), intent(in) :: names(:)  !< [n] of the blocks
-      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
+      type(model_type), intent(in) :: model  !< with its blocks
       type(point_values), intent(in) :: point  !< of the group
-      real(wp), intent(out) :: place(2)  !< m
+      real(wp), intent(out) :: place(2), reference(2)  !< m; offset from the block's centroid, m
       integer, intent(out) :: b          !< its number; 0 on failure
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      place = [point%x, point%y] - origin
-      call find_block(group, blocks, names, origin, point%block, place, b, error)
+      place = [point%x, point%y] - model%origin
+      call find_block(group, model, point%block, place, b, error)
+      reference = 0.0_wp
+      if (b > 0) reference = reference_of(model%blocks, b, place)
    end subroutine find_point
 
    !> The motions along x and y that a group names.
@@ -144,11 +138,9 @@ contains
    end subroutine find_motions
 
    !> &load
-   subroutine read_load(group, blocks, names, origin, new, error)
+   subroutine read_load(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(blocks_type), intent(in) :: blocks  !< of the model
-      character(len=*), intent(in) :: names(:)  !< [n] of the blocks
-      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
+      type(model_type), intent(in) :: model  !< with its blocks
       type(load_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(load_values) :: own
@@ -156,11 +148,11 @@ contains
       integer :: n
 
       call read_values(group, own, error)
-      call find_point(group, blocks, names, origin, own%point, place, new%block, error)
+      call find_point(group, model, own%point, place, new%reference, new%block, error)
       new%name = own%name
       new%time = own%time
       n = size(new%time)
-      if (n < 2) call input_error(error, group, 'time: at least 2 values are needed')
+      call check_times(error, group, new%time)
       if (any([size(own%force_x), size(own%force_y)] /= 0 .and. [size(own%force_x), &
          size(own%force_y)] /= n)) call input_error(error, group, &
          'force_x and force_y must have as many values as time ('//to_text(n)//')')
@@ -168,26 +160,30 @@ contains
       allocate (new%force(2, n), source=0.0_wp)
       new%force(1, :size(own%force_x)) = own%force_x
       new%force(2, :size(own%force_y)) = own%force_y
-      if (any(new%time(2:) < new%time(:n - 1))) call input_error(error, group, &
-         'time must not decrease')
-      if (allocated(error)) return
-      new%reference = reference_of(blocks, new%block, place)
    end subroutine read_load
 
+   !> Times of a load: two at least, none before the one above it.
+   subroutine check_times(error, group, time)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(group_type), intent(in) :: group      !< of the input
+      real(wp), intent(in) :: time(:)            !< as given, s
+
+      if (size(time) < 2) call input_error(error, group, 'time: at least 2 values are needed')
+      if (any(time(2:) < time(:size(time) - 1))) call input_error(error, group, &
+         'time must not decrease')
+   end subroutine check_times
+
    !> &measured_point
-   subroutine read_point(group, blocks, names, origin, new, error)
+   subroutine read_point(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(blocks_type), intent(in) :: blocks  !< of the model
-      character(len=*), intent(in) :: names(:)  !< [n] of the blocks
-      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
+      type(model_type), intent(in) :: model  !< with its blocks
       type(point_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(measured_point_values) :: own
 
       call read_values(group, own, error)
       new%name = own%name
-      call find_point(group, blocks, names, origin, own%point, new%place, new%block, error)
-      if (.not. allocated(error)) new%reference = reference_of(blocks, new%block, new%place)
+      call find_point(group, model, own%point, new%place, new%reference, new%block, error)
    end subroutine read_point
 
    !> &amplification: the spectral ratio of two measured points.

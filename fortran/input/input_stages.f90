@@ -4,7 +4,7 @@ module dda_input_stages
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
    use dda_input_group, only: group_type, input_error, given, is_set, positions, require_name, &
-      unset, value_or
+      require_new_name, unset, value_or
    use dda_input_groups, only: stage_values, read_values
    use dda_input_names, only: mark_names
    use dda_input_integration, only: set_integration
@@ -148,8 +148,7 @@ contains
       type(stage_values) :: own
 
       call read_values(group, own, error)
-      if (any(model%stages(:s - 1)%name == own%name)) call input_error(error, group, 'name = '// &
-         quoted(trim(own%name))//' is used twice')
+      call require_new_name(error, group, own%name, model%stages(:s - 1)%name)
       if (allocated(error)) return
       associate (stage => model%stages(s))
          stage%name = own%name
