@@ -14,8 +14,8 @@ module dda_input_group
    use dda_text, only: to_text, quoted
    implicit none
    private
-   public :: group_type, input_error, given, positions, require, require_name, require_new_name, unset, is_set, &
-      value_or, name_length
+   public :: group_type, input_error, given, positions, require, require_name, &
+      require_new_name, unset, is_set, value_or, name_length
    public :: take_integer, take_logical, take_name, take_names, take_numbers, take_points, &
       take_real, take_text, take_tuple
 

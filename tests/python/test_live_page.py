@@ -40,6 +40,7 @@ def opened(chromium):
     def enter(server: LiveProcess, **options):
         context = chromium.new_context(**{"viewport": {"width": 1400, "height": 900}} | options)
         contexts.append(context)
+        context.set_default_timeout(1000 * DEADLINE)  # ms
         page = context.new_page()
         page.complaints = []
         page.on("console", lambda message: page.complaints.append(message.text))
@@ -374,7 +375,7 @@ def test_a_step_that_fails_shows_the_contact_where_it_failed(served, opened):
 
 
 def test_a_joint_in_place_of_another_is_a_stage_of_the_saved_namelist(served, opened):
-    text = PILE.replace("duration = 0.6", "duration = 60")
+    text = PILE.replace("duration = 0.6", "duration = 6000")
     (served.folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
     page = opened(served)
     begun(page, "pile.nml")
