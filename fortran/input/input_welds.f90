@@ -52,8 +52,8 @@ contains
       end associate
    end subroutine weld_cells
 
-   !> The joints that faces become where they break: between two materials the weaker one in
-   !> tension; faces of a material that does not break stay.
+   !> The joints that faces become where they break: that between their materials, else the weaker
+   !> one in tension of both; other faces stay.
    subroutine set_fracture(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its welds
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -80,7 +80,35 @@ contains
             model%welds(i)%joint = both(minloc(model%joints(both)%tensile_strength, 1))
          end associate
       end do
+      call set_interfaces(model, groups, error)
    end subroutine set_fracture
+
+   !> Faces between two materials for which a joint is named break into that.
+   subroutine set_interfaces(model, groups, error)
+      type(model_type), intent(inout) :: model   !< with its welds
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: own(size(model%joints)), pair(2), i, j, k
+
+      own = positions(groups, 'joint')
+      do j = 1, size(own)
+         associate (joint => model%joints(j), group => groups(own(j)))
+            if (size(joint%between) == 0) cycle
+            if (size(joint%between) /= 2) call input_error(error, group, &
+               'between takes two materials')
+            do k = 1, min(2, size(joint%between))
+               if (.not. allocated(error)) call require_name(error, group, 'between', &
+                  joint%between(k), model%materials%name, 'material', pair(k))
+            end do
+            if (allocated(error)) return
+         end associate
+         do i = 1, size(model%welds)
+            associate (found => model%blocks%material(model%welds(i)%block))
+               if (all(found == pair) .or. all(found == pair(2:1:-1))) model%welds(i)%joint = j
+            end associate
+         end do
+      end do
+   end subroutine set_interfaces
 
    !> Bodies get numbers in the order of their first cells.
    pure subroutine number_bodies(name, number, names)

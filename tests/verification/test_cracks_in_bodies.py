@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cohesive joints between bodies: notched beams that peel, and beams that break in bending."""
+"""Cohesive joints between bodies, and faces of one that break into them: arms that are peeled off
+each other or shear, beams that bend, plates that tear."""
 
 from __future__ import annotations
 
@@ -9,58 +10,103 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import splu
 
 import sitedda
 from sitedda.meshing.body import mesh_body
 
 sys.path.append(str(Path(__file__).parents[1] / "python"))
+from strain_points import Body, displacement  # noqa: E402
 from test_bodies import cells_of  # noqa: E402
 from test_meshing import part  # noqa: E402
 
 SUPPORT = 5e9  # N/m, of the pins: their stretch tells the force
 
 
-def two_bodies(boxes, size, on_crack, steps, duration, material, **law) -> sitedda.Model:
-    """Bodies in two boxes, with a joint 'crack' on the sides of cells that `on_crack` names."""
+def halves(boxes, size, on_crack, steps, duration, material, welded, **law) -> sitedda.Model:
+    """Two boxes of cells and a joint 'crack' on the sides that `on_crack` names.
+
+    Either two bodies, free of each other elsewhere; or one, of whose faces those on the crack break
+    into the joint, and those between the boxes elsewhere at a thousandth of it.
+    """
     model = sitedda.Model()
     model.control(time_step=duration / steps, steps=steps, gravity=[0.0, 0.0],
                   analysis="plane_stress", integration="theta")  # fmt: skip
     model.contact(normal_stiffness=SUPPORT / 100)
-    model.material(name="stone", rayleigh_beta=0.0, **material)
-    model.joint(name="free", friction_angle=30.0)
-    model.joint(name="crack", friction_angle=30.0, law="cohesive", **law)
+    model.joint(name="free", friction_angle=0.0)
+    set_joints(model, boxes if welded else (), law)
+    for name in [*boxes, *(f"{one} notched" for one in boxes)] if welded else boxes:
+        model.material(name=name, rayleigh_beta=0.0, **material)
+    border = shapely.intersection(*(shapely.box(*box) for box in boxes.values()))
     for name, box in boxes.items():
-        for cell in cells_of(box, size):
+        for number, cell in enumerate(cells_of(box, size)):
             sides = zip(cell, np.roll(cell, -1, axis=0), strict=True)
             joints = ["crack" if on_crack(*side) else "free" for side in sides]
-            model.block(vertices=np.ravel(cell).tolist(), body=name, material="stone",
-                        joint="free", edge_joints=joints)  # fmt: skip
+            model.block(vertices=np.ravel(cell).tolist(), name=f"{name}{number}", joint="free",
+                        material=name, body="both" if welded else name)  # fmt: skip
+            beside = shapely.Polygon(cell).intersection(border).length > 0.1 * size
+            if not welded:
+                model["block"][-1].edge_joints = joints
+            elif beside and "crack" not in joints:
+                model["block"][-1].material = f"{name} notched"
     model.output(block_interval=steps)
     return model
 
 
-@pytest.mark.parametrize(("ratio", "strength"), [(0.25, 1.760), (1.0, 1.387)])
-def test_a_beam_in_three_point_bending(ratio, strength, tmp_path):
+def set_joints(model, boxes, law) -> None:
+    """The joint 'crack', and, where boxes are welded, that of the notch before it."""
+    own = {"friction_angle": 0.0, "law": "cohesive"}
+    crack = model.joint(name="crack", **own, **law)
+    if boxes:
+        crack.between = list(boxes)
+        notch = model.joint(name="notch", **own, **law)
+        notch.between = [f"{name} notched" for name in boxes]
+        for power, names in ((1, ("tensile_strength", "cohesion")),
+                             (2, ("fracture_energy", "shear_fracture_energy"))):  # fmt: skip
+            notch(**{name: 1e-3**power * law[name] for name in names})
+
+
+def cell_at(model, x, y, box) -> str:
+    """The name of a cell of a box that has a corner or else a side at (x, y)."""
+    places = {
+        block.name: np.reshape(block.vertices, (-1, 2))
+        for block in model["block"]
+        if block.name.startswith(box)
+    }
+    corner = [name for name, at in places.items() if abs(at - [x, y]).max(axis=1).min() < 1e-9]
+    if corner:
+        return corner[0]
+    return min(places, key=lambda name: shapely.Polygon(places[name]).distance(shapely.Point(x, y)))
+
+
+@pytest.mark.parametrize(
+    ("ratio", "strength", "welded"),
+    [(0.25, 1.760, False), (1.0, 1.387, False), (1.0, 1.387, True)],
+)
+def test_a_beam_in_three_point_bending(ratio, strength, welded, tmp_path):
     """6M/D² over T of a span of 4 D, D over l = EG/T²: linear softening, published elements."""
     depth, deep, tension, young = 0.2, 8, 3e6, 30e9
     size, span = depth / deep, 4 * depth
     energy = depth / ratio * tension**2 / young
     end = span / 2 + depth / 4
     boxes = {"left": (-end, 0, 0, depth), "right": (0, 0, end, depth)}
-    model = two_bodies(
+    model = halves(
         boxes, size, lambda a, b: max(abs(a[0]), abs(b[0])) < 1e-9, 1600, 0.2,
         {"density": 2400.0, "young_modulus": young, "poisson_ratio": 0.2, "rayleigh_alpha": 600.0},
-        tensile_strength=tension, cohesion=10 * tension, fracture_energy=energy,
+        welded, tensile_strength=tension, cohesion=10 * tension, fracture_energy=energy,
         shear_fracture_energy=1000 * energy, normal_stiffness_per_area=200 * young / depth,
     )  # fmt: skip
     load = 4 * strength * tension * depth**2 / 6 / span
     down = -3 * (1.3 * load * span**3 / (48 * young * depth**3 / 12) + 1.5 * load / SUPPORT)
     model.motion("drive", [0.0, down], 0.2, "displacement")
     for name, sign in (("left", -1), ("right", 1)):
-        model.fixed_point(x=sign * size / 2, y=depth, block=name, direction="y", motion_y="drive")
-        model.fixed_point(x=sign * span / 2, y=0.0, block=name,
+        pin = cell_at(model, sign * span / 2, 0.0, name)
+        model.fixed_point(x=sign * size / 2, y=depth, direction="y", motion_y="drive",
+                          block=cell_at(model, sign * size / 2, depth, name))  # fmt: skip
+        model.fixed_point(x=sign * span / 2, y=0.0, block=pin,
                           direction="xy" if sign < 0 else "y")  # fmt: skip
-        model.measured_point(f"pin_{name}", sign * span / 2, 0.0, name)
+        model.measured_point(f"pin_{name}", sign * span / 2, 0.0, pin)
     history = model.run(output=tmp_path / "out.nc").history
     pins = -SUPPORT * history.displacement.sel(axis="y").values.sum(axis=1)
     moment = pins.max() / 2 * (span / 2 - size / 2)
@@ -111,32 +157,124 @@ def test_a_beam_whose_faces_break(tmp_path):
     assert abs(history.energy_balance.values).max() < 1e-9 * float(history.energy_fracture[-1])
 
 
-def test_arms_that_are_peeled_off_each_other(tmp_path):
+@pytest.mark.parametrize(("welded", "steps", "bound"), [(False, 1300, 0.01), (True, 650, 0.03)])
+def test_arms_that_are_peeled_off_each_other(welded, steps, bound, tmp_path):
     """P √opening, in which the length of the crack is eliminated: (8/Eh³)^½ (G E h³/12)^¾ of beam
     theory within 1 %.  It is above by what a step lags behind: 2 % at 1,450 steps for 1 m of crack,
     1 % at 2,900."""
-    young, energy, depth, notch, length, steps = 20e9, 60.0, 0.1, 0.44, 1.0, 1300
-    tension, knee = 2e6, 300
+    young, energy, depth, notch, length, tension = 20e9, 60.0, 0.1, 0.44, 1.0, 2e6
     boxes = {"low": (0, -depth, length, 0), "high": (0, 0, length, depth)}
-    model = two_bodies(
+    model = halves(
         boxes, depth / 4,
         lambda a, b: max(abs(a[1]), abs(b[1])) < 1e-9 and min(a[0], b[0]) > notch - 1e-9, steps,
         1e-3 * steps,
         {"density": 2500.0, "young_modulus": young, "poisson_ratio": 0.0, "rayleigh_alpha": 60.0},
-        tensile_strength=tension, cohesion=10 * tension, fracture_energy=energy,
+        welded, tensile_strength=tension, cohesion=10 * tension, fracture_energy=energy,
         shear_fracture_energy=100 * energy, normal_stiffness_per_area=200 * tension**2 / energy,
     )  # fmt: skip
+    knee = 3 * steps // 13
     half = np.interp(np.arange(steps + 1), [0, knee, steps], [0.0, 0.46e-3, 0.76e-3])
     for name, sign in (("high", 1), ("low", -1)):
+        at = cell_at(model, 0.0, sign * depth / 2, name)
         model.motion(name, (sign * half).tolist(), 1e-3, "displacement")
-        model.fixed_point(x=0.0, y=sign * depth / 2, block=name, motion_y=name,
+        model.fixed_point(x=0.0, y=sign * depth / 2, block=at, motion_y=name,
                           direction="xy" if sign > 0 else "y")  # fmt: skip
-        model.measured_point(name, 0.0, sign * depth / 2, name)
+        model.measured_point(name, 0.0, sign * depth / 2, at)
     history = model.run(output=tmp_path / "out.nc").history
     high, low = history.displacement.sel(axis="y").values.T
     product = SUPPORT * (half - high) * np.sqrt(np.maximum(high - low, 0.0))
     exact = np.sqrt(8 / (young * depth**3)) * (energy * young * depth**3 / 12) ** 0.75
-    assert product[-400:].mean() == pytest.approx(exact, rel=0.01)
+    assert product[-4 * steps // 13 :].mean() == pytest.approx(exact, rel=bound)
+    turnover = float(history.energy_fracture[-1])
+    assert abs(history.energy_balance.values).max() < 1e-9 * turnover
+
+
+class Notched(Body):
+    """An elastic body in plane stress whose faces on y = 0 up to x = `length` slide freely."""
+
+    def __init__(self, polygons, length, young):
+        super().__init__(polygons, young, 0.0, plane_strain=False)
+        f = self.faces
+        on_line = np.maximum(abs(f.start[:, 1]), abs(f.end[:, 1])) < 1e-9
+        cut = on_line & (np.maximum(f.start[:, 0], f.end[:, 0]) < length + 1e-9)
+        for cells in (f.first[cut], f.second[cut]):
+            high = abs(((self.centres[cells] - f.start[cut]) * f.normal[cut]).sum(axis=1))
+            np.add.at(self.rest, cells, 0.5 * f.length[cut] * high)
+        self.strain[cut] = 0.0
+        normal = f.normal[cut]
+        for jump in (self.mean, self.linear):  # pressed together by a thousand times the stiffness
+            jump[cut] = (
+                30 * normal[:, :, None] * np.einsum("ka,kai->ki", normal, jump[cut])[:, None]
+            )
+
+    def row(self, x, y, axis):
+        """What the unknowns make of the displacement at (x, y), shape (6 cells,)."""
+        distance = [shapely.Polygon(cell).distance(shapely.Point(x, y)) for cell in self.polygons]
+        cell = int(np.argmin(distance))
+        row = np.zeros((len(self.areas), 6))
+        row[cell] = displacement(np.array([[x, y]]), self.centres[cell])[0, axis]
+        return row.ravel()
+
+
+def flexure(span, depth, length, young, deep=12):
+    """Sag under a unit force in the middle of a beam notched to `length`, and slip at its mouth."""
+    cells = [cell for low in (-depth, 0.0)
+             for cell in cells_of((0, low, span, low + depth), depth / deep)]  # fmt: skip
+    body = Notched(cells, length, young)
+    load, matrix = -body.row(span / 2, depth, 1), body.stiffness()
+    for at in ((0.0, -depth / 2, 0), (0.0, -depth / 2, 1), (span, -depth / 2, 1)):
+        row = csc_array(body.row(*at)[:, None])
+        matrix = matrix + 1e4 * young * (row @ row.T)
+    found = splu(matrix.tocsc()).solve(load)
+    mouth = body.row(0.0, 1e-6, 0) - body.row(0.0, -1e-6, 0)
+    return load @ found, mouth @ found
+
+
+@pytest.mark.parametrize("welded", [False, True])
+def test_a_notched_beam_that_shears(welded, tmp_path):
+    """P = √(2 G/(dC/da)), C the compliance of the plane body with a crack that is as long as the
+    slip at its mouth over P tells, within 2 %.  (At 4 cells over an arm dC/da is 4 % too large, P
+    2 % too small; of beam theory dC/da is 10 % too small.)"""
+    young, energy, depth, span, notch, shear = 20e9, 60.0, 0.1, 1.0, 0.36, 3e6
+    steps, knee = 700, 100
+    lengths = np.array([0.35, 0.4, 0.45, 0.475])
+    table = np.array([flexure(span, depth, length, young) for length in lengths]).T
+    sag, slip = (np.polynomial.Polynomial.fit(lengths, values, 3) for values in table)
+    strength = np.sqrt(2 * energy / sag.deriv()(lengths[:3]))
+    boxes = {"low": (0, -depth, span, 0), "high": (0, 0, span, depth)}
+    model = halves(
+        boxes, depth / 6,
+        lambda a, b: max(abs(a[1]), abs(b[1])) < 1e-9 and min(a[0], b[0]) > notch - 1e-9, steps,
+        1e-3 * steps,
+        {"density": 2500.0, "young_modulus": young, "poisson_ratio": 0.0, "rayleigh_alpha": 60.0},
+        welded, tensile_strength=5 * shear, cohesion=shear, fracture_energy=100 * energy,
+        shear_fracture_energy=energy, normal_stiffness_per_area=200 * shear**2 / energy,
+    )  # fmt: skip
+    ways = strength * (sag(lengths[:3]) + 1 / SUPPORT)
+    down = -np.interp(np.arange(steps + 1), [0, knee, steps], [0.0, 0.97 * ways[0], 1.03 * ways[2]])
+    model.motion("drive", down.tolist(), 1e-3, "displacement")
+    for x, y, box, more in (
+        (span / 2, depth, "high", {"direction": "y", "motion_y": "drive"}),
+        (0.0, -depth / 2, "low", {}),
+        (span, -depth / 2, "low", {"direction": "y"}),
+    ):
+        model.fixed_point(x=x, y=y, block=cell_at(model, x, y, box), **more)
+    model.measured_point("load", span / 2, depth, cell_at(model, span / 2, depth, "high"))
+    for name in boxes:
+        model.measured_point(name, 0.0, 0.0, cell_at(model, 0.0, 0.0, name))
+    history = model.run(output=tmp_path / "out.nc").history
+    moved = history.displacement.values
+    force = SUPPORT * (moved[:, 0, 1] - down)
+    peak = np.argmax(force)
+    fine = np.linspace(0.35, 0.45, 1001)
+    crack = np.interp((moved[:, 1, 0] - moved[:, 2, 0])[peak:] / force[peak:], -slip(fine), fine)
+    runs = (crack > notch + 0.04) & (crack < 0.449)
+    assert np.ptp(crack[runs]) > 0.03
+    np.testing.assert_allclose(
+        force[peak:][runs] / np.sqrt(2 * energy / sag.deriv()(crack[runs])), 1.0, atol=0.02
+    )
+    turnover = float(history.energy_fracture[-1])
+    assert abs(history.energy_balance.values).max() < 1e-9 * turnover
 
 
 def test_a_crack_in_a_plate_under_tension(tmp_path):
@@ -186,3 +324,50 @@ def test_a_crack_in_a_plate_under_tension(tmp_path):
     opening = history.displacement[:, 0, 1].values
     runs = float(history.time[np.argmax(opening > energy / tension)])
     assert np.interp(runs, [0.15, 0.5], shares[1:]) == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_welded_plate_tears(tmp_path):
+    """Griffith's plate of 10 m by 10 m with a notch of a = 1 m at either side of its middle, faces
+    beyond which break: σ = √(E G/π a) by the secant for its width, within 3 %."""
+    young, tension, half, width, fine = 20e9, 2e6, 1.0, 5.0, 0.5 / 32
+    energy = 0.03 * half * tension**2 / young
+    strength = np.sqrt(young * energy / (np.pi * half) * np.cos(np.pi * half / (2 * width)))
+    near = [shapely.LineString([(half - 2 * fine, 0), (1.25 * half, 0)])]
+    low = part([0, -width, width, -width, width, 0, half, 0, 0, 0], 0.5)
+    high = part([0, 0, half, 0, width, 0, width, width, 0, width], 0.5)
+    cut = mesh_body([low, high], "quadrilateral", near, fine)
+    model = sitedda.Model()
+    model.control(time_step=1e-3, steps=500, gravity=[0.0, 0.0], analysis="plane_stress",
+                  integration="theta")  # fmt: skip
+    model.contact(normal_stiffness=1e12)
+    model.joint("free", friction_angle=0.0)
+    set_joints(model, ("low", "high"), {
+        "tensile_strength": tension, "cohesion": 5 * tension, "fracture_energy": energy,
+        "shear_fracture_energy": 100 * energy,
+        "normal_stiffness_per_area": 400 * tension**2 / energy})  # fmt: skip
+    for name in ("low", "high", "low notched", "high notched"):
+        model.material(name, density=2400.0, young_modulus=young, poisson_ratio=0.2,
+                       rayleigh_alpha=400.0)  # fmt: skip
+    for number, (cell, upper) in enumerate(zip(cut.polygons, cut.parts, strict=True)):
+        sides = zip(cell, np.roll(cell, -1, axis=0), strict=True)
+        notched = any(max(abs(a[1]), abs(b[1])) < 1e-9 and max(a[0], b[0]) < half + 1e-9
+                      for a, b in sides)  # fmt: skip
+        name = "high" if upper else "low"
+        model.block(vertices=np.ravel(cell).tolist(), body="plate", joint="free",
+                    material=f"{name} notched" if notched else name,
+                    name=f"{name}{number}")  # fmt: skip
+        for x, y in cell[cell[:, 0] < 1e-9].tolist():
+            model.fixed_point(x=x, y=y, block=f"{name}{number}", direction="x")
+    model.fixed_point(x=width, y=0.0, block=cell_at(model, width, 0.0, "low"), direction="y")
+    shares = [0.0, 0.8, 0.92, 1.06]
+    for side in ("top", "bottom"):
+        model.traction(side=side, time=[0.0, 0.2, 0.35, 0.5],
+                       normal=[-share * strength for share in shares])  # fmt: skip
+    for name in ("low", "high"):
+        model.measured_point(name, half, 0.0, cell_at(model, half, 0.0, name))
+    model.output(block_interval=500)
+    history = model.run(output=tmp_path / "out.nc").history
+    opening = (history.displacement[:, 1, 1] - history.displacement[:, 0, 1]).values
+    tears = float(history.time[np.argmax(opening > 2 * energy / tension)])
+    assert np.interp(tears, [0.0, 0.2, 0.35, 0.5], shares) == pytest.approx(1.0, abs=0.03)
+    assert abs(history.energy_balance).max() < 1e-9 * abs(history.energy_input).max()
