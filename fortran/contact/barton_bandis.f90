@@ -6,8 +6,10 @@
 !> φ_r (σ ≥ JCS) and 70° [Barton and Choubey, 1977; Bandis, Lumsden and Barton, 1983].
 module dda_barton_bandis
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, add_missing
+   use dda_group_values, only: unset
    use dda_material, only: joint_type
+   use dda_text, only: to_text
    implicit none
    private
    public :: barton_bandis_type, new_barton_bandis, closure_of_joint
@@ -31,6 +33,7 @@ module dda_barton_bandis
       procedure :: stored
       procedure :: strength
       procedure :: reduced
+      procedure :: complete
    end type barton_bandis_type
 
 contains
@@ -46,6 +49,37 @@ contains
       law%residual_angle = joint%friction_angle
       law%reduction = joint%strength_reduction
    end function new_barton_bandis
+
+   !> Roughness and wall strength; closure as given, or from that of the rock.
+   pure subroutine complete(law, joint, wrong)
+      class(barton_bandis_type), intent(in) :: law  !< of the joint
+      type(joint_type), intent(inout) :: joint      !< as read
+      character(len=:), allocatable, intent(out) :: wrong
+
+      wrong = ''
+      call add_missing(wrong, 'jrc', joint%jrc)
+      call add_missing(wrong, 'jcs', joint%jcs)
+      if (wrong /= '') return
+      associate (stiffness => joint%normal_stiffness, closure => joint%max_closure)
+         if (joint%compressive_strength == unset) then
+            if (.not. (stiffness > 0.0_wp .and. closure /= unset)) wrong = 'the closure of the '// &
+               'joint is missing: give normal_stiffness_per_area (k_ni) and max_closure (V_m), '// &
+               'or compressive_strength'
+            return
+         end if
+         if (stiffness > 0.0_wp .or. closure /= unset) then
+            wrong = 'compressive_strength gives the closure of the joint: leave it out, or '// &
+               'leave out normal_stiffness_per_area and max_closure'
+            return
+         end if
+         call closure_of_joint(joint%jrc, joint%jcs, joint%compressive_strength, stiffness, closure)
+         if (.not. min(stiffness, closure) > 0.0_wp) wrong = 'jrc = '//to_text(joint%jrc)// &
+            ', jcs = '//to_text(joint%jcs)//' and compressive_strength = '// &
+            to_text(joint%compressive_strength)//' are outside the range of the empirical '// &
+            'formulas: they give no positive k_ni and V_m; give normal_stiffness_per_area and '// &
+            'max_closure instead'
+      end associate
+   end subroutine complete
 
    !> Initial stiffness k_ni, Pa/m, and largest closure V_m, m, from the index values of the joint
    !> [Bandis, Lumsden and Barton, 1983]: in MPa/mm and mm, with the aperture a_j = JRC/5 (0.2

@@ -13,8 +13,11 @@
 !> g(D) = ∫ e λ(D)² dD, for each mixture.
 module dda_cohesive
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle, &
+      add_missing
+   use dda_group_values, only: unset
    use dda_material, only: joint_type
+   use dda_text, only: quoted, to_text
    implicit none
    private
    public :: cohesive_type, new_cohesive
@@ -35,6 +38,8 @@ module dda_cohesive
       procedure :: damage
       procedure :: spent
       procedure :: bond_energy
+      procedure :: complete
+      procedure :: refuse
    end type cohesive_type
 
    !> Opening and slip of a bond in one number.
@@ -55,7 +60,59 @@ contains
       law%energies = [joint%fracture_energy, joint%shear_fracture_energy]
       law%exponential = joint%softening == 'exponential'
       law%cohesive = .true.
+      law%points = 3
    end function new_cohesive
+
+   !> Fracture energies, and what they are spent from.
+   pure subroutine complete(law, joint, wrong)
+      class(cohesive_type), intent(in) :: law   !< of the joint
+      type(joint_type), intent(inout) :: joint  !< as read
+      character(len=:), allocatable, intent(out) :: wrong
+
+      wrong = ''
+      call add_missing(wrong, 'fracture_energy', joint%fracture_energy)
+      if (wrong /= '') return
+      if (joint%shear_fracture_energy == unset) joint%shear_fracture_energy = &
+         10*joint%fracture_energy
+      if (.not. min(joint%cohesion, joint%tensile_strength) > 0.0_wp) then
+         wrong = 'a joint of law = '//quoted(trim(joint%law))//' needs cohesion and '// &
+            'tensile_strength above 0'
+      else if (.not. joint%normal_stiffness > 0.0_wp) then
+         wrong = 'a joint of law = '//quoted(trim(joint%law))//' needs '// &
+            'normal_stiffness_per_area: how far it opens up to its strength follows from that'
+      end if
+   end subroutine complete
+
+   !> A joint must hold less energy at its strength than it takes to spend it.
+   pure function refuse(law, joint, shear_ratio) result(wrong)
+      class(cohesive_type), intent(in) :: law  !< of the joint
+      type(joint_type), intent(in) :: joint    !< completed
+      real(wp), intent(in) :: shear_ratio      !< k_n/k_s, where the joint has none of its own
+      character(len=:), allocatable :: wrong
+      real(wp) :: shear_stiffness
+
+      shear_stiffness = joint%normal_stiffness/shear_ratio
+      if (joint%shear_stiffness > 0.0_wp) shear_stiffness = joint%shear_stiffness
+      wrong = too_brittle('fracture_energy', joint%fracture_energy, joint%tensile_strength, &
+         joint%normal_stiffness)
+      if (wrong == '') wrong = too_brittle('shear_fracture_energy', joint%shear_fracture_energy, &
+         joint%cohesion, shear_stiffness)
+
+   contains
+
+      pure function too_brittle(name, energy, strength, stiffness) result(words)
+         character(len=*), intent(in) :: name                !< of the energy's variable
+         real(wp), intent(in) :: energy, strength, stiffness !< N/m, Pa, Pa/m
+         character(len=:), allocatable :: words
+
+         words = ''
+         if (energy <= 0.5_wp*strength**2/stiffness) words = name//' = '//to_text(energy)// &
+            ' N/m is not above what the joint stores up to its strength, '// &
+            to_text(0.5_wp*strength**2/stiffness)//' N/m: it would break at once; raise it, '// &
+            'or the stiffness per area'
+      end function too_brittle
+
+   end function refuse
 
    !> Largest shear force of the contact beside the bond, N/m.
    pure real(wp) function strength(law, state, normal_force)

@@ -46,7 +46,7 @@ module dda_friction
 
 contains
 
-   pure subroutine set_laws(laws, joints, normal_stiffness, shear_ratio)
+   subroutine set_laws(laws, joints, normal_stiffness, shear_ratio)
       type(laws_type), intent(out) :: laws      !< not augmented
       type(joint_type), intent(in) :: joints(:) !< [joints] joint materials
       real(wp), intent(in) :: normal_stiffness  !< k_n, N/m per metre of thickness

@@ -9,10 +9,11 @@
 !> of the contact.
 module dda_joint_law
    use dda_kinds, only: wp, pi
+   use dda_group_values, only: unset
    use dda_material, only: joint_type
    implicit none
    private
-   public :: joint_law_type, joint_state_type, strength_type, reduced_angle
+   public :: joint_law_type, joint_state_type, strength_type, reduced_angle, add_missing
 
    real(wp), parameter :: steepest = 89.0_wp  !< friction angle that an input may have, degrees
 
@@ -44,6 +45,7 @@ module dda_joint_law
       logical :: dilates = .false.           !< slip lifts the contact
       logical :: has_centre = .false.        !< slip from a centre and slip back to it differ
       logical :: cohesive = .false.          !< a bond beside the contact is damaged step by step
+      integer :: points = 2                  !< contact points of an overlap, if not given
    contains
       procedure :: initial_spring
       procedure :: shear_spring
@@ -60,6 +62,8 @@ module dda_joint_law
       procedure :: damage => same_damage
       procedure :: spent => nothing_spent
       procedure :: bond_energy => no_bond
+      procedure :: complete => complete_nothing
+      procedure :: refuse => refuse_nothing
    end type joint_law_type
 
    abstract interface
@@ -82,6 +86,35 @@ module dda_joint_law
    end interface
 
 contains
+
+   !> Say that a variable of &joint is missing, unless it is given or something is wrong already.
+   pure subroutine add_missing(wrong, name, value)
+      character(len=:), allocatable, intent(inout) :: wrong  !< so far; blank: nothing
+      character(len=*), intent(in) :: name                   !< of the variable
+      real(wp), intent(in) :: value                          !< as read
+
+      if (wrong == '' .and. value == unset) wrong = name//' is missing'
+   end subroutine add_missing
+
+   !> Set what follows from other variables of &joint, and say what is wrong with those of the law;
+   !> blank: nothing.
+   pure subroutine complete_nothing(law, joint, wrong)
+      class(joint_law_type), intent(in) :: law       !< of the joint
+      type(joint_type), intent(inout) :: joint       !< as read
+      character(len=:), allocatable, intent(out) :: wrong
+
+      wrong = ''
+   end subroutine complete_nothing
+
+   !> What is wrong beside the stiffness of the contacts; blank: nothing.
+   pure function refuse_nothing(law, joint, shear_ratio) result(wrong)
+      class(joint_law_type), intent(in) :: law  !< of the joint
+      type(joint_type), intent(in) :: joint     !< completed
+      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, where the joint has none of its own
+      character(len=:), allocatable :: wrong
+
+      wrong = ''
+   end function refuse_nothing
 
    !> Friction angle whose tangent is divided by a factor, degrees.
    pure real(wp) function reduced_angle(angle, factor)

@@ -21,7 +21,7 @@ module dda_joint_laws
 contains
 
    !> The law of a joint material.  Here a new law is registered.
-   pure subroutine new_joint_law(slot, joint, normal_stiffness, shear_ratio)
+   subroutine new_joint_law(slot, joint, normal_stiffness, shear_ratio)
       type(law_slot_type), intent(out) :: slot  !< gets the law; stays empty if it is not known
       type(joint_type), intent(in) :: joint     !< as checked
       real(wp), intent(in) :: normal_stiffness  !< k_n of contacts without one of their own, N/m

@@ -9,7 +9,9 @@
 module dda_mohr_coulomb
    use dda_kinds, only: wp, pi
    use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
+   use dda_group_values, only: unset
    use dda_material, only: joint_type
+   use dda_text, only: to_text
    implicit none
    private
    public :: mohr_coulomb_type, new_mohr_coulomb
@@ -29,6 +31,7 @@ module dda_mohr_coulomb
       procedure :: slipped
       procedure :: lift
       procedure :: sliding_force
+      procedure :: complete
    end type mohr_coulomb_type
 
 contains
@@ -47,6 +50,41 @@ contains
       if (joint%dilation_slip > 0.0_wp) law%dilation_slip = joint%dilation_slip
       law%dilates = joint%dilation_angle > 0.0_wp
    end function new_mohr_coulomb
+
+   !> Residual strength, which is at most the peak strength; weakening and dilation.
+   pure subroutine complete(law, joint, wrong)
+      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      type(joint_type), intent(inout) :: joint     !< as read
+      character(len=:), allocatable, intent(out) :: wrong
+
+      if (joint%residual_friction_angle == unset) joint%residual_friction_angle = &
+         joint%friction_angle
+      wrong = above('friction_angle', joint%residual_friction_angle, joint%friction_angle)
+      if (wrong == '') wrong = above('cohesion', joint%residual_cohesion, joint%cohesion)
+      if (wrong == '') wrong = above('tensile_strength', joint%residual_tensile_strength, &
+         joint%tensile_strength)
+      if (wrong /= '') return
+      if (joint%dilation_angle > joint%residual_friction_angle) then
+         wrong = 'dilation_angle = '//to_text(joint%dilation_angle)//' is above the residual '// &
+            'friction angle, '//to_text(joint%residual_friction_angle)//': slip would give energy'
+      else if (joint%dilation_slip /= unset .and. joint%dilation_angle <= 0.0_wp) then
+         wrong = 'dilation_slip has no meaning without a dilation_angle above 0'
+      end if
+
+   contains
+
+      pure function above(name, residual, peak) result(words)
+         character(len=*), intent(in) :: name  !< of the peak's variable
+         real(wp), intent(in) :: residual, peak
+         character(len=:), allocatable :: words
+
+         words = ''
+         if (residual > peak) words = 'residual_'//name//' = '//to_text(residual)// &
+            ' is above the peak, '//name//' = '//to_text(peak)// &
+            ': a joint does not grow stronger by failing'
+      end function above
+
+   end subroutine complete
 
    !> Between peak and residual value.
    pure real(wp) function between(values, weakened)

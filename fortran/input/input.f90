@@ -27,9 +27,9 @@ module dda_input
    use dda_input_stages, only: read_stages
    use dda_input_stop, only: read_stop
    use dda_input_welds, only: check_bodies
+   use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
    use dda_model, only: model_type, default_stiffness
-   use dda_plesha, only: steepest_return
    use dda_settings, only: contact_settings_type
    use dda_stage, only: stage_type
    use dda_support, only: fixed_point_type, load_type, point_type
@@ -252,6 +252,8 @@ contains
       type(joint_type), intent(in) :: joint  !< as read
       type(contact_settings_type), intent(in) :: contact  !< of the model
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(law_slot_type) :: slot
+      character(len=:), allocatable :: wrong
 
       if (allocated(error)) return
       if (joint%is_plain()) return
@@ -261,55 +263,10 @@ contains
       if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, 'a joint with '// &
          'a law, stiffness or contact_points of its own cannot be combined with '// &
          'penetration_tolerance: its closure follows from its load')
-      if (joint%law == 'plesha') call check_return(group, joint, contact%shear_ratio, error)
-      if (joint%law == 'cohesive') call check_fracture(group, joint, contact%shear_ratio, error)
+      call new_joint_law(slot, joint, contact%normal_stiffness, contact%shear_ratio)
+      wrong = slot%law%refuse(joint, contact%shear_ratio)
+      if (wrong /= '') call input_error(error, group, wrong)
    end subroutine check_rules
-
-   !> A joint holds less energy at its strength than it takes to spend it.
-   subroutine check_fracture(group, joint, shear_ratio, error)
-      type(group_type), intent(in) :: group  !< of the joint's group
-      type(joint_type), intent(in) :: joint  !< as read
-      real(wp), intent(in) :: shear_ratio    !< k_n/k_s, where the joint has none of its own
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp) :: shear_stiffness
-
-      shear_stiffness = joint%normal_stiffness/shear_ratio
-      if (joint%shear_stiffness > 0.0_wp) shear_stiffness = joint%shear_stiffness
-      call compare('fracture_energy', joint%fracture_energy, joint%tensile_strength, &
-         joint%normal_stiffness)
-      call compare('shear_fracture_energy', joint%shear_fracture_energy, joint%cohesion, &
-         shear_stiffness)
-
-   contains
-
-      subroutine compare(name, energy, strength, stiffness)
-         character(len=*), intent(in) :: name                !< of the energy's variable
-         real(wp), intent(in) :: energy, strength, stiffness !< N/m, Pa, Pa/m
-
-         if (energy > 0.5_wp*strength**2/stiffness) return
-         call input_error(error, group, name//' = '//to_text(energy)//' N/m is not above what '// &
-            'the joint stores up to its strength, '//to_text(0.5_wp*strength**2/stiffness)// &
-            ' N/m: it would break at once; raise it, or the stiffness per area')
-      end subroutine compare
-
-   end subroutine check_fracture
-
-   !> Slip of rough joints back to their centre is stable.
-   subroutine check_return(group, joint, shear_ratio, error)
-      type(group_type), intent(in) :: group  !< of the joint's group
-      type(joint_type), intent(in) :: joint  !< as read
-      real(wp), intent(in) :: shear_ratio    !< k_n/k_s, where the joint has none of its own
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp) :: ratio
-
-      ratio = shear_ratio
-      if (joint%normal_stiffness > 0.0_wp .and. joint%shear_stiffness > 0.0_wp) &
-         ratio = joint%normal_stiffness/joint%shear_stiffness
-      if (ratio >= steepest_return(joint)) call input_error(error, group, 'the normal '// &
-         'stiffness is '//to_text(ratio)//' of the shear stiffness: from '// &
-         to_text(steepest_return(joint))//' on the joint would jump back to its centre; give '// &
-         'a larger shear_stiffness_per_area, or less asperity_angle')
-   end subroutine check_return
 
    !> Restitution and dashpots of a joint need contacts of the own rules with springs.
    subroutine refuse_damping(group, joints, contact, error)

@@ -126,6 +126,7 @@ contains
       integer, intent(in) :: v                  !< position in `input_variables`
       character(len=*), intent(inout) :: value  !< as it was where it is not given, or blank
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(variable_type) :: variable
       character(len=:), allocatable :: text
       integer :: i
 
@@ -133,12 +134,11 @@ contains
       if (i == 0) return
       text = ''
       call group%values(i)%get_text(1, text)
-      associate (variable => input_variables(v))
-         if (text == '' .and. variable%required) call input_error(error, group, &
-            trim(variable%name)//' is missing')
-         if (variable%kind == 'word') call check_word(error, group, variable, text)
-         if (len(text) > name_length) call check_length(error, group, trim(variable%name), text)
-      end associate
+      variable = input_variables(v)
+      if (text == '' .and. variable%required) call input_error(error, group, &
+         trim(variable%name)//' is missing')
+      if (variable%kind == 'word') call check_word(error, group, variable, text)
+      if (len(text) > name_length) call check_length(error, group, trim(variable%name), text)
       if (text /= '') value = text
    end subroutine take_name
 
@@ -163,22 +163,22 @@ contains
       integer, intent(in) :: v               !< position in `input_variables`
       real(wp), allocatable, intent(out) :: values(:)  !< none, or the default, if it is not given
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(variable_type) :: variable
       integer :: i
 
       call find(group, v, i, error)
-      associate (variable => input_variables(v))
-         if (i == 0) then
-            values = pack([variable%preset], variable%preset /= unset)
-            return
-         end if
-         values = group%values(i)%numbers
-         if (.not. all(is_set(values)) .or. (variable%size == 2 .and. size(values) == 1)) &
-            call input_error(error, group, trim(variable%name)//': a value is left out')
-         do i = 1, size(values)
-            if (allocated(error)) return
-            call check_number(error, group, variable, values(i))
-         end do
-      end associate
+      variable = input_variables(v)
+      if (i == 0) then
+         values = pack([variable%preset], variable%preset /= unset)
+         return
+      end if
+      values = group%values(i)%numbers
+      if (.not. all(is_set(values)) .or. (variable%size == 2 .and. size(values) == 1)) &
+         call input_error(error, group, trim(variable%name)//': a value is left out')
+      do i = 1, size(values)
+         if (allocated(error)) return
+         call check_number(error, group, variable, values(i))
+      end do
    end subroutine take_numbers
 
    !> A few numbers.

@@ -8,6 +8,7 @@ module dda_input_text
    use dda_errors, only: error_type, error_input, fail
    use dda_input_catalogue, only: find_group, find_variable, unknown_variable
    use dda_input_schema, only: input_groups, input_variables
+   use dda_input_variable, only: variable_type
    use dda_input_value, only: value_type, take_values, skip_blank, is_assigned, first_word, &
       name_characters
    use dda_text, only: to_text, lower_case, quoted
@@ -122,19 +123,19 @@ contains
    pure subroutine check_switches(group, error)
       type(group_type), intent(in) :: group  !< with its values
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(variable_type) :: variable
       character(len=:), allocatable :: now
       integer :: i
 
       do i = 1, size(group%values)
-         associate (variable => input_variables(group%values(i)%variable))
-            if (variable%switch == '') cycle
-            now = word_of(group, variable%switch)
-            if (now == '' .or. index(variable%needs, "'"//now//"'") > 0) cycle
-            call input_error(error, group, trim(variable%name)//' belongs to '// &
-               trim(variable%switch)//' = '//trim(variable%needs)//', the '// &
-               trim(variable%switch)//' here is '//quoted(now)//': change the '// &
-               trim(variable%switch)//' or leave it out')
-         end associate
+         variable = input_variables(group%values(i)%variable)
+         if (variable%switch == '') cycle
+         now = word_of(group, variable%switch)
+         if (now == '' .or. index(variable%needs, "'"//now//"'") > 0) cycle
+         call input_error(error, group, trim(variable%name)//' belongs to '// &
+            trim(variable%switch)//' = '//trim(variable%needs)//', the '// &
+            trim(variable%switch)//' here is '//quoted(now)//': change the '// &
+            trim(variable%switch)//' or leave it out')
       end do
    end subroutine check_switches
 
