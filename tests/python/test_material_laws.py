@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Materials with a law of their own in blocks and bodies, against closed forms and the column."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -197,7 +199,9 @@ def test_check_says_how_far_soil_softens():
     report = str(sitedda.check(model))
     line = " ".join(report[report.index("branches, moduli") :].split())
     assert "loops of .1 and 1 % shear strain have 0.267" in line
-    assert "eta = 1/" in line and "blocks no larger than" in line
+    cells, frequency = map(float, re.search(r"eta = 1/([\d.]+) at ([\d.]+) Hz", line).groups())
+    assert cells == pytest.approx(VELOCITY * np.sqrt(0.267) / (5.0 * frequency), rel=2e-3)
+    assert "blocks no larger than" in line
 
 
 @pytest.mark.parametrize("plasticity, said", [(200.0, True), (100.0, False)])

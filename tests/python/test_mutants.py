@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The mutants: what is drawn stands in its file, and nothing is left out without need."""
+
+import re
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "robustness"))
+import mutants
+
+
+def test_each_mutant_changes_one_place_of_one_line():
+    drawn, _ = mutants.draw(35, 200)
+    assert drawn[:40] == mutants.draw(35, 40)[0] != mutants.draw(36, 40)[0]
+    assert {one.kind for one in drawn[:3]} == {"constant", "number", "operator"}
+    for one in drawn:
+        before = (mutants.ROOT / "fortran" / one.file).read_text().splitlines()
+        after = one.text().splitlines()
+        changed = [pair for pair in zip(before, after, strict=True) if len(set(pair)) > 1]
+        assert len(changed) == 1 and before[one.line - 1] == changed[0][0], one
+
+
+def test_every_reason_leaves_something_out():
+    found = [f"{file}:{name}:{kind} {match[group]}"
+             for file, _, match, group, kind, name in mutants.places()]  # fmt: skip
+    for why, pattern in mutants.EXCLUDED.items():
+        assert any(re.match(pattern, place) for place in found), why
+    kept = [place for place in found if not mutants.reason(place)]
+    assert len(kept) > len(found) // 2
+
+
+def test_tests_that_speak_of_a_file_come_first():
+    first = mutants.tests_of("elements/bolts.f90")[0]
+    assert first.name == "test_bolts.py"
+    assert mutants.times("1.0e-3_wp", 0.5) == "0.0005_wp" and mutants.times("3", 0.5) == "1"
