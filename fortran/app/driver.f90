@@ -23,7 +23,7 @@ module dda_driver
    use dda_stages, only: begin_simulation
    use dda_team, only: team_words
    use dda_text, only: screen_width, to_text, wrapped
-   use dda_verdict_lines, only: screen_text
+   use dda_verdict_lines, only: no_bars, screen_text
    use dda_version, only: version
    implicit none
    private
@@ -191,7 +191,7 @@ contains
       call say(new_line('a')//text(:len(text) - 1))
       if (team_words() /= '') call say('note: '//team_words())
       call say('output: '//simulation%model%output%file)
-      call say('these figures have no error bars: sitedda accuracy FILE.nml gives them')
+      call say(no_bars)
    end subroutine print_summary
 
    !> The peaks of the amplifications that an input asks for, from its output, and how

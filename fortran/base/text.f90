@@ -5,7 +5,7 @@ module dda_text
    implicit none
    private
    public :: to_text, short_text, lower_case, quoted, whole_characters, valid_text, joined, &
-      closest, wrapped, padded, screen_width
+      closest, counted, wrapped, padded, screen_width
 
    integer, parameter :: screen_width = 80  !< characters
 
@@ -187,6 +187,16 @@ contains
       is_character = code(1) >= 194 .and. code(1) <= 244 .and. code(2) >= lowest &
          .and. code(2) <= highest .and. all(code(3:length) >= 128 .and. code(3:length) <= 191)
    end function is_character
+
+   !> A count and of what: 1 step, 3 steps.
+   pure function counted(count, one, many) result(text)
+      character(len=*), intent(in) :: count      !< its digits
+      character(len=*), intent(in) :: one, many  !< what is said of 1, of others
+      character(len=:), allocatable :: text
+
+      text = count//' '//many
+      if (count == '1') text = count//' '//one
+   end function counted
 
    !> Characters of a text in UTF-8.
    pure integer function characters(text)

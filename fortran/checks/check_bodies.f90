@@ -8,7 +8,7 @@ module dda_check_bodies
    use dda_elements, only: body_energies
    use dda_model, only: model_type
    use dda_simulation, only: simulation_type
-   use dda_text, only: to_text, short_text, quoted
+   use dda_text, only: counted, to_text, short_text, quoted
    use dda_weld, only: weld_type, is_shifted
    implicit none
    private
@@ -42,8 +42,7 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       character(len=:), allocatable :: words
 
-      words = to_text(separate_blocks(model))//' blocks'
-      if (separate_blocks(model) == 1) words = '1 block'
+      words = counted(to_text(separate_blocks(model)), 'block', 'blocks')
       if (size(model%body_names) > 0) words = words//', '//to_text(size(model%body_names))// &
          ' of '//to_text(count(model%blocks%body > 0))//' cells'
    end function blocks_in_words

@@ -92,7 +92,7 @@ contains
          found = found//'; blocks can move freely, and alpha drags them: a falling one to '// &
             short_text(9.81_wp/alpha)//' m/s'
          advice = '; alpha = 0 for blocks that are not bonded'
-         brief = 'Rayleigh damping: alpha drags free blocks, a falling one to '// &
+         brief = 'alpha drags free blocks, a falling one to '// &
             short_text(9.81_wp/alpha)//' m/s'
       end if
       steps = ringing_of_strains(linear)
@@ -100,10 +100,11 @@ contains
          'its rate every step and falls to 1/e in '//short_text(steps)//' steps'
       if (steps > most_ringing) then
          advice = advice//'; a smaller time_step or beta'
-         brief = 'Rayleigh damping: strains ring, 1/e in '//short_text(steps)//' steps'
+         brief = 'strains ring, 1/e in '//short_text(steps)//' steps'
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'Rayleigh damping', &
-         found, 'zeta = alpha/(2 omega) + beta omega/2', advice(min(3, len(advice) + 1):), brief)
+         found, 'zeta = alpha/(2 omega) + beta omega/2', advice(min(3, len(advice) + 1):), &
+         brief=brief)
 
    contains
 

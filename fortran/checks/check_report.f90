@@ -6,6 +6,7 @@
 module dda_check_report
    use dda_kinds, only: wp
    use dda_check_band, only: band_type
+   use dda_doubts, only: doubt_type
    use dda_modes, only: modes_type
    use dda_omega_max, only: omega_max_type
    use dda_text, only: to_text, screen_width, wrapped
@@ -29,7 +30,7 @@ module dda_check_report
       character(len=:), allocatable :: found    !< number and limit
       character(len=:), allocatable :: source   !< where the limit comes from
       character(len=:), allocatable :: advice   !< what to change, '' if nothing
-      character(len=:), allocatable :: brief    !< topic and words for the verdict of a run
+      type(doubt_type) :: brief                 !< what the verdict of a run says of it
    end type line_type
 
    !> All findings, and the numbers behind them.
@@ -53,21 +54,23 @@ module dda_check_report
 contains
 
    !> Append a line.
-   subroutine add_line(report, verdict, what, found, source, advice, brief)
+   subroutine add_line(report, verdict, what, found, source, advice, topic, brief)
       type(report_type), intent(inout) :: report  !< check report
       integer, intent(in) :: verdict  !< verdict_ok …
       !> what was looked at; number and limit; where the limit comes from; what to change, blank if
       !> nothing
       character(len=*), intent(in) :: what, found, source, advice
-      !> "topic: words" of a line in the verdict of a run; default: what was looked at, the number
-      character(len=*), intent(in), optional :: brief
-      character(len=:), allocatable :: words
+      !> of the line in the verdict of a run; default: what was looked at, the number
+      character(len=*), intent(in), optional :: topic, brief
+      type(doubt_type) :: doubt
 
-      words = what//': '//found
-      if (present(brief)) words = brief
+      doubt = doubt_type(what, found, .true.)
+      if (present(topic)) doubt%topic = topic
+      if (present(brief)) doubt%words = brief
+      if (verdict == verdict_fail) doubt%words = doubt%words//' (FAIL)'
       if (report%n == 0) allocate (report%line(0))
       report%n = report%n + 1
-      report%line = [report%line, line_type(verdict, what, found, source, advice, words)]
+      report%line = [report%line, line_type(verdict, what, found, source, advice, doubt)]
       report%worst = max(report%worst, verdict)
    end subroutine add_line
 

@@ -9,6 +9,7 @@ module dda_check_simulation
       dispersion_in_words
    use dda_check_boundaries, only: check_boundaries
    use dda_contact, only: contact_open
+   use dda_doubts, only: doubt_type
    use dda_equilibrium, only: farthest_moved
    use dda_check_laws, only: check_laws
    use dda_check_material, only: check_material
@@ -25,7 +26,7 @@ module dda_check_simulation
    use dda_ringing, only: ringing_type, find_ringing
    use dda_scheme_response, only: forced_damping
    use dda_simulation, only: simulation_type, block_name, comes_suddenly
-   use dda_text, only: to_text, short_text
+   use dda_text, only: counted, to_text, short_text
    use dda_time_step, only: advance
    use dda_unresolved, only: count_unresolved
    implicit none
@@ -133,7 +134,8 @@ contains
             'blocks touch only where edges meet; check the vertices')
       else
          call add_line(report, verdict_ok, 'contacts', blocks_in_words(simulation%model)//', '// &
-            to_text(linear%closed)//' closed contacts'//settled, 'model', '')
+            counted(to_text(linear%closed), 'closed contact', 'closed contacts')//settled, &
+            'model', '')
       end if
    end subroutine check_contacts
 
@@ -159,15 +161,13 @@ contains
 
    !> Bonded joints that bend on two contacts.
    subroutine check_bending(bending, report)
-      character(len=*), intent(in) :: bending  !< sentences, each with a line end
+      type(doubt_type), intent(in) :: bending(:)  !< each
       type(report_type), intent(inout) :: report  !< check report
-      integer :: first, last
+      integer :: i
 
-      first = 1
-      do while (first <= len(bending))
-         last = first + index(bending(first:), new_line('a')) - 2
-         call add_line(report, verdict_warn, 'bending', bending(first:last), 'linear stress', '')
-         first = last + 2
+      do i = 1, size(bending)
+         call add_line(report, verdict_warn, bending(i)%topic, bending(i)%words, 'linear stress', &
+            '')
       end do
    end subroutine check_bending
 
@@ -217,7 +217,7 @@ contains
       report%ringing = ringing%steps
       call add_line(report, merge(verdict_warn, verdict_ok, ringing%steps > most_ringing), &
          'ringing', ringing%words, 'roots of the scheme', advice_if(ringing%steps > most_ringing, &
-         ringing%advice), ringing_topic//': '//ringing%brief)
+         ringing%advice), ringing_topic, ringing%brief)
    end subroutine check_ringing
 
    !> What impacts leave of a velocity, and what that hangs on.
@@ -258,15 +258,15 @@ contains
       if (report%modes%elongation(1) < 0.0_wp) then
          call add_line(report, verdict_fail, 'first mode', 'it does not oscillate: omega dt = '// &
             short_text(report%modes%omega(1)*linear%time_step)//' > 4', 'paper eq. 13', &
-            'time_step below '//short_text(0.1_wp/report%modes%frequency(1))//' s', first_mode// &
-            ': does not oscillate, omega dt = '// &
+            'time_step below '//short_text(0.1_wp/report%modes%frequency(1))//' s', first_mode, &
+            'does not oscillate, omega dt = '// &
             short_text(report%modes%omega(1)*linear%time_step)//' > 4')
       else
          call add_line(report, merge(verdict_ok, verdict_warn, &
             report%modes%elongation(1) < 0.01_wp), 'first mode', 'period longer by '// &
             short_text(100*report%modes%elongation(1))//' %, limit 1 %', 'scheme', &
-            advice_if(report%modes%elongation(1) >= 0.01_wp, 'a smaller time_step'), first_mode// &
-            ': period '//short_text(100*report%modes%elongation(1))//' % too long')
+            advice_if(report%modes%elongation(1) >= 0.01_wp, 'a smaller time_step'), first_mode, &
+            'period '//short_text(100*report%modes%elongation(1))//' % too long')
       end if
    end subroutine check_modes
 
@@ -301,9 +301,9 @@ contains
       call add_line(report, merge(verdict_ok, verdict_warn, report%shift < 0.05_wp), 'penalty', &
          found//'; joints lower the first frequency by '//short_text(100*report%shift)// &
          ' %, limit 5 %', 'stiff limit', advice_if(report%shift >= 0.05_wp, &
-         'a higher normal_stiffness, unless the joints are meant to be that soft'), first_mode// &
-         ': '//short_text(100*report%shift)//' % below that with rigid joints, '// &
-         to_text(linear%by_penalty)//' contacts')
+         'a higher normal_stiffness, unless the joints are meant to be that soft'), first_mode, &
+         short_text(100*report%shift)//' % below that with rigid joints, '// &
+         counted(to_text(linear%by_penalty), 'contact', 'contacts'))
    end subroutine check_penalty
 
    !> Not so soft that blocks sink into each other, not so stiff that the rounding of positions is a
@@ -330,7 +330,7 @@ contains
          ' %; rounding is worth '//short_text(100*noise)//' % of its weight, limit '// &
          short_text(100*noisiest)//' %', 'statics', advice_if(depth > deepest, &
          'a higher normal_stiffness, or penetration_tolerance')//advice_if(noise > noisiest, &
-         'a lower normal_stiffness'), 'penalty bounds: '//brief)
+         'a lower normal_stiffness'), brief=brief)
    end subroutine check_penalty_bounds
 
    !> About the same from one mode: where springs in proportion to k_n hold a share s of its energy,
@@ -394,7 +394,7 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: first
       logical :: followed
-      character(len=:), allocatable :: found, advice, brief
+      character(len=:), allocatable :: found, advice, topic, brief
 
       first = 0.0_wp
       found = ''
@@ -412,15 +412,17 @@ contains
       advice = advice_if(first >= 0.1_wp, 'time_step for a wanted ratio '// &
          '(sitedda.time_step_for_damping), or '// &
          "integration = 'theta' with damping_ratio and damping_frequency")
-      brief = first_mode//': damped '//short_text(100*first)//' % by the scheme'
+      topic = first_mode
+      brief = 'damped '//short_text(100*first)//' % by the scheme'
       if (.not. followed) then
          advice = 'time_step below '//short_text(0.5_wp/report%band%highest)//' s'
-         brief = 'time step: motions up to '//short_text(report%band%highest)//' Hz, none '// &
+         topic = 'time step'
+         brief = 'motions up to '//short_text(report%band%highest)//' Hz, none '// &
             'followed beyond '//short_text(0.5_wp/linear%time_step)//' Hz'
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. followed), &
          'damping', 'by the scheme '//found, '2 zeta = (a + b) tau/(1 - a b tau^2), tau = '// &
-         'tan(omega dt/2)', advice, brief)
+         'tan(omega dt/2)', advice, topic, brief)
    end subroutine check_damping
 
    !> Damping ratio over a band, %; the part at or beyond the Nyquist frequency has none.

@@ -20,7 +20,8 @@ module dda_linear_model
    use dda_elements, only: linear_terms_of
    use dda_friction, only: laws_type, shear_stiffness_of
    use dda_joint_contact, only: acts_before_end, closure_of, state_of
-   use dda_joint_ends, only: bending_words
+   use dda_doubts, only: doubt_type
+   use dda_joint_ends, only: bending_doubts
    use dda_equilibrium, only: equilibrium_type, equilibrate
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, stretch_of, &
@@ -68,7 +69,7 @@ module dda_linear_model
       integer :: by_penalty = 0                     !< contacts among them that have k_n
       integer :: unilateral = 0                     !< contacts among them that are not bonded
       real(wp) :: penetration = 0.0_wp              !< deepest of them, m
-      character(len=:), allocatable :: bending      !< of bonded joints, see `bending_words`
+      type(doubt_type), allocatable :: bending(:)   !< of bonded joints
       real(wp), allocatable :: block_mass(:)        !< [n] kg per metre of thickness
       !> [2,n] centroids, m, in the user's coordinates
       real(wp), allocatable :: position(:,:)
@@ -159,7 +160,7 @@ contains
          end do
       end associate
       associate (contacts => simulation%contacts(simulation%now))
-         linear%bending = bending_words(simulation, '')
+         linear%bending = bending_doubts(simulation)
          linear%penetration = max(0.0_wp, -minval([0.0_wp, contacts%gap(:contacts%n)]))
          call restore_run(linear, simulation)
          call add_contacts(linear, simulation, contacts, all_closed)

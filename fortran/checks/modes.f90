@@ -20,7 +20,7 @@ module dda_modes
    use dda_rigid_modes, only: find_rigid_modes
    use dda_scheme_response, only: free_damping, period_elongation
    use dda_sorting, only: ascending_order
-   use dda_text, only: to_text
+   use dda_text, only: counted, to_text
    implicit none
    private
    public :: modes_type, find_modes, find_elastic
@@ -253,7 +253,7 @@ contains
       integer, intent(in) :: wanted  !< how many
       type(modes_type), intent(inout) :: modes  !< lowest modes
 
-      modes%words = to_text(linear%closed)//' contacts are closed'
+      modes%words = counted(to_text(linear%closed), 'contact is closed', 'contacts are closed')
       if (linear%closed == 0) modes%words = 'no contact is closed'
       if (linear%sliding > 0) modes%words = modes%words//', '//to_text(linear%sliding)// &
          ' of them slide'
@@ -261,7 +261,7 @@ contains
          linear%equilibrium%words
       if (modes%rigid > 0) modes%words = modes%words// &
          '; the stiffness is singular: loose parts move freely as '//'rigid bodies in '// &
-         to_text(modes%rigid)//' ways'
+         counted(to_text(modes%rigid), 'way', 'ways')
       if (modes%mechanisms > 0) modes%words = modes%words//'; at least '// &
          to_text(modes%mechanisms)//' further motions meet no stiffness (hinges or slides)'
       if (is_dispersive(linear)) modes%words = modes%words// &

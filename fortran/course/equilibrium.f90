@@ -44,7 +44,7 @@ module dda_equilibrium
    use dda_settings, only: control_type
    use dda_simulation, only: simulation_type, next_step, exchange_lists, block_name
    use dda_system, only: assemble_linear
-   use dda_text, only: short_text, to_text
+   use dda_text, only: counted, short_text, to_text
    use dda_time_step, only: advance
    implicit none
    private
@@ -436,8 +436,8 @@ contains
          return
       end if
       if (equilibrium%unexplained > 0) then
-         equilibrium%words = 'forces balance after '//to_text(equilibrium%steps)// &
-            ' static steps, but '//words_of_depth(simulation, equilibrium%unexplained)
+         equilibrium%words = 'forces balance after '//static_steps(equilibrium)// &
+            ', but '//words_of_depth(simulation, equilibrium%unexplained)
          return
       end if
       equilibrium%words = 'not at rest after '//static_steps(equilibrium)
@@ -489,8 +489,7 @@ contains
       type(equilibrium_type), intent(in) :: equilibrium  !< so far
       character(len=:), allocatable :: words
 
-      words = to_text(equilibrium%steps)//trim(merge(' static step ', ' static steps', &
-         equilibrium%steps == 1))
+      words = counted(to_text(equilibrium%steps), 'static step', 'static steps')
    end function static_steps
 
    !> How well it is known that the blocks are at rest.

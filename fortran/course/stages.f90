@@ -12,6 +12,7 @@ module dda_stages
    use dda_contact, only: filter_contacts
    use dda_crossings, only: part_corners
    use dda_displaced_block, only: displace_block
+   use dda_doubts, only: add_doubt
    use dda_elements, only: match_velocities, set_elements
    use dda_energy, only: energy_type, add_energy, total_energy, &
       energy_kinetic, energy_strain, energy_contact, energy_support, energy_welded, &
@@ -426,10 +427,9 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< at rest
       integer(long), intent(in) :: broken                 !< bonds, in this stage
 
-      if (broken == 0) return
-      if (simulation%doubts /= '') simulation%doubts = simulation%doubts//new_line('a')
-      simulation%doubts = simulation%doubts//'bonds: '//to_text(broken)//' broken on the way '// &
-         'to rest; what is left of a brittle joint may hold too much (contact_points = 5)'
+      if (broken > 0) call add_doubt(simulation%doubts, 'bonds', to_text(broken)// &
+         ' broken on the way to rest; what is left of a brittle joint may hold too much '// &
+         '(contact_points = 5)')
    end subroutine doubt_broken
 
    !> How far blocks have moved in a static stage, and from the model as drawn.

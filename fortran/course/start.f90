@@ -44,7 +44,7 @@ contains
       call keep_shapes(simulation%model%blocks)
       call begin_motion(simulation%blocks)
       simulation%statics = ''
-      simulation%doubts = ''
+      allocate (simulation%doubts(0))
       simulation%changed_text = ''
       simulation%changes = ''
       call prepare_stop_rule(simulation)

@@ -3,16 +3,17 @@
 !> what to try.
 module dda_diagnostics
    use dda_kinds, only: wp
+   use dda_doubts, only: add_doubt, add_doubts, doubt_type
    use dda_energy, only: balance, turnover, energy_geometric
    use dda_errors, only: error_type, error_convergence, error_memory, fail
-   use dda_joint_ends, only: bending_words
+   use dda_joint_ends, only: bending_doubts
    use dda_maxima, only: of_strain, of_penetration_ratio
    use dda_model, only: half_size
    use dda_simulation, only: simulation_type, block_name
    use dda_text, only: short_text, to_text
    implicit none
    private
-   public :: explain, check_state, audit_warning, state_warnings
+   public :: explain, check_state, audit_warning, doubt_state
 
    !> of half the model size, from its middle: beyond, a block is lost
    real(wp), parameter :: most_away = 1.0e4_wp
@@ -122,46 +123,43 @@ contains
    end function audit_warning
 
    !> Strains and depths of contacts in any step, and bending of joints now, beyond what the method
-   !> is for: 'topic: sentence', a line each.
-   pure function state_warnings(simulation) result(text)
-      type(simulation_type), intent(in) :: simulation  !< a run and its state
-      character(len=:), allocatable :: text
+   !> is for.
+   pure subroutine doubt_state(simulation, doubts)
+      type(simulation_type), intent(in) :: simulation            !< a run and its state
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< gets more
 
-      text = strain_warning(simulation)//depth_warning(simulation)// &
-         bending_words(simulation, 'bending: ')
-      if (text /= '') text = text(:len(text) - 1)
-   end function state_warnings
+      call doubt_strain(simulation, doubts)
+      call doubt_depth(simulation, doubts)
+      call add_doubts(doubts, bending_doubts(simulation))
+   end subroutine doubt_state
 
    !> The largest strain, if it is too large.
-   pure function strain_warning(simulation) result(text)
-      type(simulation_type), intent(in) :: simulation  !< a run and its state
-      character(len=:), allocatable :: text
+   pure subroutine doubt_strain(simulation, doubts)
+      type(simulation_type), intent(in) :: simulation            !< a run and its state
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< may get one more
 
-      text = ''
       associate (most => simulation%maxima%largest(of_strain))
-         if (most%value > most_strain) text = 'strain: block '//block_name(simulation, &
-            most%who(1))//' is strained by '//short_text(100*most%value)//' % at t = '// &
-            short_text(most%time)//' s, beyond the '//short_text(100*most_strain)// &
-            ' % of small strains'//new_line('a')
+         if (most%value > most_strain) call add_doubt(doubts, 'strain', 'block '// &
+            block_name(simulation, most%who(1))//' is strained by '//short_text(100*most%value)// &
+            ' % at t = '//short_text(most%time)//' s, beyond the '//short_text(100*most_strain)// &
+            ' % of small strains')
       end associate
-   end function strain_warning
+   end subroutine doubt_strain
 
    !> The deepest contact as a share of the size of the smaller block, if it is too deep.
-   pure function depth_warning(simulation) result(text)
-      type(simulation_type), intent(in) :: simulation  !< a run and its state
-      character(len=:), allocatable :: text
+   pure subroutine doubt_depth(simulation, doubts)
+      type(simulation_type), intent(in) :: simulation            !< a run and its state
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< may get one more
 
-      text = ''
       associate (most => simulation%maxima%largest(of_penetration_ratio))
-         if (.not. most%value > deepest) return
-         text = 'penetration: a vertex of block '//block_name(simulation, most%who(1))//' is '// &
+         if (most%value > deepest) call add_doubt(doubts, 'penetration', &
+            'a vertex of block '//block_name(simulation, most%who(1))//' is '// &
             short_text(most%value*minval(simulation%maxima%size_of(most%who)))// &
             ' m deep in block '//block_name(simulation, most%who(2))//' at t = '// &
             short_text(most%time)//' s, '//short_text(100*most%value)// &
-            ' % of the size of the smaller of the two, limit '//short_text(100*deepest)//' %'// &
-            new_line('a')
+            ' % of the size of the smaller of the two, limit '//short_text(100*deepest)//' %')
       end associate
-   end function depth_warning
+   end subroutine doubt_depth
 
    !> Residual of the rounding of positions, J/m: work of the weight over it in all steps, of the
    !> forces that it makes in contacts over the path, and velocities.  A model at rest, or without

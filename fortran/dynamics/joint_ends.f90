@@ -7,12 +7,15 @@
 module dda_joint_ends
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
+   use dda_doubts, only: add_doubt, doubt_type
    use dda_overlap, only: overlap_type, overlap_of, narrow
    use dda_simulation, only: simulation_type, block_name
    use dda_text, only: quoted, short_text
    implicit none
    private
-   public :: bending_words
+   public :: bending_topic, bending_doubts
+
+   character(len=*), parameter :: bending_topic = 'bending'  !< of doubts
 
    real(wp), parameter :: most_bending = 0.2_wp   !< of the mean, off the mean at an end
    real(wp), parameter :: least_bending = 0.01_wp !< of the strength: less is rounding
@@ -20,15 +23,14 @@ module dda_joint_ends
 
 contains
 
-   !> A sentence for each joint of which a bonded overlap bends, each with a line end.
-   pure function bending_words(simulation, topic) result(text)
+   !> Each joint of which a bonded overlap bends.
+   pure function bending_doubts(simulation) result(doubts)
       type(simulation_type), intent(in) :: simulation  !< evaluated in its present state
-      character(len=*), intent(in) :: topic            !< put before each
-      character(len=:), allocatable :: text
+      type(doubt_type), allocatable :: doubts(:)
       real(wp) :: mean, bending, found(2)
       integer :: j, c, at
 
-      text = ''
+      allocate (doubts(0))
       associate (contacts => simulation%contacts(simulation%now), laws => simulation%laws)
          do j = 1, size(laws%points)
             at = 0
@@ -42,10 +44,11 @@ contains
                found = [mean, bending]
                at = c
             end do
-            if (at > 0) text = text//topic//words(simulation, at, found)//new_line('a')
+            if (at > 0) call add_doubt(doubts, bending_topic, words(simulation, at, &
+               found))
          end do
       end associate
-   end function bending_words
+   end function bending_doubts
 
    !> Mean tension of the overlap that contact c is the first of, and how far off it a linear stress
    !> is at its ends, Pa; 0 if the contact is not bonded at both ends.

@@ -8,6 +8,7 @@ module dda_simulation
    use dda_contact, only: contacts_type, hand_over
    use dda_contact_points, only: point_list_type
    use dda_detection, only: detection_type
+   use dda_doubts, only: doubt_type
    use dda_elements, only: elements_type
    use dda_energy, only: energy_type
    use dda_first_contacts, only: first_contacts_type
@@ -20,7 +21,7 @@ module dda_simulation
    use dda_open_close, only: open_close_type
    use dda_linear_solver, only: solver_type, work_done
    use dda_scheme, only: scheme_type, step_type
-   use dda_text, only: to_text
+   use dda_text, only: counted, to_text
    implicit none
    private
    public :: simulation_type, companions_type, counters_type, stop_state_type, maxima_type, &
@@ -104,8 +105,8 @@ module dda_simulation
       real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
       logical :: resting = .false.             !< it is being brought to rest
       character(len=:), allocatable :: statics  !< static stages so far in words; blank: none
-      !> what the check says against the model, a line each; blank: nothing
-      character(len=:), allocatable :: doubts
+      !> what the check says against the model, and what static stages have found
+      type(doubt_type), allocatable :: doubts(:)
       !> input with the changes made between steps, and these in words; blank: none
       character(len=:), allocatable :: changed_text, changes
    end type simulation_type
@@ -172,21 +173,22 @@ contains
       character(len=:), allocatable :: text
 
       associate (counters => simulation%counters, impacts => simulation%impacts)
-         text = to_text(simulation%step)//' steps, '//to_text(counters%iterations)// &
-            ' open-close iterations (most '//to_text(counters%most_iterations)//' in a step)'// &
-            counted(counters%searches, trim(merge(' neighbour search  ', &
-            ' neighbour searches', counters%searches == 1)))// &
-            counted(counters%repeated, ' steps repeated with a smaller time step')// &
-            counted(counters%too_far, ' steps beyond max_displacement_ratio')
+         text = counted(to_text(simulation%step), 'step', 'steps')//', '// &
+            counted(to_text(counters%iterations), 'open-close iteration', 'open-close '// &
+            'iterations')//' (most '//to_text(counters%most_iterations)//' in a step)'// &
+            more_of(counters%searches, 'neighbour search', 'neighbour searches')// &
+            more_of(counters%repeated, 'step', 'steps', ' repeated with a smaller time step')// &
+            more_of(counters%too_far, 'step', 'steps', ' beyond max_displacement_ratio')
          if (counters%unsettled > 0) text = text//'; in '//to_text(counters%unsettled)// &
             ' steps the damage of cohesive joints did not converge: when they broke depends on Δt'
          if (counters%bounds_off > 0) text = text//'; in '//to_text(counters%bounds_off)// &
             ' steps what is held in a solution did not converge: the mean stress that gives '// &
             'materials with dilation_angle below friction_angle their strength, or the damage '// &
             'of broken faces'
-         if (impacts%steps > 0) text = text//'; '//to_text(impacts%contacts)//' impacts in '// &
-            to_text(impacts%steps)//' steps'//counted(int(impacts%reduced, long), ' of them '// &
-            'with less restitution than asked for, which would have gained energy')
+         if (impacts%steps > 0) text = text//'; '//counted(to_text(impacts%contacts), &
+            'impact', 'impacts')//' in '//counted(to_text(impacts%steps), 'step', 'steps')// &
+            more_of(int(impacts%reduced, long), 'of them', 'of them', ' with less restitution '// &
+            'than asked for, which would have gained energy')
       end associate
       if (simulation%statics /= '') text = text//'; '//simulation%statics
       if (simulation%changes /= '') text = text//'; changed between steps: '//simulation%changes
@@ -194,14 +196,17 @@ contains
    end function summary
 
    !> A count and of what, behind a comma; blank of nothing.
-   pure function counted(count, what) result(text)
-      integer(long), intent(in) :: count    !< of it
-      character(len=*), intent(in) :: what  !< begins with a blank
+   pure function more_of(count, one, many, what) result(text)
+      integer(long), intent(in) :: count         !< of it
+      character(len=*), intent(in) :: one, many  !< see `counted`
+      character(len=*), intent(in), optional :: what  !< is said of them
       character(len=:), allocatable :: text
 
       text = ''
-      if (count > 0) text = ', '//to_text(count)//what
-   end function counted
+      if (count == 0) return
+      text = ', '//counted(to_text(count), one, many)
+      if (present(what)) text = text//what
+   end function more_of
 
    !> Why the run has ended; blank while it has not.
    pure function ending(simulation) result(words)

@@ -28,7 +28,7 @@ module dda_output_file
       define_dimension, describe, describe_number, name_length, put, put_names, text_of
    use dda_run_verdict, only: run_verdict_type, new_verdict, add_samples, &
       add_joint_samples, conclude
-   use dda_verdict_lines, only: figure_lines
+   use dda_verdict_lines, only: doubt_lines, figure_lines
    use dda_sample, only: sample_energies, sample_head, sample_size
    use dda_simulation, only: simulation_type, summary, ending
    use dda_linear_solver, only: work_done
@@ -408,7 +408,7 @@ contains
       if (verdict%happened == '') return
       call describe(dataset, 'verdict', verdict%happened)
       call describe(dataset, 'figures', figure_lines(verdict))
-      call describe(dataset, 'doubts', verdict%doubts)
+      call describe(dataset, 'doubts', doubt_lines(verdict))
       do i = 1, size(verdict%values)
          call describe_number(dataset, verdict%values(i)%name, verdict%values(i)%value)
       end do

@@ -6,7 +6,8 @@ module dda_run_verdict
    use dda_kinds, only: wp
    use dda_base_motion, only: base_words, counts_from_motion
    use dda_check_report, only: first_mode, ringing_topic
-   use dda_diagnostics, only: audit_warning, state_warnings
+   use dda_diagnostics, only: audit_warning, doubt_state
+   use dda_doubts, only: add_doubt, add_doubts, doubt_type
    use dda_elements, only: body_energies
    use dda_energy, only: balance
    use dda_equilibrium, only: farthest_moved
@@ -21,9 +22,8 @@ module dda_run_verdict
    use dda_rest_bound, only: is_at_rest
    use dda_running_maxima, only: least_movement
    use dda_simulation, only: simulation_type, ending, comes_suddenly
-   use dda_text, only: to_text, short_text, valid_text
-   use dda_verdict_lines, only: check_topic, verdict_lines_type, tell, doubt, note, &
-      add_figure, value_text
+   use dda_text, only: counted, to_text, short_text, valid_text
+   use dda_verdict_lines, only: verdict_lines_type, tell, note, add_figure, value_text
    implicit none
    private
    public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
@@ -48,9 +48,8 @@ contains
       integer, intent(in) :: points, joints            !< measured ones, whose samples will be added
 
       verdict%happened = ''
-      verdict%doubts = ''
       verdict%frequency = resolved_frequency(simulation%model)
-      allocate (verdict%values(0), verdict%figures(0))
+      allocate (verdict%values(0), verdict%figures(0), verdict%doubts(0))
       allocate (verdict%shaken(points), source=new_intensity(verdict%frequency))
       allocate (verdict%joints(joint_columns, joints), verdict%joints_most(2, joints), &
          source=0.0_wp)
@@ -121,47 +120,35 @@ contains
       end associate
       call tell_movement(verdict, simulation)
       call tabulate(verdict, simulation)
-      call doubt(verdict, standing_doubts(simulation))
-      call doubt(verdict, state_warnings(simulation))
-      if (comes_suddenly(simulation%model)) call doubt(verdict, 'start: gravity came on '// &
-         'suddenly in the first step (settle = .true. begins at rest)')
+      call add_doubts(verdict%doubts, standing_doubts(simulation))
+      call doubt_state(simulation, verdict%doubts)
+      if (comes_suddenly(simulation%model)) call add_doubt(verdict%doubts, 'start', &
+         'gravity came on suddenly in the first step (settle = .true. begins at rest)')
       words = audit_warning(simulation)
-      if (words /= '') call doubt(verdict, 'energy: '//words)
+      if (words /= '') call add_doubt(verdict%doubts, 'energy', words)
    end subroutine judge_movement
 
    !> What the check said before the run, without what the run has answered: nothing rings at rest,
    !> and the first mode is of joints that stay closed.
    pure function standing_doubts(simulation) result(standing)
       type(simulation_type), intent(in) :: simulation    !< at its present time
-      character(len=:), allocatable :: standing
+      type(doubt_type), allocatable :: standing(:)
       logical :: at_rest, loose, answered
-      integer :: first, last
+      integer :: i
 
       at_rest = rests(simulation)
       associate (moved => simulation%maxima%moved)
          loose = 2*(moved(2) + moved(3)) > moved(1)
       end associate
-      standing = ''
-      first = 1
-      do while (first <= len(simulation%doubts))
-         last = first + index(simulation%doubts(first:)//new_line('a'), new_line('a')) - 2
-         associate (line => simulation%doubts(first:last))
-            answered = .false.
-            if (at_rest .or. loose) answered = is_of(line, first_mode)
-            if (at_rest .and. .not. answered) answered = is_of(line, ringing_topic)
-            if (.not. answered) standing = standing//line//new_line('a')
+      allocate (standing(0))
+      do i = 1, size(simulation%doubts)
+         associate (doubt => simulation%doubts(i))
+            answered = doubt%topic == first_mode .and. (at_rest .or. loose)
+            answered = answered .or. (doubt%topic == ringing_topic .and. at_rest)
+            if (.not. (answered .and. doubt%of_check)) call add_doubts(standing, [doubt])
          end associate
-         first = last + 2
       end do
-      standing = standing(:len(standing) - 1)
    end function standing_doubts
-
-   !> A line of the check has a topic.
-   pure logical function is_of(line, topic)
-      character(len=*), intent(in) :: line, topic        !< "check: topic: words"; topic
-
-      is_of = index(line, check_topic//': '//topic//':') == 1
-   end function is_of
 
    !> One sentence: how far blocks moved, what contacts and bonds did, why the run has ended early.
    subroutine tell_movement(verdict, simulation)
@@ -193,7 +180,8 @@ contains
       end if
       associate (broken => simulation%counters%broken)
          if (broken > 0) then
-            call tell(verdict, to_text(broken)//' bonds have broken')
+            call tell(verdict, counted(to_text(broken), 'bond has broken', &
+               'bonds have broken'))
             call note(verdict, 'bonds_broken', real(broken, wp))
          end if
       end associate

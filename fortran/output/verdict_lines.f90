@@ -3,16 +3,15 @@
 !> and numbers by name; as attributes of an output and on a screen.
 module dda_verdict_lines
    use dda_kinds, only: wp, pi
+   use dda_doubts, only: doubt_type, doubt_text
    use dda_text, only: padded, screen_width, short_text, wrapped
    implicit none
    private
-   public :: check_topic, verdict_lines_type, verdict_value_type, tell, doubt, note, add_figure, &
-      figure_lines, screen_text, value_text
+   public :: verdict_lines_type, verdict_value_type, tell, note, add_figure, figure_lines, &
+      doubt_lines, screen_text, value_text, died_out, check_says_more, no_bars
 
-   character(len=*), parameter :: check_topic = 'check'  !< of doubts that the check of a model has
-
-   character(len=*), parameter :: check_says_more = &
-      'what to change: sitedda check FILE.nml'
+   character(len=*), parameter :: check_says_more = 'what to change: sitedda check FILE.nml', &
+      no_bars = 'these figures have no error bars: sitedda accuracy FILE.nml gives them'
 
    integer, parameter :: columns(3) = [20, 34, 48]  !< before largest value, that at the end, place
    !> What is less at the end than this share of the largest has died out.
@@ -41,7 +40,7 @@ module dda_verdict_lines
    !> What has been found.
    type :: verdict_lines_type
       character(len=:), allocatable :: happened        !< a sentence
-      character(len=:), allocatable :: doubts          !< "topic: sentence", a line each
+      type(doubt_type), allocatable :: doubts(:)
       type(figure_type), allocatable :: figures(:)
       type(verdict_value_type), allocatable :: values(:)
    end type verdict_lines_type
@@ -72,16 +71,6 @@ contains
       if (lines%happened /= '') lines%happened = lines%happened//'; '
       lines%happened = lines%happened//words
    end subroutine tell
-
-   !> Add a doubt, or several with line ends between; nothing if it is blank.
-   pure subroutine doubt(lines, words)
-      class(verdict_lines_type), intent(inout) :: lines  !< in the making
-      character(len=*), intent(in) :: words              !< "topic: sentence"
-
-      if (words == '') return
-      if (lines%doubts /= '') lines%doubts = lines%doubts//new_line('a')
-      lines%doubts = lines%doubts//words
-   end subroutine doubt
 
    !> Add a number.
    pure subroutine note(lines, name, value)
@@ -155,41 +144,51 @@ contains
       end do
    end function figure_lines
 
+   !> The doubts for an output, a line each.
+   pure function doubt_lines(lines) result(text)
+      class(verdict_lines_type), intent(in) :: lines  !< all
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ''
+      do i = 1, size(lines%doubts)
+         if (i > 1) text = text//new_line('a')
+         text = text//doubt_text(lines%doubts(i))
+      end do
+   end function doubt_lines
+
    !> Sentence, what the check said, table and other doubts for a screen.
    pure function screen_text(lines) result(text)
       class(verdict_lines_type), intent(in) :: lines  !< all
       character(len=:), allocatable :: text
       integer :: i
 
-      text = wrapped(lines%happened//'.', 0, screen_width)//doubt_text(lines%doubts, .true.)
+      text = wrapped(lines%happened//'.', 0, screen_width)//told_doubts(lines%doubts, .true.)
       if (size(lines%figures) > 0) text = text//new_line('a')// &
          padded(padded(padded('', columns(1))//'largest', columns(2))//'at the end', columns(3))// &
          'where, when'//new_line('a')
       do i = 1, size(lines%figures)
          text = text//figure_text(lines%figures(i))
       end do
-      text = text//doubt_text(lines%doubts, .false.)
+      text = text//told_doubts(lines%doubts, .false.)
       text = text(:len(text) - 1)
    end function screen_text
 
    !> Doubts for a screen: those of the check of the model, or the others.
-   pure function doubt_text(doubts, of_check) result(text)
-      character(len=*), intent(in) :: doubts  !< "topic: sentence", a line each
-      logical, intent(in) :: of_check         !< those of the check
+   pure function told_doubts(doubts, of_check) result(text)
+      type(doubt_type), intent(in) :: doubts(:)  !< of both
+      logical, intent(in) :: of_check            !< those of the check
       character(len=:), allocatable :: text
-      integer :: first, last
+      integer :: i
 
       text = ''
-      first = 1
-      do while (first <= len(doubts))
-         last = first + index(doubts(first:)//new_line('a'), new_line('a')) - 2
-         if ((index(doubts(first:last), check_topic//':') == 1) .eqv. of_check) text = text// &
-            'doubt  '//wrapped(doubts(first:last), len('doubt  '), screen_width)
-         first = last + 2
+      do i = 1, size(doubts)
+         if (doubts(i)%of_check .eqv. of_check) text = text//'doubt  '// &
+            wrapped(doubt_text(doubts(i)), len('doubt  '), screen_width)
       end do
       if (of_check .and. text /= '') text = text//check_says_more//new_line('a')
       if (text /= '') text = new_line('a')//text
-   end function doubt_text
+   end function told_doubts
 
    !> A line of the table for a screen.
    pure function figure_text(figure) result(text)

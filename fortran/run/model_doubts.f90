@@ -5,19 +5,19 @@
 !> longer than that, or small.
 module dda_model_doubts
    use dda_kinds, only: long
-   use dda_check_report, only: report_type, add_notes, verdict_ok, verdict_fail
+   use dda_check_report, only: report_type, add_notes, verdict_ok
    use dda_check_simulation, only: check_model
+   use dda_doubts, only: add_doubt, add_doubts
    use dda_errors, only: error_type
    use dda_interrupts, only: stop_requested
+   use dda_joint_ends, only: bending_topic
    use dda_model, only: model_type, run_steps
    use dda_model_notes, only: model_notes
    use dda_simulation, only: simulation_type
-   use dda_verdict_lines, only: check_topic
    implicit none
    private
    public :: doubt_as_read, doubt_as_begun
 
-   character(len=*), parameter :: bending_topic = 'bending'
    integer, parameter :: few_blocks = 200          !< of which a check takes tenths of a second
    integer, parameter :: many_blocks = 5000        !< of which two models are much memory
    integer(long), parameter :: many_steps = 2500   !< beside which a check is less than 5 %
@@ -32,7 +32,7 @@ contains
 
       allocate (report)
       call add_notes(report, model_notes(model))
-      call add_doubts(simulation, report)
+      call take_lines(simulation, report)
    end subroutine doubt_as_read
 
    !> Warn and fail lines of the check, as doubts of a run that begins.
@@ -49,34 +49,22 @@ contains
       allocate (report)
       call check_model(simulation, report, error)
       if (stop_requested()) return  ! the run will hear of it
-      call add_doubts(simulation, report)
-      if (allocated(error)) call add(simulation%doubts, error%message)
+      call take_lines(simulation, report)
+      if (allocated(error)) call add_doubt(simulation%doubts, '', error%message, .true.)
    end subroutine doubt_as_begun
 
    !> Lines of a report that are not ok, in brief; of bending the run speaks at its end.
-   pure subroutine add_doubts(simulation, report)
+   pure subroutine take_lines(simulation, report)
       type(simulation_type), intent(inout) :: simulation  !< gets them
       type(report_type), intent(in) :: report             !< of the check
-      character(len=:), allocatable :: words
       integer :: i
 
       do i = 1, report%n
          associate (line => report%line(i))
-            if (line%verdict == verdict_ok .or. line%what == bending_topic) cycle
-            words = line%brief
-            if (line%verdict == verdict_fail) words = words//' (FAIL)'
-            call add(simulation%doubts, words)
+            if (line%verdict == verdict_ok .or. line%brief%topic == bending_topic) cycle
+            call add_doubts(simulation%doubts, [line%brief])
          end associate
       end do
-   end subroutine add_doubts
-
-   !> One more line.
-   pure subroutine add(doubts, words)
-      character(len=:), allocatable, intent(inout) :: doubts  !< so far
-      character(len=*), intent(in) :: words                   !< of a doubt
-
-      if (doubts /= '') doubts = doubts//new_line('a')
-      doubts = doubts//check_topic//': '//words
-   end subroutine add
+   end subroutine take_lines
 
 end module dda_model_doubts

@@ -9,6 +9,7 @@ module dda_simulation_state
    use dda_columns, only: column_count, column_of
    use dda_contact_state, only: serialise_contacts, serialise_neighbours
    use dda_changes, only: adopt_values
+   use dda_doubts, only: serialise_doubts
    use dda_elements, only: serialise_elements, set_elements
    use dda_energy, only: energy_type
    use dda_errors, only: error_type
@@ -89,7 +90,7 @@ contains
       call serialise(archive, simulation%first_step)
       call serialise(archive, simulation%first_time)
       call serialise(archive, simulation%statics)
-      call serialise(archive, simulation%doubts)
+      call serialise_doubts(archive, simulation%doubts)
       call serialise_points(archive, simulation%model%points)
       do i = 1, size(simulation%model%boundary_motions)
          call serialise_points(archive, simulation%model%boundary_motions(i)%point)

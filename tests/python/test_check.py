@@ -150,7 +150,8 @@ def test_both_programs_say_what_the_package_says(program, write_input):
     with sitedda.Simulation(file) as simulation:
         said = f"{folded(simulation.description)}\n{sitedda.check(simulation).text}"
     told, own = (
-        re.sub(r"\S+ s at the pace", "", text).splitlines() for text in (done.stdout, said)
+        re.sub(r"\S+ s at the pace", "", re.sub(r"\n {24}", " ", text)).splitlines()
+        for text in (done.stdout, said)
     )
     assert told[: len(own)] == own
 
@@ -183,6 +184,38 @@ def test_a_block_that_a_stage_removes_is_no_part_of_what_is_checked(root):
     assert modes.startswith("ok") and "move freely" not in modes
     assert "dx/v = 0 s" not in finding(text, "CFL")
     assert finding(text, "penalty bounds").startswith("ok")
+
+
+# --- Limits ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("ratio", "verdict"), [(0.08, "ok"), (0.15, "warn")])
+def test_the_scheme_may_damp_the_first_mode_by_a_tenth(write_input, ratio, verdict):
+    modes = finding(check_tower(write_input, 1e-3).text, "lowest modes")
+    frequency = float(re.search(r"lowest modes +([\d.]+)", modes)[1])
+    report = check_tower(write_input, float(sitedda.time_step_for_damping(ratio, frequency)))
+    line = finding(report.text, "damping")
+    found = float(re.search(r"by the scheme ([\d.]+) %", line)[1])
+    assert line.startswith(verdict) and found == pytest.approx(100 * ratio, rel=0.1)
+
+
+@pytest.mark.parametrize(("percent", "verdict"), [(0.8, "ok"), (1.2, "warn")])
+def test_contacts_may_penetrate_by_a_hundredth_of_a_block(write_input, percent, verdict):
+    """A cube of 1 m on a base by two corners: half of its weight over k_n."""
+    weight = 2500.0 * 9.81
+    groups = [
+        ("run", {}),
+        ("control", {"time_step": 1e-3, "steps": 1, "gravity": [0.0, -9.81], "settle": True}),
+        ("contact", {"normal_stiffness": weight / 2 / (percent / 100)}),
+        ("material", {"density": 2500.0, "young_modulus": 1e10, "poisson_ratio": 0.2}),
+        ("joint", {"friction_angle": 30.0}),
+        ("block", {"name": "base", "vertices": rectangle(-2.0, -1.0, 4.0, 1.0)}),
+        ("block", {"vertices": rectangle(-0.5, 0.0, 1.0, 1.0)}),
+        ("fixed_point", {"x": -1.5, "y": -0.5}),
+        ("fixed_point", {"x": 1.5, "y": -0.5}),
+    ]
+    line = finding(sitedda.check(write_input(groups)).text, "penalty bounds")
+    assert line.startswith(verdict) and f"penetrate by {percent} %" in line
 
 
 # --- What a run says of its check -----------------------------------------------------------------

@@ -344,7 +344,7 @@ def test_slivers_are_merged_with_the_neighbour_of_the_longest_common_edge():
     assert len(merged) == 2 and merged.merged == 1 and not merged.slivers
     assert "1 sliver was merged" in merged.messages[-1]
     assert areas(merged).sum() == 100
-    with pytest.raises(InputError, match=r"1 blocks are slivers: block 1 rock_1 at \(0.0"):
+    with pytest.raises(InputError, match=r"1 block is a sliver: block 1 rock_1 at \(0.0"):
         cut(region, joints, settings=Cutting(slivers="refuse"))
 
 

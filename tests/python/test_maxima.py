@@ -239,8 +239,10 @@ def test_what_has_died_out_is_shown_as_zero(write_input):
     line = found.figures[0]
     assert line.largest == "largest_displacement_m"
     shown = found.rows()[1][2]
-    found.values[line.end] = 1e-6 * found.values[line.largest]
+    found.values[line.end] = 0.9e-5 * found.values[line.largest]
     assert not shown.startswith("0 ") and found.rows()[1][2] == f"0 {line.unit}"
+    found.values[line.end] = 1.1e-5 * found.values[line.largest]
+    assert found.rows()[1][2] != f"0 {line.unit}"
 
 
 # --- Where displacements count from ---------------------------------------------------------------

@@ -348,7 +348,7 @@ def test_check_and_run_name_slivers(write_input, main, tmp_path):
     file = write_input([*flying_block(), thin, *more])
     for command in ("check", "run"):
         done = main(command, file, *(["--no-plot"] if command == "run" else []), folder=tmp_path)
-        assert "note: 1 blocks are slivers: block 2 thin at" in done.stdout
+        assert "note: 1 block is a sliver: block 2 thin at" in done.stdout
 
 
 def test_changes_reach_groups_that_are_built():

@@ -20,7 +20,7 @@ module dda_linear_solver
    use dda_ordered_sums, only: inner_product
    use dda_rank_one, only: rank_one_type
    use dda_solver_table, only: solver_names, current_name, is_solver_name, make_solver
-   use dda_text, only: quoted, to_text
+   use dda_text, only: counted, quoted, to_text
    implicit none
    private
    public :: solver_type, choose_solver, analyse, set_method, renew, weigh_loads, &
@@ -241,9 +241,11 @@ contains
       type(solver_type), intent(in) :: solver  !< solver and counts
       character(len=:), allocatable :: text
 
-      text = trim(solver%method)//', '//to_text(solver%solves)//' systems solved, '// &
-         to_text(solver%factors)//' factors, '//to_text(solver%iterations)//' iterations, '// &
-         to_text(solver%handed_over)//' solves handed over to the direct solver'
+      text = trim(solver%method)//', '//counted(to_text(solver%solves), 'system', 'systems')// &
+         ' solved, '//counted(to_text(solver%factors), 'factor', 'factors')//', '// &
+         counted(to_text(solver%iterations), 'iteration', 'iterations')//', '// &
+         counted(to_text(solver%handed_over), 'solve', 'solves')//' handed over to the '// &
+         'direct solver'
    end function work_done
 
 end module dda_linear_solver

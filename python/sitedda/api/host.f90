@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Python as the host of the engine: errors, signals, names and version.
 module api_host
-   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_ptr
    use api_failure, only: error
    use dda_contact_table, only: contact_variables, whole_columns
    use dda_energy, only: energy_terms
@@ -9,11 +9,13 @@ module api_host
    use dda_interrupts, only: ask_host, request_stop
    use dda_maxima, only: maxima_table
    use dda_stopwatch, only: phase_names
-   use dda_text, only: joined
+   use dda_text, only: joined, screen_width, wrapped
+   use dda_verdict_lines, only: check_says_more, died_out, no_bars
    use dda_version, only: version, commit
    implicit none
    private
-   public :: forget_error, take_error, hear_python, stop_engine, engine_version, engine_names
+   public :: forget_error, take_error, hear_python, stop_engine, engine_version, engine_names, &
+      printing_rules, wrapped_text
 
    interface
       !> Python: take the lock of the interpreter, which this thread may or may not hold; its state.
@@ -119,5 +121,32 @@ contains
          names = joined(boundary_kinds%at_rest, ' ')
       end select
    end subroutine engine_names
+
+   !> By what verdicts are printed: the share of the largest value below which that at the end has
+   !> died out, characters of a line; who says more of what the check doubts, and of error bars, a
+   !> line each.
+   subroutine printing_rules(least_share, width, words)
+      real(c_double), intent(out) :: least_share
+      integer(c_int), intent(out) :: width
+      character(len=256), intent(out) :: words
+
+      least_share = died_out
+      width = screen_width
+      words = check_says_more//new_line('a')//no_bars
+   end subroutine printing_rules
+
+   !> A text on lines of a screen, each with its line end, see `wrapped`; 0 behind it.
+   subroutine wrapped_text(words, indent, width, n, bytes)
+      character(len=*), intent(in) :: words          !< with single blanks between
+      integer(c_int), intent(in) :: indent, width    !< of further lines, of all
+      integer(c_int), intent(in) :: n                !< bytes that are enough
+      integer(c_int), intent(out) :: bytes(n)
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = wrapped(words, indent, width)
+      bytes = 0
+      bytes(:len(text)) = [(iachar(text(i:i)), i=1, len(text))]
+   end subroutine wrapped_text
 
 end module api_host

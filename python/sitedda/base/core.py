@@ -29,8 +29,10 @@ __all__ = [
     "checked",
     "commit",
     "engine_names",
+    "printing_rules",
     "reduced_group",
     "version",
+    "wrapped",
 ]
 
 api = SimpleNamespace()  # the routines of `api/`, of all topics
@@ -81,6 +83,35 @@ def engine_names(what: str) -> tuple[str, ...]:
         alone.
     """
     return tuple(api.engine_names(what).decode().split())
+
+
+@cache
+def printing_rules() -> tuple[float, int, str, str]:
+    """By what both programs print verdicts.
+
+    The share of the largest value below which that at the end has died out, characters of a line,
+    who says more of what the check doubts, and of error bars.
+    """
+    share, width, words = api.printing_rules()
+    more, bars = words.decode().strip().splitlines()
+    return float(share), int(width), more, bars
+
+
+def wrapped(words: str, indent: int = 0, width: int = 0) -> str:
+    """A text on lines of a screen, as both programs print it.
+
+    Parameters
+    ----------
+    words : str
+    indent : int
+        Characters before the text on its first line, and blanks before it on the others.
+    width : int
+        Of a line, indent included; 0: of a screen.
+    """
+    plain = " ".join(words.split()).encode()
+    enough = len(plain) + plain.count(b" ") * indent + 1
+    found = api.wrapped_text(plain, indent, width or printing_rules()[1], enough)
+    return bytes(found.astype("u1")).rstrip(b"\0").decode().removesuffix("\n")
 
 
 def reduced_group(text: str, factor: float) -> dict[str, float]:

@@ -35,6 +35,11 @@ def in_unit(largest: float, unit: str) -> tuple[float, str]:
     return (1.0, unit) if largest == 0 or unit not in UNITS else UNITS[unit][-1]
 
 
+def counted(count: int, one: str, many: str) -> str:
+    """A count and of what: 1 block is, 1,000 blocks are."""
+    return f"{count:,} {one if count == 1 else many}"
+
+
 def number(value: float, digits: int = 4) -> str:
     """A number in so many significant digits: 0.1235, 12.5, 1.235e-7.
 

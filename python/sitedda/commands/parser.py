@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import argparse
-import textwrap
 from typing import NoReturn
 
+from ..base.core import wrapped
 from ..input.changes import Typed
 
 
@@ -41,9 +41,7 @@ def _assignment(text: str):
 
 def folded(words: str) -> str:
     """Each line on lines of a screen, as the native executable has them."""
-    begin = " " * 6
-    fold = textwrap.TextWrapper(80, begin, begin, break_long_words=False, break_on_hyphens=False)
-    return "\n".join(fold.fill(line).removeprefix(begin) for line in words.splitlines() if line)
+    return "\n".join(wrapped(line, 6) for line in words.splitlines() if line)
 
 
 def tell(words: str) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from ..base.arguments import WORKERS
 from ..base.errors import InterruptedRun, SiteddaError
 from ..base.files import check_target
+from ..base.numbers import counted
 from ..study.api import gather, run, shown
 from ..study.plan import plan_of_folder
 from ..study.settings import Settings, read_settings
@@ -80,7 +81,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.slurm:
         return _submit(settings, options)
     plan = settings.plan.write()
-    print(f"{plan.count} cases in {plan.folder}", flush=True)
+    print(f"{counted(plan.count, 'case', 'cases')} in {plan.folder}", flush=True)
     with _cluster(options) as executor, shown(not options.quiet, plan.count) as show:
         run(
             plan,
@@ -115,7 +116,7 @@ def _cluster(options: argparse.Namespace):
 def _plan(options: argparse.Namespace) -> int:
     settings = read_settings(options.file, options.folder)
     script = _script(settings, options)
-    print(f"{settings.plan.count} cases in {settings.plan.folder}")
+    print(f"{counted(settings.plan.count, 'case', 'cases')} in {settings.plan.folder}")
     print(f"submit: sbatch {shlex.quote(str(script))}")
     print(f"then: sitedda study collect {shlex.quote(str(options.file))}")
     return 0
@@ -158,7 +159,7 @@ def _finish(settings: Settings, options: argparse.Namespace) -> int:
     with collect(settings.plan.folder, file.absolute()) as table:
         found = counts(table)
         words = ", ".join(f"{number} {status}" for status, number in sorted(found.items()))
-        print(f"{table.status.size} cases: {words}")
+        print(f"{counted(table.status.size, 'case', 'cases')}: {words}")
         _tell(table, "failed", "message")
         _tell(table, None, "warning")
         if isinstance(settings.plan.task, SolveFor):

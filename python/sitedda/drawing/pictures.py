@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from ..base.arguments import ANY
-from ..base.numbers import in_unit, number
+from ..base.numbers import counted, in_unit, number
 from ..output.scene import Scene
 from ..report.style import (
     BLUE,
@@ -575,7 +575,7 @@ def _view(axes: Axes, scene: Scene, vertices) -> None:
 
 def _words(scene: Scene, frame: int, deformation: float) -> str:
     """What is seen: time, blocks, factor, and blocks that are out of view."""
-    parts = [f"{scene.bodies:,} block" + "s" * (scene.bodies != 1)]
+    parts = [counted(scene.bodies, "block", "blocks")]
     if scene.bodies < scene.blocks:
         parts = [f"{parts[0]} of {scene.blocks:,} cells"]
     if not scene.before:

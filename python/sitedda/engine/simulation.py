@@ -18,6 +18,7 @@ from ..base.arguments import Range
 from ..base.arrays import parts_of
 from ..base.core import FILES, api, checked, engine_names
 from ..base.errors import InputError, OutputError, SiteddaError
+from ..base.numbers import counted
 from ..base.stop import Stop, program_hears
 from ..build.building import blocks_text, built_text, opened_input
 from ..input.added_stage import PresentStage, with_stage
@@ -117,8 +118,9 @@ class Simulation:
         """Title, blocks and time."""
         if not self.is_open:
             return f"<sitedda.Simulation of {self.file}, closed>"
-        blocks, now = len(self.rates), f"{self.time:g} of {self.duration:g} s"
-        return f"<sitedda.Simulation {self.title!r}: {blocks} blocks, {now}>"
+        blocks = counted(len(self.rates), "block", "blocks")
+        now = f"{self.time:g} of {self.duration:g} s"
+        return f"<sitedda.Simulation {self.title!r}: {blocks}, {now}>"
 
     def close(self) -> None:
         """Free the simulation; an unfinished output stays as FILE.partial, with a checkpoint."""
@@ -579,14 +581,11 @@ class Simulation:
 
     def block_notes(self) -> str:
         """What making blocks removed, merged or left, and which blocks are slivers, in words."""
-        from ..build.cutting import slivers
+        from ..build.cutting.small_blocks import in_words, slivers
 
-        found = list(map(str, slivers(self.polygons, self.block_names)))
-        words = [one for one in self.built.messages if "are slivers" not in one]
-        if found:
-            more = " …" if len(found) > 5 else ""
-            words.append(f"{len(found)} blocks are slivers: {'; '.join(found[:5])}{more}")
-        return "\n".join(words)
+        of_cut = in_words(self.built.slivers)
+        words = [one for one in self.built.messages if one != of_cut]
+        return "\n".join(filter(None, [*words, in_words(slivers(self.polygons, self.block_names))]))
 
     def phase_times(self) -> dict[str, float]:
         """Seconds spent in the phases of the steps since the first call, which starts the watch.

@@ -122,7 +122,7 @@ def _verdict(scene: Scene) -> list[Part]:
     if rows:
         parts.append(Table(heads, rows))
     if found.all_doubts:
-        parts.append(Bullets([f"{topic}: {words}" for topic, words in found.all_doubts], "Doubts"))
+        parts.append(Bullets(list(map(str, found.all_doubts)), "Doubts"))
     parts.append(Facts([("steps", found.steps)]))
     if bars is None:
         return [*parts, Paragraph(f"{NO_BARS[:1].upper()}{NO_BARS[1:]}.")]

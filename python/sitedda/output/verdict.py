@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..base.core import engine_names
-from ..base.numbers import length, number
+from ..base.numbers import counted, length, number
 from ..engine.damping import damping_of
 from ..engine.maxima import lacking, warn_of
 from ..engine.scheme import Scheme, scheme_damping
@@ -17,7 +17,7 @@ from ..engine.signals import spectral_acceleration
 from ..input.input_text import input_values
 from .response import amplifications
 from .scene import Scene
-from .verdict_lines import FigureLine, Verdict
+from .verdict_lines import Doubt, FigureLine, Verdict
 
 PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
 SPECTRUM_DAMPING = 0.05
@@ -109,18 +109,13 @@ def _add_written(found: Verdict, data: xr.Dataset) -> None:
         found.clauses.append(f"{said[:1].lower()}{said[1:]}")
         rows = (line.split("\t") for line in str(data.attrs.get("figures", "")).splitlines())
         found.figures.extend(FigureLine(*row) for row in rows if len(row) == 5)
-        found.doubts.extend(_topics(str(data.attrs.get("doubts", ""))))
+        found.doubts.extend(Doubt.lines(str(data.attrs.get("doubts", ""))))
         return
     # The words of versions before maxima were recorded are those of single frames.
     warn_of(data.attrs)
     found.values.update(dict.fromkeys(LARGEST, np.nan))
-    found.doubts.append(("maxima", lacking(data.attrs)))
-    found.doubts.extend(line for line in _topics(said) if line[0] not in _OF_FRAMES)
-
-
-def _topics(lines: str) -> list[tuple[str, str]]:
-    """Topic and words of each line."""
-    return [(topic, words) for topic, _, words in (x.partition(": ") for x in lines.splitlines())]
+    found.doubts.append(Doubt("maxima", lacking(data.attrs)))
+    found.doubts.extend(line for line in Doubt.lines(said) if line.topic not in _OF_FRAMES)
 
 
 def add_drift(found: Verdict, scene: Scene) -> None:
@@ -190,7 +185,7 @@ def add_lost(found: Verdict, scene: Scene) -> None:
         return
     first = next(frame for frame in range(scene.frames) if len(scene.lost(frame)))
     found.tell(
-        f"{len(gone)} block{'s' * (len(gone) > 1)} left the model, the first by "
+        f"{counted(len(gone), 'block', 'blocks')} left the model, the first by "
         f"{number(scene.time[first])} s: {_names(scene, gone)}",
         blocks_lost=len(gone),
         first_block_lost_s=scene.time[first],

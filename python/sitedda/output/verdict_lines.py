@@ -4,22 +4,39 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+from ..base.core import printing_rules, wrapped
 from ..base.numbers import SHOWN, number, with_bar
 
 if TYPE_CHECKING:
     from ..study.error_bars.figures import Accuracy
 
-WIDTH = 80  # of a screen
 _COLUMNS = (20, 14, 14)  # least widths of name, largest value, that at the end
-_DIED_OUT = 1e-5  # of the largest value: what is less at the end is shown as 0
+_DIED_OUT, WIDTH, CHECK_SAYS_MORE, NO_BARS = printing_rules()
 _HEADS = ("", "largest", "at the end", "where, when")
-OF_CHECK = "check"  # topic of doubts that the check of the model has
-CHECK_SAYS_MORE = "what to change: sitedda check FILE.nml"
-NO_BARS = "these figures have no error bars: sitedda accuracy FILE.nml gives them"
+
+
+class Doubt(NamedTuple):
+    """What is to be doubted: a topic and a sentence, as lines of outputs have them."""
+
+    topic: str
+    words: str
+
+    @classmethod
+    def lines(cls, text: str) -> list[Doubt]:
+        """Those of a text, a line each."""
+        return [cls(*line.split(": ", 1)) if ": " in line else cls("", line)
+                for line in text.splitlines()]  # fmt: skip
+
+    @property
+    def of_check(self) -> bool:
+        """The check of the model has said it."""
+        return self.topic == "check"
+
+    def __str__(self) -> str:
+        return ": ".join(filter(None, self))
 
 
 @dataclass(frozen=True)
@@ -57,8 +74,8 @@ class Verdict:
         Of the sentence that says what happened.
     figures : list of FigureLine
         The figures that are more than rounding.
-    doubts : list of (str, str)
-        Topic and sentence.
+    doubts : list of Doubt
+        Of the run, those of the check of its model among them.
     steps : str
         Counts of the time stepping.
     bars : Accuracy or None
@@ -68,7 +85,7 @@ class Verdict:
     values: dict[str, float] = field(default_factory=dict)
     clauses: list[str] = field(default_factory=list)
     figures: list[FigureLine] = field(default_factory=list)
-    doubts: list[tuple[str, str]] = field(default_factory=list)
+    doubts: list[Doubt] = field(default_factory=list)
     steps: str = ""
     bars: Accuracy | None = None
 
@@ -79,8 +96,8 @@ class Verdict:
         return f"{text[:1].upper()}{text[1:]}." if text else ""
 
     @property
-    def all_doubts(self) -> list[tuple[str, str]]:
-        """Topic and sentence of each doubt, those of the bars behind."""
+    def all_doubts(self) -> list[Doubt]:
+        """All doubts, those of the bars behind."""
         return self.doubts + (self.bars.doubts() if self.bars else [])
 
     @property
@@ -118,14 +135,13 @@ class Verdict:
 
     def __str__(self) -> str:
         """Sentence, what the check said, table, other doubts, counts, on lines of a screen."""
-        doubts = self.all_doubts
-        first, last = ("\n".join(_wrapped(f"doubt  {topic}: {words}", 7)
-                                 for topic, words in doubts if (topic == OF_CHECK) == of_check)
+        first, last = ("\n".join(f"doubt  {wrapped(str(doubt), 7)}" for doubt in self.all_doubts
+                                 if doubt.of_check == of_check)
                        for of_check in (True, False))  # fmt: skip
         if first:
             first += f"\n{CHECK_SAYS_MORE}"
         table = _table(self.rows()) if self.figures else ""
-        parts = (_wrapped(self.happened), first, table, last, _wrapped(self.steps))
+        parts = (wrapped(self.happened), first, table, last, wrapped(self.steps))
         return "\n\n".join(filter(None, parts))
 
     def tell(self, clause: str, **values: float) -> None:
@@ -139,18 +155,11 @@ class Verdict:
         self.figures.append(FigureLine(name, "" if end else key, key if end else "", unit, place))
 
 
-def _wrapped(text: str, indent: int = 0) -> str:
-    return textwrap.fill(text, WIDTH, subsequent_indent=" " * indent, break_long_words=False,
-                         break_on_hyphens=False)  # fmt: skip
-
-
 def _table(rows: list[tuple[str, ...]]) -> str:
     """Columns at their usual places, or as wide as they must be."""
     wide = [max(least, 2 + max(len(row[i]) for row in rows)) for i, least in enumerate(_COLUMNS)]
     lines = []
     for row in rows:
         head = "".join(f"{cell:{w}}" for cell, w in zip(row, wide, strict=False))
-        last = textwrap.wrap(row[3], max(WIDTH - len(head), 20), break_long_words=False,
-                             break_on_hyphens=False)  # fmt: skip
-        lines += [head + (last[0] if last else ""), *(" " * len(head) + more for more in last[1:])]
+        lines += (head + wrapped(row[3], len(head), max(WIDTH, len(head) + 20))).splitlines()
     return "\n".join(line.rstrip() for line in lines)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.numbers import with_bar
+from ..base.numbers import counted, with_bar
 from ..report import Facts, Page, Paragraph, Picture, Table, provenance, write_html
 from .figures import KINDS, known_kind
 from .table import BAR, counts
@@ -59,7 +59,7 @@ def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
 def _lead(table, found) -> str:
     sizes = " × ".join(f"{table.sizes[d]} {d}" for d in table.status.dims)
     words = ", ".join(f"{number} {status}" for status, number in sorted(found.items()))
-    return f"{table.status.size} cases ({sizes}): {words}."
+    return f"{counted(table.status.size, 'case', 'cases')} ({sizes}): {words}."
 
 
 def _parameters(table) -> Table:

@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ...base.arrays import parts_of
 from ...base.errors import InputError
+from ...base.numbers import counted
 from .geometry import (
     MOST_JOINTS,
     Cutting,
@@ -38,7 +39,7 @@ from .network import (
     without_dead_ends,
 )
 from .rings import Rings
-from .small_blocks import Sliver, slivers
+from .small_blocks import Sliver, in_words, slivers
 
 _ROUNDING = 1e-9  # of the size of the regions
 _BITS = 8  # last bits that places far from (0, 0) may be off
@@ -352,17 +353,16 @@ class _Cut:
             least = reach
             break
         if network.moved > before:
-            count = network.moved - before
-            what = "corner" if count == 1 else "corners"
-            words = f"{count} {what} closer than {least:.3g} m to another became one with it"
+            what = counted(network.moved - before, "corner", "corners")
+            words = f"{what} closer than {least:.3g} m to another became one with it"
             self.messages.append(words)
         return network, trace_faces(network)
 
     def _tell_loops(self, loops) -> None:
         if loops:
             self.messages.append(
-                f"{len(loops)} loops of joints, each inside one block, were left out, as at "
-                f"{self._listed(loops)}"
+                f"{counted(len(loops), 'loop', 'loops')} of joints inside one block left out, as "
+                f"at {self._listed(loops)}"
             )
 
     def _listed(self, places) -> str:
@@ -480,8 +480,8 @@ class _Cut:
         if least_edge is None:
             least_edge = _SLIVER_EDGE * np.sqrt(mean)
         if blocks.merged:
-            what = "sliver was" if blocks.merged == 1 else "slivers were"
-            words = f"{blocks.merged} {what} merged with the neighbour of the longest common edge"
+            what = counted(blocks.merged, "sliver was", "slivers were")
+            words = f"{what} merged with the neighbour of the longest common edge"
             self.messages.append(words)
         blocks.slivers = slivers(
             blocks.polygons,
@@ -490,14 +490,10 @@ class _Cut:
             least_edge=least_edge,
             least_angle=self.settings.least_angle,
         )
-        if not blocks.slivers:
-            return
-        shown = "; ".join(map(str, blocks.slivers[:_NAMED]))
-        words = f"{len(blocks.slivers)} blocks are slivers: {shown}"
-        words += " …" if len(blocks.slivers) > _NAMED else ""
-        if self.settings.slivers == "refuse":
+        words = in_words(blocks.slivers)
+        if words and self.settings.slivers == "refuse":
             raise InputError(f"{words}; merge them (slivers = 'merge') or move the joints")
-        self.messages.append(words)
+        self.messages += [words] if words else []
 
 
 def _ring(polygon: shapely.Polygon) -> np.ndarray:

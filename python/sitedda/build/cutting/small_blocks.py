@@ -8,11 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...base.numbers import counted
 from .rings import Rings
 
 _AREA = 1e-4  # of the median area of the blocks
 _EDGE = 1e-4  # of the root of the median area
 _ANGLE = 0.5  # degrees
+_NAMED = 5  # in words
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,15 @@ class Sliver:
         """One line."""
         name = f"block {self.index + 1} {self.name}".rstrip()
         return f"{name} at ({self.place[0]:.6g}, {self.place[1]:.6g}): {self.reason}"
+
+
+def in_words(found: Sequence) -> str:
+    """How many blocks are slivers, the first ones by name; blank of none."""
+    if not found:
+        return ""
+    more = " …" if len(found) > _NAMED else ""
+    head = counted(len(found), "block is a sliver", "blocks are slivers")
+    return f"{head}: {'; '.join(map(str, found[:_NAMED]))}{more}"
 
 
 def slivers(

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 
 from ...base.numbers import number, with_bar
+from ...output.verdict_lines import Doubt
 from .bars import SMALL, Bar
 from .variants import STEPS
 
@@ -152,8 +153,8 @@ class Accuracy:
 
         return bands_picture(self)
 
-    def doubts(self) -> list[tuple[str, str]]:
-        """Topic and sentence of what figures share: no bar, a horizon, runs that ended early."""
+    def doubts(self) -> list[Doubt]:
+        """What figures share: no bar, a horizon, runs that ended early."""
         groups: dict[str, list[str]] = {}
         for name, figure in self.figures.items():
             if figure.doubt:
@@ -163,9 +164,10 @@ class Accuracy:
             ends = (self.figures[name].doubt.removeprefix(BEYOND).split()[1] for name in late)
             first = min(ends, key=float)
             groups[f"{BEYOND}, the first of {first} s, each one of a distribution"] = late
-        found = [("bars", f"{words}: {', '.join(names)}") for words, names in groups.items()]
-        found += [("bars", f"what {OPEN}: {self.cause}")] if self.cause else []
-        return found + [("bars", f"run {n}: {words}") for n, words in self.runs.items() if words]
+        found = [f"{words}: {', '.join(names)}" for words, names in groups.items()]
+        found += [f"what {OPEN}: {self.cause}"] if self.cause else []
+        found += [f"run {name}: {words}" for name, words in self.runs.items() if words]
+        return [Doubt("bars", words) for words in found]
 
     def to_dict(self) -> dict:
         """Plain values, such as for JSON."""

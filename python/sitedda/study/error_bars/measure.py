@@ -12,7 +12,7 @@ from pathlib import Path
 from ...base.errors import SiteddaError
 from ...base.stop import Stop
 from ...engine.simulation import Simulation
-from ...output.verdict_lines import OF_CHECK
+from ...output.verdict_lines import Doubt
 from .bars import bar_of_steps, penalty_error
 from .figures import OPEN, Accuracy, Figure, figure_of, is_count, is_figure
 from .horizon import bands_of, with_horizons
@@ -114,7 +114,7 @@ def accuracy(
 
 def _of_run(warning: str) -> str:
     """Doubts but those of the check, which are of the input and no news of a run."""
-    return "\n".join(w for w in warning.splitlines() if not w.startswith(f"{OF_CHECK}: "))
+    return "\n".join(str(doubt) for doubt in Doubt.lines(warning) if not doubt.of_check)
 
 
 def _of_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:

@@ -25,4 +25,4 @@ def figures_with_bars(file) -> dict:
     for name, figure in found.figures.items():
         numbers[name] = figure.finest
         numbers[f"{name}{BAR}"], numbers[f"{name}{DECIDED}"] = figure.bar, figure.decided
-    return numbers | {"warning": "\n".join(f"{topic}: {words}" for topic, words in found.doubts())}
+    return numbers | {"warning": "\n".join(map(str, found.doubts()))}

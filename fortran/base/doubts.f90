@@ -1,0 +1,82 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What is to be doubted of a run: topics with a sentence each.
+module dda_doubts
+   use dda_archive, only: archive_type, serialise, serialise_count
+   implicit none
+   private
+   public :: doubt_type, add_doubt, add_doubts, doubt_text, serialise_doubts
+
+   character(len=*), parameter :: from_check = 'check: '  !< before what a check has said
+
+   !> One doubt.
+   type :: doubt_type
+      character(len=:), allocatable :: topic  !< what it is about; blank: its words alone
+      character(len=:), allocatable :: words  !< a sentence
+      logical :: of_check = .false.           !< the check of the model has said it
+   end type doubt_type
+
+contains
+
+   !> One more of a list, which need not be allocated.
+   pure subroutine add_doubt(doubts, topic, words, of_check)
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< so far
+      character(len=*), intent(in) :: topic, words               !< see `doubt_type`
+      logical, intent(in), optional :: of_check                  !< likewise; default: no
+      type(doubt_type), allocatable :: longer(:)
+      integer :: n
+
+      n = 0
+      if (allocated(doubts)) n = size(doubts)
+      allocate (longer(n + 1))
+      if (n > 0) longer(:n) = doubts
+      longer(n + 1)%topic = topic
+      longer(n + 1)%words = words
+      if (present(of_check)) longer(n + 1)%of_check = of_check
+      call move_alloc(longer, doubts)
+   end subroutine add_doubt
+
+   !> All of another list.
+   pure subroutine add_doubts(doubts, more)
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< so far
+      type(doubt_type), intent(in) :: more(:)                    !< the next ones
+      integer :: i
+
+      do i = 1, size(more)
+         call add_doubt(doubts, more(i)%topic, more(i)%words, more(i)%of_check)
+      end do
+   end subroutine add_doubts
+
+   !> As a line: "topic: sentence", that of the check behind "check: ".
+   pure function doubt_text(doubt) result(text)
+      type(doubt_type), intent(in) :: doubt  !< one
+      character(len=:), allocatable :: text
+
+      text = doubt%words
+      if (doubt%topic /= '') text = doubt%topic//': '//text
+      if (doubt%of_check) text = from_check//text
+   end function doubt_text
+
+   !> A list, of which an archive that is read decides the length.
+   subroutine serialise_doubts(archive, doubts)
+      type(archive_type), intent(inout) :: archive               !< written or read
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< of a run
+      integer :: i, n
+
+      n = size(doubts)
+      call serialise_count(archive, n)
+      if (archive%reading) then
+         deallocate (doubts)
+         allocate (doubts(n))
+      end if
+      do i = 1, n
+         if (archive%reading) then
+            doubts(i)%topic = ''
+            doubts(i)%words = ''
+         end if
+         call serialise(archive, doubts(i)%topic)
+         call serialise(archive, doubts(i)%words)
+         call serialise(archive, doubts(i)%of_check)
+      end do
+   end subroutine serialise_doubts
+
+end module dda_doubts
