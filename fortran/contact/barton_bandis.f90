@@ -54,7 +54,7 @@ contains
    pure subroutine complete(law, joint, wrong)
       class(barton_bandis_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint      !< as read
-      character(len=:), allocatable, intent(out) :: wrong
+      character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
 
       wrong = ''
       call add_missing(wrong, 'jrc', joint%jrc)

@@ -101,7 +101,7 @@ contains
    pure subroutine complete_nothing(law, joint, wrong)
       class(joint_law_type), intent(in) :: law       !< of the joint
       type(joint_type), intent(inout) :: joint       !< as read
-      character(len=:), allocatable, intent(out) :: wrong
+      character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
 
       wrong = ''
    end subroutine complete_nothing

@@ -55,7 +55,7 @@ contains
    pure subroutine complete(law, joint, wrong)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint     !< as read
-      character(len=:), allocatable, intent(out) :: wrong
+      character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
 
       if (joint%residual_friction_angle == unset) joint%residual_friction_angle = &
          joint%friction_angle

@@ -52,7 +52,7 @@ contains
    pure subroutine complete(law, joint, wrong)
       class(plesha_type), intent(in) :: law     !< of the joint
       type(joint_type), intent(inout) :: joint  !< as read
-      character(len=:), allocatable, intent(out) :: wrong
+      character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
 
       wrong = ''
       call add_missing(wrong, 'asperity_angle', joint%asperity_angle)
