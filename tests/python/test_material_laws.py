@@ -10,7 +10,7 @@ import sitedda
 from sitedda.column import Column, Layer
 from sitedda.signals import spectral_acceleration
 from sitedda.site import Branches, beside
-from sitedda.site.curves import darendeli, hyperbolic
+from sitedda.site.curves import darendeli, gqh, hyperbolic, mkz
 from sitedda.site.nonlinear import nonlinear
 
 DENSITY, VELOCITY, POISSON = 2000.0, 300.0, 0.25
@@ -202,6 +202,35 @@ def test_check_says_how_far_soil_softens():
     cells, frequency = map(float, re.search(r"eta = 1/([\d.]+) at ([\d.]+) Hz", line).groups())
     assert cells == pytest.approx(VELOCITY * np.sqrt(0.267) / (5.0 * frequency), rel=2e-3)
     assert "blocks no larger than" in line
+
+
+CURVES = {
+    "hyperbolic": (MASING, hyperbolic(REFERENCE)),
+    "mkz": (
+        {"law": "hysteretic", "curve": "mkz", "reference_strain": 1e-3, "curve_factor": 1.4,
+         "curve_power": 0.8, "damping_curve": "masing"},
+        mkz(1e-3, 1.4, 0.8),
+    ),
+    "gqh": (
+        {"law": "hysteretic", "curve": "gqh", "reference_strain": 1e-3, "damping_curve": "masing",
+         "curve_fit": [-2.0, 1.9, 1.0, 1.0, 0.9]},
+        gqh(1e-3, [-2.0, 1.9, 1.0, 1.0, 0.9]),
+    ),
+    "darendeli": (
+        DARENDELI | {"mean_stress": 2e5, "plasticity_index": 30.0, "ocr": 2.0},
+        darendeli(2e5, 30.0, 2.0),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_the_engine_has_the_curves_of_the_package(name):
+    """Moduli at .1 and 1 % that the check tells, within the misfit of 60 branches."""
+    soil, curve = CURVES[name]
+    model = shaken_column(sine(2.0, 1.0, 10), 2, soil | {"branches": 60})
+    report = " ".join(str(sitedda.check(model)).split())
+    found = re.search(r"shear strain have ([\d.]+) and ([\d.]+) of", report).groups()
+    assert list(map(float, found)) == pytest.approx(curve.reduction_at([1e-3, 1e-2]), rel=0.02)
 
 
 @pytest.mark.parametrize("plasticity, said", [(200.0, True), (100.0, False)])

@@ -90,6 +90,21 @@ def test_original_rules(friction, slides):
         assert moved < 1e-3
 
 
+@pytest.mark.parametrize(("depth", "closes"), [(0.9, False), (1.1, True)])
+def test_the_original_closes_what_overlaps_by_a_share_of_the_model(depth, closes):
+    """s₀ = 2·10⁻⁴ of half of the model's size, 1.5 m: less keeps its velocity for the step."""
+    overlap, gap, speed = depth * 2e-4 * 1.5, 1e-5, 0.1
+    text = control((gap + overlap) / speed, 1, gravity=(0.0, 0.0)) + pile(0)
+    text += contact(1e9, contact_rules="original") + block("b", rectangle(0, gap, 1, 1))
+    with simulation(text) as run:
+        rates = np.zeros_like(run.rates)
+        rates[1, 1] = -speed
+        run.rates = rates
+        run.advance(1)
+        assert (run.contacts["state"] > 0).any() == closes
+        assert (run.rates[1, 1] == pytest.approx(-speed, rel=1e-9)) != closes
+
+
 def test_rates_set_from_outside():
     """Energy that new rates bring is input; before the first step it is part of the first state."""
     text = control(1e-3, 100, gravity=(0.0, 0.0)) + contact(1e9) + pile(1)
