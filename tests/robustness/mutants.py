@@ -16,6 +16,7 @@ fails there, too, has killed nothing.  Ends with status 1 below `LEAST` of them 
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import random
 import re
@@ -213,15 +214,25 @@ class Engine:
 
 
 def tests_of(file: str) -> list[Path]:
-    """All Python test files, those first that speak most of what a file is about."""
-    words = [w for w in Path(file).stem.split("_") if len(w) > 3] + [Path(file).parent.name]
-    score = {}
-    for path in (ROOT / "tests").glob("*/test_*.py"):
-        text = path.read_text().lower()
-        said = sum(text.count(word.removesuffix("s")) for word in words) / len(text)
-        named = sum(word.removesuffix("s") in path.stem for word in words)
-        score[path.relative_to(ROOT)] = -(10 * named + 1e3 * said)
-    return sorted((p for p in score if p.stem not in UNUSED), key=score.get)
+    """All Python test files, those first whose words are most those of a file and its comments."""
+    source = (ROOT / "fortran" / file).read_text()
+    about = words_of(f"{Path(file).stem} " * 9 + " ".join(re.findall(r"!.*", source)))
+    paths = [path for path in (ROOT / "tests").glob("*/test_*.py") if path.stem not in UNUSED]
+    texts = {path: words_of(f"{path.stem} " * 9 + path.read_text()) for path in paths}
+    in_tests = Counter(word for words in texts.values() for word in words)
+
+    def likeness(path: Path) -> float:
+        words = texts[path]
+        rare = {w: math.log(1 + words[w]) * math.log(len(texts) / in_tests[w]) for w in words}
+        size = math.sqrt(sum(value**2 for value in rare.values()))
+        return sum(math.log(1 + about[w]) * rare[w] for w in about if w in rare) / size
+
+    return [path.relative_to(ROOT) for path in sorted(texts, key=likeness, reverse=True)]
+
+
+def words_of(text: str) -> Counter:
+    """How often a text has each of its longer words, plurals as one."""
+    return Counter(word.rstrip("s") for word in re.findall(r"[a-z]{4,}", text.lower()))
 
 
 def killer(engine: Engine, mutant: Mutant, limit: float) -> str:
