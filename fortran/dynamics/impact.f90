@@ -9,9 +9,9 @@
 !>
 !> in the form of contacts that are rigid on velocities, by the same open–close iteration.  In such
 !> a step the blocks that are hit are rigid, and neither their other closed contacts nor their
-!> supports yield; bonds act as ever.  Where that hits further contacts they join, until none is
-!> left.  Contacts that the impact opens, like the corner about which a block has rocked, keep their
-!> force for the share of the step before the impact.
+!> supports yield; bonds are springs as in other steps.  Where that hits further contacts they join,
+!> until none is left.  Contacts that the impact opens, like the corner about which a block has
+!> rocked, keep their force for the share of the step before the impact.
 !>
 !> With e = 0 the contact first goes to its touch, v⁺ = −z₀/Δt, and stops in the step after; both
 !> steps together take the impact that one would.

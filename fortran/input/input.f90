@@ -179,7 +179,7 @@ contains
 
    contains
 
-      !> What the original rules do not go with.
+      !> What the original rules cannot be combined with.
       subroutine refuse(is, why)
          logical, intent(in) :: is            !< of the input
          character(len=*), intent(in) :: why  !< in words
@@ -246,7 +246,7 @@ contains
          default_stiffness(model%materials)
    end subroutine read_substances
 
-   !> Contact rules that a joint law does not go with.
+   !> Contact rules that a joint law cannot be combined with.
    subroutine check_rules(group, joint, contact, error)
       type(group_type), intent(in) :: group  !< of the joint's group
       type(joint_type), intent(in) :: joint  !< as read
@@ -282,14 +282,14 @@ contains
       if (any(joints%restitution >= 0.0_wp)) variable = 'restitution'
       do j = 1, size(joints)
          if (.not. joints(j)%is_plain()) call input_error(error, group, variable//' of a joint '// &
-            'does not go with a law, stiffness per area or contact_points, of this or another '// &
-            'joint: leave out one of them')
+            'cannot be combined with a law, stiffness per area or contact_points, of this or '// &
+            'another joint: leave out one of them')
       end do
       if (contact%original_rules) call input_error(error, group, variable// &
-         " does not go with contact_rules = 'original' of &contact: leave out one of them")
+         " cannot be combined with contact_rules = 'original' of &contact: leave out one of them")
       if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, variable// &
-         ' does not go with penetration_tolerance of &contact, whose contacts have no springs: '// &
-         'leave out one of them')
+         ' cannot be combined with penetration_tolerance of &contact, whose contacts have no '// &
+         'springs: leave out one of them')
    end subroutine refuse_damping
 
    !> A model that begins at rest has no first velocities.

@@ -247,10 +247,10 @@ contains
       call check_fails(error, 'damping = -1')
       call begin_or_fail(simulation, model('restitution = 0.5', "contact_rules = 'original'"), &
          error)
-      call check_fails(error, "restitution does not go with contact_rules = 'original'")
+      call check_fails(error, "restitution cannot be combined with contact_rules = 'original'")
       call begin_or_fail(simulation, model('damping = 5.0', 'penetration_tolerance = 1e-6'), &
          error)
-      call check_fails(error, 'damping does not go with penetration_tolerance')
+      call check_fails(error, 'damping cannot be combined with penetration_tolerance')
    end subroutine what_is_refused
 
    !> One block on a joint and with settings of the contacts.
