@@ -89,8 +89,10 @@ contains
       type(contacts_type), intent(in) :: contacts       !< list of the last step
       type(blocks_type), intent(in) :: blocks           !< present geometry
       real(wp) :: depth, pressed, deepest, hardest
+      logical :: with_cells
       integer :: c, v, w
 
+      with_cells = size(blocks%joined) > 0
       deepest = 0.0_wp
       hardest = 0.0_wp
       detection%depth = 0.0_wp
@@ -104,7 +106,8 @@ contains
          if (is_point(contacts, c)) cycle
          v = contacts%vertex(c)
          w = contacts%corner(c)
-         depth = depth + settled(blocks, contacts%block_v(c)) + settled(blocks, contacts%block_e(c))
+         if (with_cells) depth = depth + settled(blocks, contacts%block_v(c)) &
+            + settled(blocks, contacts%block_e(c))
          detection%depth(v) = max(detection%depth(v), depth)
          if (w > 0) detection%depth(w) = max(detection%depth(w), depth)
          detection%pressing(:, v) = [contacts%edge(c), detection%pressing(1, v)]

@@ -84,6 +84,7 @@ contains
       integer, intent(in) :: v, w                  !< vertices of two blocks
       real(wp), intent(in) :: tolerance, travel    !< m, see `is_glancing`
       type(corners_type), intent(out) :: corners   !< complete
+      integer, parameter :: before(4) = [3, 3, 1, 1], after(4) = [4, 4, 2, 2]  !< own edges
       logical, parameter :: at_end(4) = [.true., .false., .true., .false.]     !< of the edge
       real(wp) :: along(4, 2), from(4, 2), length(4)
       logical :: past_end(4)
@@ -100,9 +101,15 @@ contains
          corners%overshoot, past_end)
       corners%normal(:, 1) = along(:, 2)
       corners%normal(:, 2) = -along(:, 1)
-      do i = 1, 4
-         corners%separation(i) = separation(blocks, corners%vertex(i), corners%edge(i))
-      end do
+      if (size(blocks%joined) == 0) then  ! no cells: edges beside a vertex are its own
+         corners%separation = min( &
+            along(:, 1)*along(before, 2) - along(:, 2)*along(before, 1), &
+            along(:, 2)*along(after, 1) - along(:, 1)*along(after, 2))
+      else
+         do i = 1, 4
+            corners%separation(i) = separation(blocks, corners%vertex(i), corners%edge(i))
+         end do
+      end if
       corners%glancing = is_glancing(corners%gap, corners%overshoot, tolerance, travel) &
          .and. (past_end .eqv. at_end)
    end subroutine list_choices

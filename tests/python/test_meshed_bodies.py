@@ -161,6 +161,14 @@ def test_hole_in_a_plate(cells, fine, bounds):
         assert kirsch_error(size, sides, cells, fine) < bound
 
 
+@pytest.mark.parametrize("cells", CELLS)
+def test_order_on_cells_fitted_to_a_hole(cells):
+    """Kirsch, where the sides of the hole are as long as cells: 1.8 over two halvings, 2.5 found.
+    (Of a hole with many short sides each side has a cell of its own, long and narrow.)"""
+    coarse, fine = (kirsch_error(0.5 / part, 12 * part, cells, None) for part in (1, 4))
+    assert np.log2(coarse / fine) / 2 > 1.8
+
+
 def test_a_hole_in_rings_of_cells():
     """Kirsch: order 1.8 in displacement, 1.83 found; hoop beside 3 and −1 within 3 % at 16²."""
     errors, hoop = [], {}

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strength of discs of welded cells that are split between platens, over meshes of several seeds.
+
+    python tests/robustness/brazilian.py [--meshes 20] [--first 1] [--size 0.005] [--zone 0.1]
+
+A disc of D = .1 m has flats of 15°, and faces of l = EG/T² = `zone` D.  The reference is the same
+disc, law and loading with a straight crack: it breaks along the loaded diameter alone, where its
+cells are a third of the size.  That bears more than a brittle disc under forces at points, which
+has the tension T in its middle at ½ π D T: the force comes over the flats, and a crack that softens
+over its opening bears on.  Printed are the forces over ½ π D T and over the reference.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+import shapely
+
+import sitedda
+from sitedda.meshing.body import Part, mesh_body
+
+DIAMETER, YOUNG, STRENGTH = 0.1, 30e9, 4e6
+FLAT = np.radians(15.0)
+TOP = 0.5 * DIAMETER * np.cos(FLAT / 2)  # of the flats, m
+UNIT = 0.5 * np.pi * DIAMETER * STRENGTH  # N/m
+STEP, SPEED, RISE = 1e-6, 0.1, 2e-4  # s, m/s, s
+
+
+def outline(side: str) -> np.ndarray:
+    """The disc, or half of it, by corners 7.5° apart but for the flats, shape (n, 2), m."""
+    angle = np.radians(np.arange(-82.5, 83.0, 7.5))
+    right = 0.5 * DIAMETER * np.column_stack([np.cos(angle), np.sin(angle)])
+    left = right[::-1] * [-1, 1]
+    ends = np.array([[0.0, TOP], [0.0, -TOP]])
+    if side == "whole":
+        return np.concatenate([right, left])
+    return np.concatenate([right, ends] if side == "right" else [left, ends[::-1]])
+
+
+def disc(sides, cells, size, zone, seed=0) -> sitedda.Model:
+    """A disc between platens, which come together; of two sides it breaks between them alone."""
+    model = sitedda.Model()
+    model.control(time_step=STEP, steps=4000, gravity=[0.0, 0.0], integration="theta",
+                  analysis="plane_stress")  # fmt: skip
+    model.contact(normal_stiffness=1e12)
+    model.material("steel", density=7800.0, young_modulus=200e9, poisson_ratio=0.3)
+    model.joint("platen", friction_angle=5.0)
+    energy = zone * DIAMETER * STRENGTH**2 / YOUNG
+    bond = model.joint(
+        "bond", law="cohesive", friction_angle=30.0, tensile_strength=STRENGTH,
+        cohesion=3 * STRENGTH, fracture_energy=energy,
+        normal_stiffness_per_area=400 * STRENGTH**2 / energy,
+    )  # fmt: skip
+    for side in sides:
+        model.material(side, density=2600.0, young_modulus=YOUNG, poisson_ratio=0.2)
+    if len(sides) == 2:
+        bond.between = list(sides)
+    else:
+        model["material"][-1].fracture = "bond"
+    time = 2e-5 * np.arange(201)
+    way = SPEED * np.where(time < RISE, time**2 / (2 * RISE), time - RISE / 2)
+    model.motion("down", (-way).tolist(), 2e-5, "displacement")
+    for name, sign, more in (("bottom", -1, {}), ("top", 1, {"motion_y": "down"})):
+        low, high = sorted([sign * TOP, sign * (TOP + 0.02)])
+        model.block(name=name, vertices=[-0.02, low, 0.02, low, 0.02, high, -0.02, high],
+                    material="steel", joint="platen")  # fmt: skip
+        for x in (-0.02, 0.02):
+            model.fixed_point(x=x, y=sign * (TOP + 0.02), block=name, **more)
+    near = [shapely.LineString([(0, -TOP), (0, TOP)])] if len(sides) == 2 else []
+    outlines = [outline(side) for side in sides]
+    parts = [Part(one, ["platen"] * len(one), size) for one in outlines]
+    cut = mesh_body(parts, cells, near, size / 3 if near else None, seed)
+    for polygon, part in zip(cut.polygons, cut.parts, strict=True):
+        model.block(vertices=np.ravel(polygon).tolist(), body="disc", material=sides[part],
+                    joint="platen")  # fmt: skip
+    return model
+
+
+def largest_force(model, every=10, most=1400) -> float:
+    """Of a platen, N/m, before it has fallen to .9 of it or the energy of a diameter is spent."""
+    largest, spent = 0.0, 0.9 * model["joint"][1].fracture_energy * DIAMETER
+    with sitedda.Simulation(model) as run:
+        for _ in range(most // every):
+            run.advance(every)
+            contacts = run.contacts
+            on_top = (contacts["edge"] // 4 == 1) | (contacts["vertex"] // 4 == 1)
+            force = contacts["normal_force"][on_top].sum()
+            largest = max(largest, force)
+            broken = largest > 0.8 * UNIT and force < 0.9 * largest
+            if broken or run.energies["fracture"] > spent:
+                return float(largest)
+    raise RuntimeError(f"{most} steps did not split the disc")
+
+
+def straight(size, zone) -> float:
+    """Of the disc with a straight crack, N/m."""
+    return largest_force(disc(["left", "right"], "quadrilateral", size, zone))
+
+
+def meshed(size, zone, seed) -> float:
+    """Of a disc of polygons all of whose faces break, N/m."""
+    return largest_force(disc(["whole"], "voronoi", size, zone, seed))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--meshes", type=int, default=20)
+    parser.add_argument("--first", type=int, default=1, help="seed")
+    parser.add_argument("--size", type=float, default=0.005, help="of the cells, m")
+    parser.add_argument("--zone", type=float, default=0.1, help="EG/T² over the diameter")
+    given = parser.parse_args()
+    exact = straight(given.size, given.zone)
+    print(f"straight crack: {exact / UNIT:.3f} of the brittle disc", flush=True)
+    forces = []
+    for seed in range(given.first, given.first + given.meshes):
+        forces.append(meshed(given.size, given.zone, seed))
+        share = forces[-1] / UNIT
+        print(f"seed {seed}: {share:.3f}, {forces[-1] / exact:.3f} of the straight", flush=True)
+    forces = np.array(forces) / exact
+    print(f"mean {forces.mean():.3f}, standard deviation {forces.std(ddof=1):.3f}, "
+          f"{forces.min():.3f} to {forces.max():.3f} of the straight crack")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
