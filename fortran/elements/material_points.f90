@@ -23,10 +23,13 @@ module dda_material_points
    implicit none
    private
    public :: material_points_type, set_points, has_law, acts, resting, respond, cap_of, &
-      total_strain, present_stress, beyond_elastic, take_step, take_over, crack_points, places
+      total_strain, present_stress, shape_stress, beyond_elastic, take_step, take_over, &
+      crack_points, places
 
    integer, parameter :: crack_points = 3            !< of a broken face, by Lobatto
    real(wp), parameter :: places(crack_points) = [-1.0_wp, 0.0_wp, 1.0_wp]  !< ξ of them
+
+   real(wp), parameter :: arc_share = 2.0_wp/3.0_wp  !< 1 − (1/24)/(1/8)
 
    !> A law of a material.
    type :: slot_type
@@ -334,6 +337,33 @@ contains
          [0.0_wp, 0.0_wp, 0.0_wp], step_type(scheme_type(1.0_wp, 1.0_wp)), stress, tangent)
    end function present_stress
 
+   !> What of `carried` keeps the area of point p of a face where its plastic strain is not small.
+   !>
+   !> Cells that turn by a against each other about the middle of a face come nearer by ha²/8, arcs
+   !> by ha²/24: what a pressure p of the sides does with the difference is taken from it, the force
+   !> ⅔ p (h/L) [u]_l of the plastic linear jump.
+   pure function shape_stress(self, p) result(stress)
+      class(material_points_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: p                       !< point
+      real(wp) :: stress(3), pressure
+      integer :: k
+
+      stress = 0.0_wp
+      if (self%block(2, p) == 0 .or. .not. has_law(self, self%material(p))) return
+      stress = self%slot(self%material(p))%law%shape_stress(self%state(:, p))
+      if (self%side(1, p) == 0 .or. .not. self%map(1, 3, p) > 0.0_wp) return
+      pressure = 0.0_wp
+      do k = 1, 2
+         associate (side => self%side(k, p))
+            if (.not. self%active(side)) cycle
+            if (has_law(self, self%material(side))) pressure = max(pressure, &
+               self%slot(self%material(side))%law%pressure(self%state(:, side)))
+         end associate
+      end do
+      stress(1:2) = pressure*arc_share*2.0_wp*sum(self%face(p)%area)/self%face(p)%length**2 &
+         *self%state(1:2, p)
+   end function shape_stress
+
    !> What point p stores beyond an elastic one at a strain, J/m³.
    pure real(wp) function beyond_elastic(self, p, state, strain) result(energy)
       class(material_points_type), intent(in) :: self  !< elements of this kind
@@ -391,7 +421,8 @@ contains
          self%active(p) = .true.
          self%carried(:, p) = present_stress(before, old, blocks)
          self%point(p)%held = before%point(old)%held + matmul(before%point(old)%elasticity, &
-            self%reference(:, p) - before%reference(:, old)) + self%carried(:, p)
+            self%reference(:, p) - before%reference(:, old)) + self%carried(:, p) &
+            - shape_stress(before, old)
          return
       end if
       self%point(p)%held = before%point(old)%held

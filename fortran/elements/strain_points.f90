@@ -22,7 +22,8 @@ module dda_strain_points
    use dda_material, only: material_type
    use dda_material_law, only: loss_damping, loss_plastic, loss_scheme, losses
    use dda_material_points, only: material_points_type, set_points, has_law, acts, resting, &
-      respond, cap_of, total_strain, present_stress, beyond_elastic, take_step, take_over
+      respond, cap_of, total_strain, present_stress, shape_stress, beyond_elastic, take_step, &
+      take_over
    use dda_motion, only: motion_type
    use dda_ordered_sums, only: parallel_from
    use dda_scheme, only: step_type
@@ -430,10 +431,18 @@ contains
       real(wp) :: loss(losses)
       integer :: p
 
+      !$omp parallel do schedule(static) if (self%n >= parallel_from)
+      do p = 1, self%n
+         if (acts(self, p, blocks)) self%carried(:, p) = self%carried(:, p) - shape_stress(self, p)
+      end do
       !$omp parallel do schedule(static) private(loss) if (self%n >= parallel_from)
       do p = 1, self%n
          if (acts(self, p, blocks)) call take_step(self, p, self%state(:, p), &
             change_of(self, p, d), step, loss)
+      end do
+      !$omp parallel do schedule(static) if (self%n >= parallel_from)
+      do p = 1, self%n
+         if (acts(self, p, blocks)) self%carried(:, p) = self%carried(:, p) + shape_stress(self, p)
       end do
    end subroutine accept
 
@@ -522,7 +531,7 @@ contains
       do p = 1, self%n
          if (self%side(1, p) > 0 .or. self%crack(p) > 0) exit  ! jumps are no stress of a cell
          if (.not. acts(self, p, blocks)) cycle
-         own = self%area(p)*present_stress(self, p, blocks)
+         own = self%area(p)*(present_stress(self, p, blocks) - shape_stress(self, p))
          if (self%block(2, p) == 0) then
             associate (b => self%block(1, p))
                stress(:, b) = stress(:, b) + own/blocks%area(b)

@@ -45,6 +45,8 @@ module dda_material_law
       procedure :: plastic_strain => no_plastic_strain
       procedure :: yields => never_yields
       procedure :: jump_cap => no_cap
+      procedure :: shape_stress => no_shape_stress
+      procedure :: pressure => no_pressure
       procedure :: secant => full_secant
       procedure :: in_words => no_words
       procedure :: unmet => no_words
@@ -135,6 +137,24 @@ contains
 
       no_cap = huge(1.0_wp)
    end function no_cap
+
+   !> Stress by which the mean stress works on what the area changes by beyond tr ε, Pa; here: none,
+   !> as strains are small.
+   pure function no_shape_stress(self, state) result(stress)
+      class(material_law_type), intent(in) :: self  !< law
+      real(wp), intent(in) :: state(:)              !< [any] of the point
+      real(wp) :: stress(3)
+
+      stress = 0.0_wp
+   end function no_shape_stress
+
+   !> Mean pressure in the plane at the end of the last step, Pa; here: none that turns faces.
+   pure real(wp) function no_pressure(self, state)
+      class(material_law_type), intent(in) :: self  !< law
+      real(wp), intent(in) :: state(:)              !< [any] of the point
+
+      no_pressure = 0.0_wp
+   end function no_pressure
 
    !> Share of the shear modulus of small strains that loops of a shear strain have; here: all.
    pure real(wp) function full_secant(self, strain)

@@ -26,9 +26,10 @@ module dda_mohr_coulomb_solid
    integer, parameter :: plastic(3) = [1, 2, 3]  !< ε^p in a state
    integer, parameter :: across = 4              !< ε^p across the plane
    integer, parameter :: strained = 5            !< κ
-   !> of the radius of the largest Mohr circle: what jumps of a face may carry; what other shares
-   !> make of limit loads is in docs/material_laws.md
-   real(wp), parameter :: jump_share = 0.1_wp
+   integer, parameter :: mean_stress = 6         !< ½(σx + σy) of the last step, Pa
+   !> of the radius of the largest Mohr circle: what jumps of a face that yields may carry; what
+   !> other shares make of limit loads is in docs/material_laws.md
+   real(wp), parameter :: jump_share = 0.05_wp
 
    !> Strengths of a solid.
    type, extends(material_law_type) :: mohr_coulomb_solid_type
@@ -44,6 +45,8 @@ module dda_mohr_coulomb_solid
       procedure :: plastic_strain
       procedure :: yields
       procedure :: jump_cap
+      procedure :: shape_stress
+      procedure :: pressure
       procedure :: largest_thickness
    end type mohr_coulomb_solid_type
 
@@ -57,11 +60,11 @@ module dda_mohr_coulomb_solid
 
 contains
 
-   !> ε^p in and across the plane, κ.
+   !> ε^p in and across the plane, κ, the mean stress.
    pure integer function state_size(self)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
 
-      state_size = 5
+      state_size = 6
    end function state_size
 
    !> Strength after a plastic strain κ.
@@ -217,6 +220,7 @@ contains
          state(across) = state(across) + flow(3)
          state(strained) = state(strained) + maxval(flow) - min(0.0_wp, minval(flow))
       end if
+      state(mean_stress) = 0.5_wp*(circle%to%stress(1) + circle%to%stress(2))
       loss(loss_scheme) = (step%scheme%theta - 0.5_wp)*doubled(point, elastic, flow(3))
    end subroutine finish
 
@@ -259,8 +263,8 @@ contains
       yields = .true.
    end function yields
 
-   !> Stress up to which the jumps of a face may carry, Pa: a share of the radius of the largest
-   !> circle about the mean stress at the start of a step.
+   !> Stress up to which the jumps of a face may carry, Pa: what the point has left of the largest
+   !> circle about its mean stress at the start of a step, at least a share of that radius.
    pure real(wp) function jump_cap(self, point, state, strain)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< of the face
@@ -268,14 +272,35 @@ contains
       real(wp), intent(in) :: strain(3)                   !< ε at the start of a step
       type(circle_type) :: circle
       type(strength_type) :: strength
+      real(wp) :: largest
 
       call return_stress(self, point, state, strain, circle)
       strength = strength_at(self, point, state(strained))
       associate (mean => 0.5_wp*(circle%to%stress(1) + circle%to%stress(2)))
-         jump_cap = jump_share*max(0.0_wp, min(strength%cohesion*cos(strength%friction) &
-            - mean*sin(strength%friction), strength%tension - mean))
+         largest = min(strength%cohesion*cos(strength%friction) - mean*sin(strength%friction), &
+            strength%tension - mean)
+         jump_cap = max(0.0_wp, jump_share*largest, largest - 0.5_wp*(circle%to%stress(1) &
+            - circle%to%stress(2)))
       end associate
    end function jump_cap
+
+   !> σ_m ∂det ε^p/∂ε^p: the mean stress works on the change of area, tr ε + det ε.  By the trace
+   !> alone a shear γ loses γ²/4 of its area, and a pressure p takes ½pγ from the stress of a band.
+   pure function shape_stress(self, state) result(stress)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+      real(wp), intent(in) :: state(:)                    !< [any] of the point
+      real(wp) :: stress(3)
+
+      stress = state(mean_stress)*[state(2), state(1), -0.5_wp*state(3)]
+   end function shape_stress
+
+   !> −σ_m of the last step, where it is above 0.
+   pure real(wp) function pressure(self, state)
+      class(mohr_coulomb_solid_type), intent(in) :: self  !< law
+      real(wp), intent(in) :: state(:)                    !< [any] of the point
+
+      pressure = max(0.0_wp, -state(mean_stress))
+   end function pressure
 
    !> Thickness beyond which shear or tension falls faster with the strain of a point than D.
    pure real(wp) function largest_thickness(self, elasticity) result(thickness)
