@@ -28,6 +28,7 @@ from . import (
     stability,
     tunnel,
     waves,
+    yielding,
 )
 from .case import CASES, Case, Outcome, Result, Row, Table
 from .report import write_report
@@ -36,7 +37,7 @@ __all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "wr
 
 _FAMILIES = (sliding, flight, settlement, rocking, waves, damping, integration, stability, packing)
 _FAMILIES += (slopes, crossings, masonry_limits, joints, impacts, boundaries, plane_waves)
-_FAMILIES += (cables, tunnel, casebook)
+_FAMILIES += (cables, tunnel, casebook, yielding)
 
 
 def run_case(name: str, short: bool = False) -> Result:
