@@ -5,9 +5,11 @@ module dda_rank_one
    use dda_kinds, only: wp
    implicit none
    private
-   public :: rank_one_type, most_changes, forget_changes, add_change
+   public :: rank_one_type, most_changes, drift, forget_changes, add_change
 
    integer, parameter :: most_changes = 160   !< that are kept; more are only counted
+   !> relative change of a term that need not be known, as by the drift of the geometry
+   real(wp), parameter :: drift = 1.0e-3_wp
 
    !> The changes, in the order in which they were made.
    type :: rank_one_type

@@ -18,7 +18,7 @@ module dda_contact_terms
    use dda_joint_bond, only: bond_forces, bond_springs, is_cohesive
    use dda_joint_contact, only: centre_shift
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
-   use dda_rank_one, only: rank_one_type, add_change
+   use dda_rank_one, only: rank_one_type, drift, add_change
    implicit none
    private
    public :: contact_terms_type, prepare_contact_terms, update_contact_terms, is_free, is_clean, &
@@ -29,9 +29,6 @@ module dda_contact_terms
    integer, parameter :: is_dirty_stiffness = 2  !< the matrix too
 
    integer, parameter :: none = -1   !< no state
-
-   !> relative change of a spring that the solver need not know, as by the drift of the geometry
-   real(wp), parameter :: drift = 1.0e-3_wp
 
    !> What of the contacts has to be assembled, and what of it a solver has not yet seen.
    type :: contact_terms_type

@@ -36,13 +36,13 @@ module dda_line_search
       end function slope_interface
    end interface
 
-   integer, parameter :: most_steps = 40
-   !> a slope below this share of the first one is none
+   !> bisections after which an interval is rounding
+   integer, parameter :: most_steps = digits(1.0_wp)
+   !> a slope below this share of the first one is none; of the curvature, which the first one is
+   !> where it ends at none, likewise
    real(wp), parameter :: zero_slope = 1.0e-2_wp
    !> a slope below this share of the curvature leaves a step of Newton's method whole
    real(wp), parameter :: whole_slope = 0.1_wp
-   !> a slope below this share of the curvature is none
-   real(wp), parameter :: rounding = 1.0e-10_wp
 
 contains
 
@@ -70,7 +70,7 @@ contains
          slope_hi = slope_hi + other%at(1.0_wp)
          if (slope_hi <= whole_slope*abs(growth)) return
       end if
-      if (slope_hi <= abs(growth)*rounding) return
+      if (slope_hi <= abs(growth)*zero_slope) return
       call take_out_linear(contacts, laws, linear)
       start = start + linear(1)
       growth = growth + linear(2)

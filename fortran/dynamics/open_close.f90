@@ -13,7 +13,6 @@ module dda_open_close
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
    use dda_contact_evaluation, only: evaluate_contacts
-   use dda_cycles, only: cycle_type, record_states, may_change
    use dda_friction, only: acting_stretch, laws_type, shear_stiffness_of
    use dda_interrupts, only: fail_if_stopped, fail_within_step, stop_within_step
    use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
@@ -29,29 +28,23 @@ module dda_open_close
    implicit none
    private
    public :: open_close_type, solve_contacts, solve_assumed, begin_iteration, counts_of, &
-      add_counts, iterate, evaluate, check_strength, take_states, fail_if_given_up
+      add_counts, iterate, evaluate, check_strength, take_states, fail_if_given_up, retained_share
 
    real(wp), parameter :: short_step = 0.5_wp        !< share left of a step that overshot
    real(wp), parameter :: very_short_step = 0.1_wp
-   integer, parameter :: most_short_steps = 6        !< in a row; then a whole one is taken
-   integer, parameter :: few_lines = 15              !< Newton's iterations without a line search
    integer, parameter :: few_solves = 45             !< to less than the noise of places
-   real(wp), parameter :: more_noise = 3.0_wp        !< allowed with each more of them
    real(wp), parameter :: least_share = 0.1_wp       !< of the tolerance, below which a line stays
    integer, parameter :: most_friction_solves = 60   !< while the states are held
-   integer, parameter :: most_diverged = 4           !< of friction forces, before the last resort
    real(wp), parameter :: loose = 1.0e-2_wp          !< of the first residual, before the last solve
    real(wp), parameter :: friction_share = 0.05_wp   !< of the first difference, likewise
-   real(wp), parameter :: least_retained = 0.01_wp   !< share of the shear stiffness to begin with
-   !> before all sliding contacts retain a share, which costs factors: with 2, settling walls take
-   !> 1.3 times as many; with 8, static stages do not end
-   integer, parameter :: few_overshoots = 4
-   real(wp), parameter :: near_whole = 0.9_wp        !< share of a step that has not overshot
+   !> in a row: then a whole step is taken after very short ones, all sliding contacts retain a share
+   !> after overshoots, which costs factors (with 2, settling walls take 1.3 times as many; with 8,
+   !> static stages do not end), and friction forces that diverge in a step are the last resort's
+   integer, parameter :: few = 4
    real(wp), parameter :: many_changes = 0.05_wp     !< of the contacts, which will overshoot
-   real(wp), parameter :: slide_share = 0.3_wp       !< of the secant shear stiffness, retained
-   real(wp), parameter :: opening_share = 0.03_wp    !< of the normal stiffness, retained
-   real(wp), parameter :: decay = 0.3_wp             !< of what a contact retains, per iteration
-   integer, parameter :: most_rounds = 2             !< of max_iterations, with bounds from outside
+   !> of a secant shear stiffness, retained at first; then of what was, per iteration
+   real(wp), parameter :: retained_share = 0.3_wp
+   real(wp), parameter :: least_retained = 0.03_wp   !< of a stiffness; of a normal one at first
 
    !> Settings and outcome of the iteration of one step.
    type :: open_close_type
@@ -84,7 +77,6 @@ module dda_open_close
       real(wp) :: unbalanced_work = 0.0_wp            !< of forces that it left unbalanced, J/m
       real(wp) :: reduction = 0.0_wp                  !< `loose` unless the solve may be the last
       type(slides_type) :: slides                     !< sliding contacts and their forces
-      type(cycle_type) :: history                     !< states that have been assumed
    end type open_close_type
 
 contains
@@ -128,10 +120,11 @@ contains
       logical, intent(out) :: converged  !< they are, and all contacts exert what was assumed
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(bounds_type) :: bounds
-      integer :: before(3)
+      integer :: before(3), most
 
       call hold_bounds(bounds, contacts, laws)
-      do while (iteration%iterations < most_rounds*iteration%max_iterations)
+      most = iteration%iterations + iteration%max_iterations
+      do while (iteration%iterations < most)
          before = counts_of(iteration)
          call iterate(iteration, system, solver, contacts, laws, converged, error)
          call add_counts(iteration, before)
@@ -174,7 +167,7 @@ contains
             call force_to_stick(system, contacts, diverged)
             exactly = .false.
             times_diverged = times_diverged + 1
-            if (times_diverged > most_diverged .and. has_last_resort(iteration, laws)) return
+            if (times_diverged > few .and. has_last_resort(iteration, laws)) return
             cycle
          end if
          if (iteration%residual <= iteration%tolerance) &
@@ -221,7 +214,6 @@ contains
       iteration%retained = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_steps = 0
-      iteration%history = cycle_type()
       iteration%worst = 0  ! of the last step's list
       contacts%close_count(:contacts%n) = 0
       contacts%retained(:contacts%n) = 0.0_wp
@@ -324,8 +316,7 @@ contains
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       integer, intent(in) :: solves  !< in vain
 
-      noise = iteration%noise*min(1.0_wp, iteration%rounding*more_noise**max(0, min(solves &
-         - few_solves, few_lines)))
+      noise = iteration%noise*merge(iteration%rounding, 1.0_wp, solves <= few_solves)
    end function noise_after
 
    !> A loose solve has led to forces within the tolerance: solve exactly, and evaluate again.
@@ -415,20 +406,21 @@ contains
       alpha = 1.0_wp
       overshot = any(contacts%state(:n) == contact_slide .and. &
          contacts%trial_state(:n) == contact_stick)
-      if (allocated(contacts%held_bound) .or. (iteration%short_steps < most_short_steps .and. &
+      if (allocated(contacts%held_bound) .or. (iteration%short_steps < few .and. &
          (any(contacts%trial_state(:n) /= contacts%state(:n)) .or. &
-         (laws%curved .and. iteration%iterations > few_lines)))) then
+         laws%curved))) then
          call descend(system, contacts, laws, alpha)
          if (alpha < 1.0_wp) call evaluate(iteration, system%d, contacts, laws)
       end if
       if (allocated(contacts%held_bound)) return
       iteration%short_steps = merge(iteration%short_steps + 1, 0, alpha < very_short_step)
-      iteration%shortened = alpha < near_whole
+      iteration%shortened = alpha < 1.0_wp
       iteration%overshoots = merge(iteration%overshoots + 1, 0, alpha < short_step .and. overshot)
-      if (iteration%overshoots >= few_overshoots) &
-         iteration%retained = min(1.0_wp, max(least_retained, 3*iteration%retained))
-      if (alpha > short_step) iteration%retained = iteration%retained/10
-      if (iteration%retained < 0.1_wp*least_retained) iteration%retained = 0.0_wp
+      if (iteration%overshoots >= few) &
+         iteration%retained = min(1.0_wp, max(retained_share*least_retained, &
+         iteration%retained/retained_share))
+      if (alpha > short_step) iteration%retained = retained_share**2*iteration%retained
+      if (iteration%retained < retained_share**3*least_retained) iteration%retained = 0.0_wp
    end subroutine globalise
 
    !> A converged step stands unless a bond is overloaded or a contact is not tight enough.
@@ -498,15 +490,10 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(out) :: changed  !< contacts that change
       logical :: by_contact
-      integer :: n, c, p
+      integer :: n, p
 
       n = contacts%n
-      call record_states(iteration%history, contacts%state(:n))
       if (.not. laws%plain) call renew_lines(contacts, laws, least_share*iteration%tolerance)
-      do c = 1, n
-         if (.not. (may_change(iteration%history, c) .or. allocated(contacts%held_bound))) &
-            contacts%trial_state(c) = contacts%state(c)
-      end do
       changed = count(contacts%trial_state(:n) /= contacts%state(:n))
       by_contact = (iteration%shortened .or. changed > many_changes*n) .and. &
          .not. allocated(contacts%held_bound)
@@ -564,12 +551,12 @@ contains
       associate (state => contacts%trial_state(c), before => contacts%state(c))
          share = 0.0_wp
          if (by_contact .and. state == before) then
-            share = decay*contacts%retained(c)
+            share = retained_share*contacts%retained(c)
             if (state == contact_open .or. share < least_retained) share = 0.0_wp
          else if (by_contact .and. state == contact_slide) then
-            share = slide_share*secant_share(contacts, laws, c)
+            share = retained_share*secant_share(contacts, laws, c)
          else if (by_contact .and. state == contact_open) then
-            share = opening_share
+            share = least_retained
          end if
          if (state == contact_slide) share = max(share, iteration%retained)
          contacts%retained(c) = share

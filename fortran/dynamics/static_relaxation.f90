@@ -21,7 +21,7 @@ module dda_static_relaxation
    use dda_friction, only: laws_type
    use dda_linear_solver, only: solver_type
    use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
-      counts_of, evaluate, fail_if_given_up, iterate, solve_assumed, take_states
+      counts_of, evaluate, fail_if_given_up, iterate, retained_share, solve_assumed, take_states
    use dda_ordered_sums, only: inner_product, parallel_from
    use dda_system, only: system_type
    implicit none
@@ -30,12 +30,9 @@ module dda_static_relaxation
 
    integer, parameter :: many_changes = 2000     !< of the first iteration: the step is relaxed
    integer, parameter :: most_attempts = 5       !< in vain, in a row, to close steps by iteration
-   integer, parameter :: few_iterations = 20     !< by states, after a step that was relaxed
-   integer, parameter :: most_iterations = 21    !< of a relaxed step
-   integer, parameter :: depth = 10              !< of the acceleration
-   real(wp), parameter :: accuracy = 1.0e-8_wp   !< of the first residual, of each solve
-   real(wp), parameter :: open_share = 0.2_wp    !< of the springs of an open contact without gap
-   real(wp), parameter :: slide_share = 0.3_wp   !< of the shear spring of a sliding contact
+   integer, parameter :: most_iterations = 21    !< of a relaxed step, or by states after one
+   !> of the first residual, of each solve: products of two such errors are rounding
+   real(wp), parameter :: accuracy = sqrt(epsilon(1.0_wp))
    real(wp), parameter :: ascent = 10.0_wp       !< that the last iterate may have, over the best
    real(wp), parameter :: divergence = 1.0e4_wp  !< of the correction, over the least
    real(wp), parameter :: gain = 0.5_wp          !< of the first correction, from step to step
@@ -94,7 +91,7 @@ contains
       states = contacts%state(:contacts%n)
       most = iteration%max_iterations
       iteration%most_changes = many_changes
-      if (iteration%attempts > 0) iteration%max_iterations = min(most, few_iterations)
+      if (iteration%attempts > 0) iteration%max_iterations = min(most, most_iterations)
       solver%may_hand_over = iteration%attempts == 0
       call iterate(iteration, system, solver, contacts, laws, converged, error)
       iteration%max_iterations = most
@@ -126,7 +123,6 @@ contains
       integer :: i
 
       call begin_iteration(iteration, contacts)
-      iterates%memory%depth = depth
       system%contact_terms%rebuild = .true.
       system%d = 0.0_wp
       call evaluate(iteration, system%d, contacts, laws)
@@ -164,8 +160,8 @@ contains
          share = 1.0_wp
          gap_force = laws%normal_stiffness*max(0.0_wp, contacts%gap(c))
          if (contacts%state(c) == contact_open .and. .not. contacts%normal_force(c) > 0.0_wp) &
-            share = open_share/(1.0_wp + gap_force/max(iteration%weight, tiny(1.0_wp)))
-         if (contacts%state(c) == contact_slide) share(2) = slide_share
+            share = retained_share/(1.0_wp + gap_force/max(iteration%weight, tiny(1.0_wp)))
+         if (contacts%state(c) == contact_slide) share(2) = retained_share
          contacts%imposed_spring(:, c) = share*[laws%normal_stiffness, laws%shear_stiffness]
          contacts%state(c) = contact_stick
       end do

@@ -87,10 +87,7 @@ REMEDIES = {
         OPEN_CLOSE, "by_contact = (", "by_contact = n < 0 .and. ("
     ),
     "fraction retained by all": Remedy(
-        OPEN_CLOSE, "iteration%overshoots >= few_overshoots", "n < 0 .and. n >= few_overshoots"
-    ),
-    "pseudo-random changes in cycles": Remedy(
-        OPEN_CLOSE, "do c = 1, n\n         if (.not. (may", "do c = 1, 0\n         if (.not. (may"
+        OPEN_CLOSE, "iteration%overshoots >= few", "n < 0 .and. n >= few"
     ),
     "outer iteration for friction bounds": Remedy(
         OPEN_CLOSE, "= iteration%last_resort .and.", "= .false. .and. iteration%last_resort .and."

@@ -5,7 +5,6 @@ module test_open_close
    use dda_kinds, only: wp, pi
    use dda_system, only: system_type
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type
-   use dda_cycles, only: cycle_type, record_states
    use dda_errors, only: error_type, error_convergence
    use dda_friction, only: laws_type
    use dda_open_close, only: solve_contacts, open_close_type
@@ -41,31 +40,7 @@ contains
       call locking_wall()
       call no_contacts()
       call too_few_iterations()
-      call states_that_come_back()
    end subroutine open_close_suite
-
-   !> A set of states is known again, and told from one that differs in any one contact.
-   subroutine states_that_come_back()
-      integer, parameter :: n = 100
-      type(cycle_type) :: past, other
-      integer :: state(n), c, known
-
-      call case('states that come back')
-      state = [(int(random(0.0_wp, 2.99_wp)), c = 1, n)]
-      call record_states(past, state)
-      call check(.not. past%back, 'the first states are new')
-      known = 0
-      do c = 1, n
-         other = past
-         state(c) = modulo(state(c) + 1, contact_stick + 1)
-         call record_states(other, state)
-         if (other%back) known = known + 1
-         state(c) = modulo(state(c) - 1, contact_stick + 1)
-      end do
-      call check(known == 0, 'one contact is enough to differ')
-      call record_states(past, state)
-      call check(past%back, 'they have come back')
-   end subroutine states_that_come_back
 
    subroutine close_all(system, contacts, laws, iteration, error)
       type(system_type), intent(inout) :: system

@@ -20,14 +20,10 @@ module dda_low_rank
    use dda_front_plan, only: front_plan_type
    use dda_low_rank_columns, only: low_rank_columns_type, plan_columns, make_columns, &
       multiply_columns, project, subtract_columns, vector_width, column_panels
-   use dda_rank_one, only: rank_one_type, most_changes, add_change, forget_changes
+   use dda_rank_one, only: rank_one_type, most_changes, drift, add_change, forget_changes
    implicit none
    private
    public :: low_rank_type, plan_low_rank, free_low_rank, update_low_rank, rebuild_low_rank, correct
-
-   !> of u, by which the geometry of a contact drifts while its factor lasts
-   real(wp), parameter :: drift = 1.0e-3_wp
-   real(wp), parameter :: cancelled = 1.0e-9_wp  !< share of a term that is left by rounding
 
    !> The changes since the factor was made, with W and C.
    type :: low_rank_type
@@ -104,12 +100,12 @@ contains
       term_of = 0
    end function term_of
 
-   !> Zero where the two cancel but for rounding.
+   !> Zero where the two all but cancel.
    pure real(wp) function sum_of_terms(a, b) result(total)
       real(wp), intent(in) :: a, b  !< N/m
 
       total = a + b
-      if (abs(total) <= cancelled*max(abs(a), abs(b))) total = 0.0_wp
+      if (abs(total) <= drift*max(abs(a), abs(b))) total = 0.0_wp
    end function sum_of_terms
 
    !> W, WᵀW and C from the first panel on that holds new terms.

@@ -10,18 +10,17 @@ module dda_anderson
    private
    public :: anderson_type, forget, accelerate
 
-   integer, parameter :: most_depth = 20
+   integer, parameter :: depth = 10   !< differences that are kept
    integer, parameter :: long = 6*parallel_from  !< unknowns from which threads repay their start
-   !> share of the diagonal added to the normal equations
-   real(wp), parameter :: regular = 1.0e-14_wp
+   !> share of the diagonal added to the normal equations: rounding of their elimination
+   real(wp), parameter :: regular = depth*epsilon(1.0_wp)
 
    !> Differences of the last iterations.
    type :: anderson_type
-      integer :: depth = 6                            !< differences kept, at most `most_depth`
       integer :: count = 0                            !< iterations since the start
       real(wp), allocatable :: image(:), residual(:)  !< [n] g and g − x of the iteration before
       real(wp), allocatable :: d_image(:,:), d_residual(:,:)  !< [n, depth]
-      real(wp) :: normal(most_depth, most_depth) = 0.0_wp  !< products of the columns d_residual
+      real(wp) :: normal(depth, depth) = 0.0_wp  !< products of the columns d_residual
    end type anderson_type
 
 contains
@@ -38,14 +37,14 @@ contains
       type(anderson_type), intent(inout) :: memory  !< gets this iteration
       real(wp), intent(inout) :: x(:)  !< [n] in the units of the unknowns
       real(wp), intent(in) :: image(:)  !< [n] g(x)
-      real(wp) :: share(most_depth), part(2*most_depth, most_pieces)
+      real(wp) :: share(depth), part(2*depth, most_pieces)
       integer :: n, used, slot, p
 
       n = size(x)
       call reserve(memory, n)
       slot = 0
-      if (memory%count > 0) slot = modulo(memory%count - 1, memory%depth) + 1
-      used = min(memory%count, memory%depth)
+      if (memory%count > 0) slot = modulo(memory%count - 1, depth) + 1
+      used = min(memory%count, depth)
       memory%count = memory%count + 1
       if (n < long) then
          call remember(memory, slot, used, x, image, 1, n, part(:, 1))
@@ -71,7 +70,7 @@ contains
       integer, intent(in) :: slot, used             !< column of the differences; columns
       real(wp), intent(in) :: x(:), image(:)        !< [n] x and g(x)
       integer, intent(in) :: first, last            !< of the range
-      real(wp), intent(out) :: products(2*most_depth)
+      real(wp), intent(out) :: products(2*depth)
       integer :: j
 
       if (slot > 0) then
@@ -85,7 +84,7 @@ contains
       do j = 1, used
          products(j) = dot_product(memory%d_residual(first:last, j), &
             memory%d_residual(first:last, slot))
-         products(most_depth + j) = dot_product(memory%d_residual(first:last, j), &
+         products(depth + j) = dot_product(memory%d_residual(first:last, j), &
             memory%residual(first:last))
       end do
    end subroutine remember
@@ -94,14 +93,14 @@ contains
    pure subroutine solve_normal(memory, slot, used, products, share)
       type(anderson_type), intent(inout) :: memory  !< gets the products of the last column
       integer, intent(in) :: slot, used             !< that column; columns
-      real(wp), intent(in) :: products(2*most_depth)  !< from `remember`
-      real(wp), intent(out) :: share(most_depth)
+      real(wp), intent(in) :: products(2*depth)  !< from `remember`
+      real(wp), intent(out) :: share(depth)
 
       if (slot > 0) then
          memory%normal(:used, slot) = products(:used)
          memory%normal(slot, :used) = products(:used)
       end if
-      share = products(most_depth + 1:)
+      share = products(depth + 1:)
       call eliminate(memory%normal(:used, :used), share(:used))
    end subroutine solve_normal
 
@@ -128,8 +127,8 @@ contains
          if (size(memory%image) >= n) return
          deallocate (memory%image, memory%residual, memory%d_image, memory%d_residual)
       end if
-      allocate (memory%image(2*n), memory%residual(2*n), memory%d_image(2*n, memory%depth), &
-         memory%d_residual(2*n, memory%depth))
+      allocate (memory%image(2*n), memory%residual(2*n), memory%d_image(2*n, depth), &
+         memory%d_residual(2*n, depth))
       memory%count = 0
    end subroutine reserve
 
