@@ -432,21 +432,24 @@ def low_pass(length: int, time_step: float, frequency: float) -> NDArray[np.comp
     -------
     ndarray, shape (length // 2 + 1,)
     """
-    from scipy.fft import rfftfreq
-
-    away = np.tan(np.pi * np.minimum(rfftfreq(length, time_step) * time_step, 0.4999))
+    away = np.tan(np.pi * np.minimum(np.fft.rfftfreq(length, time_step) * time_step, 0.4999))
     s = 1j * away / np.tan(np.pi * min(frequency * time_step, 0.45))
     return 1.0 / np.prod([s * s + 2.0 * c * s + 1.0 for c in _BUTTERWORTH], axis=0)
 
 
 def low_passed(motion: ArrayLike, time_step: float, frequency: float) -> NDArray[np.float64]:
     """A motion, shape (m,), every `time_step` s, below a frequency (Hz): see `low_pass`."""
-    from scipy.fft import irfft, next_fast_len, rfft
-
     values = np.asarray(motion, dtype=float)
-    length = next_fast_len(2 * len(values), real=True)
-    spectrum = rfft(values, length) * low_pass(length, time_step, frequency)
-    return irfft(spectrum, length)[: len(values)]
+    length = fast_length(2 * len(values))
+    spectrum = np.fft.rfft(values, length) * low_pass(length, time_step, frequency)
+    return np.fft.irfft(spectrum, length)[: len(values)]
+
+
+def fast_length(least: int) -> int:
+    """The smallest number from `least` on without prime factors above 5: fast to transform."""
+    best = 1 << (least - 1).bit_length()
+    odd = [3**i * 5**j for i in range(40) for j in range(28)]
+    return min([best, *(n << max(0, -(-least // n) - 1).bit_length() for n in odd if n < best)])
 
 
 def running_integral(series: ArrayLike, time_step: float) -> NDArray[np.float64]:

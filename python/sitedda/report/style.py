@@ -205,9 +205,25 @@ def save_picture(figure, file, reads: Iterable = (), scheme: str = "light", **op
     """
     file = Path(file)
     file = file if file.suffix else file.with_name(f"{file.name}.png")
-    with written(file, "a picture", reads) as beside:
-        dress(figure, scheme).savefig(beside, **options)
+    with written(file, "a picture", reads) as beside, _laid_out(dress(figure, scheme), **options):
+        figure.savefig(beside, **options)
     return file
+
+
+@contextmanager
+def _laid_out(figure: Figure, dpi: float | None = None, **_others):
+    """The layout of a figure is found once for its picture: `savefig` finds it twice."""
+    engine, usual = figure.get_layout_engine(), figure.dpi
+    if engine is not None:
+        figure.dpi = dpi or usual
+        engine.execute(figure)
+        figure.set_layout_engine("none")
+    try:
+        yield
+    finally:
+        if engine is not None:
+            figure.set_layout_engine(engine)
+            figure.dpi = usual
 
 
 def draw_blocks(axes, polygons, color=STONE, edge=EDGE, alpha=1.0, lw=0.6, **more) -> None:

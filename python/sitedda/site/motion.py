@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import positive
+from ..engine.signals import fast_length
 
 
 @dataclass(frozen=True)
@@ -55,10 +56,8 @@ class Motion:
         if not np.all(np.isfinite(series)):
             where = int(np.flatnonzero(~np.isfinite(series))[0])
             raise ValueError(f"sample {where} of the motion is {series[where]}")
-        from scipy.fft import next_fast_len
-
         step = float(positive("time_step", time_step))
-        return cls(series, step, next_fast_len(2 * series.size, real=True))
+        return cls(series, step, fast_length(2 * series.size))
 
     @property
     def frequencies(self) -> NDArray[np.float64]:

@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+from numpy.fft import irfft, rfft, rfftfreq
 
 from ...base.errors import SiteddaError
 from ...engine.checking import transfer
-from ...engine.signals import low_pass, spectral_acceleration
+from ...engine.signals import fast_length, low_pass, spectral_acceleration
 from ...engine.simulation import Simulation
 from ...output.verdict import PERIODS, SPECTRUM_DAMPING, run_scheme, verdict
 from .bars import bar_of_steps, penalty_error
@@ -111,7 +111,7 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     highest = 0.499 / own_step  # that Δt carries, Hz
     points = _points(history)
     rest = 1 if all(map(_has_died_out, points)) else 2  # what goes on is not to come round
-    length = next_fast_len(rest * history.sizes["time"], real=True)
+    length = fast_length(rest * history.sizes["time"])
     length += length % 2
     frequency = rfftfreq(length, step)
     numbers: list[dict[str, float]] = []
@@ -203,7 +203,7 @@ def _measured(point, velocity, acceleration, step, resolved, times, near) -> dic
 
     With the largest of `times` samples for one of the run; `near` keeps periods of large Sa.
     """
-    length = next_fast_len(2 * len(acceleration), real=True)
+    length = fast_length(2 * len(acceleration))
     length += length % 2
     spectrum = rfft(acceleration, length) * low_pass(length, step, resolved)
     between = times * irfft(spectrum, times * length)[: times * len(acceleration)]
