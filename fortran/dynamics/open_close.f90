@@ -32,15 +32,17 @@ module dda_open_close
 
    real(wp), parameter :: short_step = 0.5_wp        !< share left of a step that overshot
    real(wp), parameter :: very_short_step = 0.1_wp
+   integer, parameter :: most_short_steps = 6        !< in a row; then a whole one is taken
    integer, parameter :: few_solves = 45             !< to less than the noise of places
    real(wp), parameter :: least_share = 0.1_wp       !< of the tolerance, below which a line stays
    integer, parameter :: most_friction_solves = 60   !< while the states are held
    real(wp), parameter :: loose = 1.0e-2_wp          !< of the first residual, before the last solve
    real(wp), parameter :: friction_share = 0.05_wp   !< of the first difference, likewise
-   !> in a row: then a whole step is taken after very short ones, all sliding contacts retain a share
-   !> after overshoots, which costs factors (with 2, settling walls take 1.3 times as many; with 8,
-   !> static stages do not end), and friction forces that diverge in a step are the last resort's
+   !> overshoots in a row, before all sliding contacts retain some stiffness (with 2, settling walls
+   !> take 1.3 times as many factors; with 8, static stages do not end); and friction forces that
+   !> diverge in a step, before the last resort
    integer, parameter :: few = 4
+   real(wp), parameter :: near_whole = 0.9_wp        !< share of a step that has not overshot
    real(wp), parameter :: many_changes = 0.05_wp     !< of the contacts, which will overshoot
    !> of a secant shear stiffness, retained at first; then of what was, per iteration
    real(wp), parameter :: retained_share = 0.3_wp
@@ -406,7 +408,7 @@ contains
       alpha = 1.0_wp
       overshot = any(contacts%state(:n) == contact_slide .and. &
          contacts%trial_state(:n) == contact_stick)
-      if (allocated(contacts%held_bound) .or. (iteration%short_steps < few .and. &
+      if (allocated(contacts%held_bound) .or. (iteration%short_steps < most_short_steps .and. &
          (any(contacts%trial_state(:n) /= contacts%state(:n)) .or. &
          laws%curved))) then
          call descend(system, contacts, laws, alpha)
@@ -414,7 +416,7 @@ contains
       end if
       if (allocated(contacts%held_bound)) return
       iteration%short_steps = merge(iteration%short_steps + 1, 0, alpha < very_short_step)
-      iteration%shortened = alpha < 1.0_wp
+      iteration%shortened = alpha < near_whole
       iteration%overshoots = merge(iteration%overshoots + 1, 0, alpha < short_step .and. overshot)
       if (iteration%overshoots >= few) &
          iteration%retained = min(1.0_wp, max(retained_share*least_retained, &

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import re
 
+import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
@@ -24,7 +25,16 @@ from sitedda.plot import kind_of, run_picture
 from sitedda.report import Picture, to_html
 from sitedda.scene import Scene
 from sitedda.stability.safety import Mechanism, Safety
-from sitedda.style import INK, JOINT_MAP, RESTING, SCHEMES, dress
+from sitedda.style import (
+    INK,
+    JOINT_MAP,
+    RESTING,
+    SCHEMES,
+    dress,
+    legend_above,
+    new_figure,
+    save_picture,
+)
 from sitedda.vtk import write_vtk
 
 
@@ -316,3 +326,20 @@ def test_joints_lie_above_the_water_that_presses_in_them(root):
     axes = draw(root / "inputs/wedge.nml")
     water = [line for line in axes.lines if line.get_label() == "water"]
     assert water and all(2.2 < line.get_zorder() < 3 for line in water)  # outlines, joints
+
+
+def test_a_picture_that_is_laid_out_once_is_the_same(tmp_path):
+    def made():
+        figure, axes = new_figure(1, 2, size=(5.0, 3.0))
+        for i, one in enumerate(axes):
+            one.plot([0, 1], [0, 10.0**i], label="moved")
+            one.set(xlabel="time (s)", ylabel="displacement (m)")
+            legend_above(one, 1)
+        return figure
+
+    figure, other = made(), dress(made())
+    save_picture(figure, tmp_path / "once.png", dpi=130)
+    other.savefig(tmp_path / "usual.png", dpi=130)
+    assert figure.get_layout_engine() is not None
+    once, usual = (matplotlib.image.imread(tmp_path / f"{name}.png") for name in ("once", "usual"))
+    assert np.array_equal(once, usual)

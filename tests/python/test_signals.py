@@ -6,9 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.fft import next_fast_len
 
 from sitedda.signals import (
     dominant_frequency,
+    fast_length,
     log_decrement,
     response_spectrum,
     smooth_konno_ohmachi,
@@ -287,3 +289,8 @@ def test_frequency_of_a_decay():
 def test_dominant_frequency_errors(arguments, message):
     with pytest.raises(ValueError, match=message):
         dominant_frequency(*arguments)
+
+
+def test_fast_lengths_are_those_of_scipy():
+    lengths = [*range(1, 1000), 120_001, 999_983]
+    assert [fast_length(n) for n in lengths] == [next_fast_len(n, real=True) for n in lengths]
