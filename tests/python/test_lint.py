@@ -168,7 +168,7 @@ TOTAL = set(
     free_addresses gains_energy given has_half_space has_last_resort has_law has_memory
     has_motion heading_columns is_approached
     is_below is_convex is_dispersive is_done is_glancing is_held is_output_time is_plain
-    is_point is_spent is_whole lies_along lower_case may_change may_exceed missing_buffers parallel
+    is_point is_spent is_whole lies_along lower_case may_exceed missing_buffers parallel
     passes_centre process_id replaces side sources_of square_of stage_finished stands stop_heard
     stop_requested strength tension text_of was_pressed will_change will_do""".split()
 )
