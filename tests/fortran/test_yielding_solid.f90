@@ -55,7 +55,7 @@ contains
       real(wp), intent(in) :: to  !< εy at the end
       integer, parameter :: steps = 200
       type(step_type) :: step
-      real(wp) :: stress(3), state(5), strain(3), change(3), tangent(3, 3), loss(losses)
+      real(wp) :: stress(3), state(6), strain(3), change(3), tangent(3, 3), loss(losses)
       integer :: i, k
 
       step = step_type(scheme_type(1.0_wp, 1.0_wp), 0.0_wp, 0.01_wp)
@@ -152,7 +152,7 @@ contains
       real(wp), intent(in) :: theta
       real(wp), intent(out) :: worst(3)
       type(step_type) :: step
-      real(wp) :: state(5), strain(3), change(3), stress(3), tangent(3, 3), loss(losses)
+      real(wp) :: state(6), strain(3), change(3), stress(3), tangent(3, 3), loss(losses)
       real(wp) :: before, work
       integer :: i
 
@@ -187,7 +187,7 @@ contains
       type(strain_point_type) :: point
       type(step_type) :: step
       real(wp) :: change(3), more(3), stress(3), other(3), tangent(3, 3), ignored(3, 3), off
-      real(wp) :: state(5)
+      real(wp) :: state(6)
       integer :: i, k, wrong
 
       call case('tangents')
