@@ -46,6 +46,7 @@ module dda_open_close
    real(wp), parameter :: many_changes = 0.05_wp     !< of the contacts, which will overshoot
    !> of a secant shear stiffness, retained at first; then of what was, per iteration
    real(wp), parameter :: retained_share = 0.3_wp
+   real(wp), parameter :: first_retained = 0.01_wp   !< by all sliding contacts
    real(wp), parameter :: least_retained = 0.03_wp   !< of a stiffness; of a normal one at first
 
    !> Settings and outcome of the iteration of one step.
@@ -419,10 +420,9 @@ contains
       iteration%shortened = alpha < near_whole
       iteration%overshoots = merge(iteration%overshoots + 1, 0, alpha < short_step .and. overshot)
       if (iteration%overshoots >= few) &
-         iteration%retained = min(1.0_wp, max(retained_share*least_retained, &
-         iteration%retained/retained_share))
-      if (alpha > short_step) iteration%retained = retained_share**2*iteration%retained
-      if (iteration%retained < retained_share**3*least_retained) iteration%retained = 0.0_wp
+         iteration%retained = min(1.0_wp, max(first_retained, 3*iteration%retained))
+      if (alpha > short_step) iteration%retained = iteration%retained/10
+      if (iteration%retained < 0.1_wp*first_retained) iteration%retained = 0.0_wp
    end subroutine globalise
 
    !> A converged step stands unless a bond is overloaded or a contact is not tight enough.
