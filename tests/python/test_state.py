@@ -92,7 +92,6 @@ REMADE = {
         "attempts": "set in static stages",
         "unbalanced_work": "set in each step",
         "slides": "listed in each iteration",
-        "history": "forgotten in each step",
         "rounding": "set in each step",
     },
     ("elements", "fixed_points_type"): {"point": "the input", "stiffness": "the input"},
