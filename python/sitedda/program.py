@@ -24,7 +24,7 @@ _SCIPY_ROOM = 2**27  # of them, for SciPy, which has an OpenBLAS of its own
 # Libraries of arrays that xarray imports, where they are installed, to ask whether an array is one
 # of theirs: no array of the program is, and dask alone takes .4 s.  A study may run on dask.
 _FOREIGN_ARRAYS = ("cubed", "cupy", "dask", "pint", "sparse")
-_OBJECTS = 20_000  # new ones before rubbish is looked for: 700 take 6 % of a run, in its imports
+_OBJECTS = 20_000  # new ones before a garbage collection: with 700 that is 6 % of a run
 
 
 class _RoomForScipy:
@@ -45,7 +45,7 @@ def main(arguments: list[str] | None = None) -> int:
         status = _status(arguments, interruption)
     if arguments is None:  # this process is the program, and at its end
         interruption.ignore()
-        gc.freeze()  # all goes with the process: no rubbish is looked for in it, which takes .25 s
+        gc.freeze()  # the process ends: a last garbage collection takes .25 s
     return status
 
 

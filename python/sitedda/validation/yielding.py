@@ -74,7 +74,7 @@ def factor(model: Model) -> Safety:
 def slopes_that_yield(short: bool) -> Outcome:
     """Two sizes of cells each; the short form is the cut with large ones."""
     rows, table = [], []
-    cases = [("vertical cut", cut, 1.0, 0.06, 0.02, (4,) if short else (8, 16))]
+    cases = [("vertical cut", cut, 1.0, 0.06 if short else 0.03, 0.02, (4,) if short else (8, 16))]
     if not short:
         cases += [
             ("slope of clay", clay, 1.47, 0.03, 0.02, (8, 16)),
