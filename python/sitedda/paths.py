@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The short path of each module that callers use, as `sitedda.masonry` for `build.masonry`."""
 
-from __future__ import annotations
-
 import sys
 from importlib import import_module
 from importlib.abc import Loader

@@ -5,8 +5,6 @@ This module imports nothing that takes time or memory, so that a signal, a libra
 and too little memory are met here, wherever they come.
 """
 
-from __future__ import annotations
-
 import gc
 import mmap
 import os

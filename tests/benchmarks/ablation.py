@@ -10,8 +10,6 @@ otherwise, or take five times as long.  Counts do not depend on the machine; the
 --quick takes the small cases.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -8,8 +8,6 @@ Processor time (user and system) and wall time are printed: the median of the di
 neighbouring runs.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import resource

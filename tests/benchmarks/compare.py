@@ -8,8 +8,6 @@ largest that is shaken, the time of a short run is taken off that of a long one;
 whole run counts.  Printed: the ratio BEFORE/AFTER, its median and range, and the least times.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import re

@@ -4,8 +4,6 @@
 ``python tests/benchmarks/facade.py`` prints both and the time that each takes.
 """
 
-from __future__ import annotations
-
 import time
 
 import sitedda

@@ -9,8 +9,6 @@ all that disturbs a run makes it longer, and the median.  Where other work goes 
 time is the fairer.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import platform

@@ -7,8 +7,6 @@ python tests/benchmarks/live.py [--quick] [--loss]
 a client takes all frames without drawing them, in turns.
 """
 
-from __future__ import annotations
-
 import asyncio
 import os
 import statistics

@@ -8,8 +8,6 @@ refuses PressureIndependMultiYield).  Run from the top of the repository:
     python tests/benchmarks/opensees_column.py
 """
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -6,8 +6,6 @@ factor kept while no spring changes.  Which vertex faces which edge is taken fro
 detection of contacts is not part of its time.
 """
 
-from __future__ import annotations
-
 import statistics
 import time
 

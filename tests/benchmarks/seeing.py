@@ -5,8 +5,6 @@ Time of the clock and of the processors, since the machine may be busy.  The vie
 system's Chromium with software rendering.  With an output: its picture and its report as well.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import tempfile

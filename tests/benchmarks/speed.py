@@ -13,8 +13,6 @@ stretches of steps where a step takes microseconds.  With --docs the table and t
 docs/.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

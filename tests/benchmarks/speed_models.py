@@ -6,8 +6,6 @@ The head joints of walls are open by half a millimetre, as those of dry masonry 
 bricks all touch and carry nothing meets gravity suddenly.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

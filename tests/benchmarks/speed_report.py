@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The results of the speed benchmark as tables and as a picture."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 STATES = ("quiet", "sudden", "settling", "shaken")

@@ -7,8 +7,6 @@ environment in turns with them.  Medians of the clock and of the processors, sin
 be busy.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import resource

@@ -15,8 +15,6 @@ Then the time and memory to plan and to collect very many cases, whose results a
 with 14 numbers and a history.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -10,8 +10,6 @@ the wheel and its Python dependencies without a network, and runs the example of
 both programs.  It says the lowest glibc that the wheel runs on.
 """
 
-from __future__ import annotations
-
 import argparse
 import platform
 import re

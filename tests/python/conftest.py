@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the tests of the package and of the executable share."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A Dask scheduler and workers as processes of their own, started from the command line."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Layered ground of square blocks on a compliant base, for tests of what stands at its sides."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import sitedda

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Namelist inputs written from Python, and two small models that most tests start from."""
 
-from __future__ import annotations
-
 import copy
 
 from sitedda.groups import value_text

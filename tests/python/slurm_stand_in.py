@@ -7,8 +7,6 @@ usage: slurm_stand_in.py SCRIPT
 STAND_IN_SEED gives the random order, STAND_IN_SIDE how many tasks run side by side.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import re

@@ -7,8 +7,6 @@ rest of a cell has the strain of the cell.  Jumps of the displacement across fac
 of their mean and of their linear part.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

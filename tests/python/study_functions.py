@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Functions that studies of the tests call, here and in worker processes; when tables agree."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Figures with bars: what they are made of, and that truths lie within."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import math

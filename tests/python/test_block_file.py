@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Block files carry what &block groups say, to the same bits, and lies in them are found."""
 
-from __future__ import annotations
-
 import resource
 import struct
 from contextlib import contextmanager

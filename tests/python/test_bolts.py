@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bolts against closed forms: stiffness, pretension, yield, rupture, joints that they cross."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Boundaries: half-spaces that absorb, motions that come in, rest on dashpots, bad input."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from lattices import DENSITY, MODULUS, POISSON, ROCK, SPEED, lattice, moved

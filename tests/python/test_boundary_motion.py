@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What comes in through boundaries and how they move; pictures; edges taken twice."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from lattices import DENSITY, MODULUS, POISSON, SPEED, lattice

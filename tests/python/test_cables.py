@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cables past several points against closed forms: pulleys, slings, rows of blocks, pendulums."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

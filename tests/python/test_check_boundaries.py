@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a check says of dashpots, of the size of blocks, and of the sides of a model."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs that end early go on from a checkpoint, to the same bits; what does not fit is refused."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Edges that name different joints: friction, order of the blocks, output, resumption."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

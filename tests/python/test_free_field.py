@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Free-field sides: level ground moves as its column, hills radiate, states and words."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from lattices import DENSITY, MODULUS, lattice, moved

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshed ground around a core: waves in it, its outline, its boundaries, what is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import shapely

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a run says of joints that lose strength or dilate."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

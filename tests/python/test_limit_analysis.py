@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Limit analysis against closed forms, and what it says of models that it does not know."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda live`: the session that pages speak to, its guard, what it saves and what it keeps."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os

@@ -4,8 +4,6 @@
 With SITEDDA_PICTURES=FOLDER the pictures of docs/live.md are taken.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import time

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What pictures show: scales by area, rounding, joints, forces, schemes, and the kind of a run."""
 
-from __future__ import annotations
-
 import json
 import re
 

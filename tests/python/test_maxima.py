@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The largest values of a run are those of all its steps, against an evaluation of its own."""
 
-from __future__ import annotations
-
 import math
 import warnings
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Probable mistakes in a model: one line in run, native run and check; none that is not true."""
 
-from __future__ import annotations
-
 import math
 import re
 

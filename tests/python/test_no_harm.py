@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is written: nothing in place of what is not the program's own, whole or not at all."""
 
-from __future__ import annotations
-
 import json
 import os
 import resource

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures, movies, VTK files, the verdict and reports of a run, without a browser."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import xml.etree.ElementTree as xml

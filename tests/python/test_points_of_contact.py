@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Contact points between corners: places in files and pictures, the word on bonds that bend."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Strength reduction against closed forms, and what it says when there is no factor."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Models come to rest before they are shaken, and what comes after follows in stages."""
 
-from __future__ import annotations
-
 import math
 import signal
 import subprocess

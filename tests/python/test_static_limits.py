@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Static stages end at rest below the limit of equilibrium, and beyond it never do."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What can be changed between two steps changes as closed forms say; nothing else can be set."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

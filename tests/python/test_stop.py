@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs that end before their duration, and output at equal times."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

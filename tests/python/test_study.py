@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Studies: cases, keys, tables; what fails, what is resumed, what is refused."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where studies run: the command, a Dask cluster, Slurm; records, and settings in a file."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import signal

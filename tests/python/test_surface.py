@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Amplification along the surface of a run over its free field or its outcrop."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from lattices import lattice

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The interactive view and reports in the system's Chromium, headless and without a network."""
 
-from __future__ import annotations
-
 import re
 import time
 from pathlib import Path

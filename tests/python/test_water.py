@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Tractions and water on edges against statics written down."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -13,8 +13,6 @@ or makes one outside of its folder.  What fails is kept in a folder, from which 
 To attack as another user: setpriv --reuid=65534 --regid=65534 --clear-groups python ….
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import hashlib

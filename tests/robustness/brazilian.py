@@ -10,8 +10,6 @@ has the tension T in its middle at ½ π D T: the force comes over the flats, an
 over its opening bears on.  Printed are the forces over ½ π D T and over the reference.
 """
 
-from __future__ import annotations
-
 import argparse
 
 import numpy as np

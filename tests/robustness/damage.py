@@ -10,8 +10,6 @@ same bits in the end; a checkpoint that is damaged and given a matching checksum
 who means it can, must at least not crash or hang the engine.  Ends with status 1 otherwise.
 """
 
-from __future__ import annotations
-
 import argparse
 import random
 import shutil

@@ -8,8 +8,6 @@ What is left of an output is shown, or refused in one sentence that names the fi
 another kind, a crash or a hang ends the study with status 1.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import os

@@ -18,8 +18,6 @@ transfer function without other runs, are held against the limit of runs at Δt/
 amplification against that of the transfer functions of these steps.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import random

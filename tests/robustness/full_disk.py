@@ -11,8 +11,6 @@ reach its end; resumed with room it must give the bits of a run left alone.  End
 any does not.
 """
 
-from __future__ import annotations
-
 import argparse
 import resource
 import shutil

@@ -12,8 +12,6 @@ out of memory, gives a value that is not finite without an error, or takes a dam
 a good one is kept in a folder.  Ends with status 1 if there was any.
 """
 
-from __future__ import annotations
-
 import argparse
 import collections
 import os

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs that are stopped before their end: models, programs, comparison to the last bit."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

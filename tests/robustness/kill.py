@@ -13,8 +13,6 @@ leave the older file or the whole new one, and nothing beside it unless killed b
 status 1 if any output differs.
 """
 
-from __future__ import annotations
-
 import argparse
 import random
 import signal

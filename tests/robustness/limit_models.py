@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Random arches and walls with openings, dry, under a horizontal body force."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

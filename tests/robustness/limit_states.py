@@ -11,8 +11,6 @@ of some a force that grows slowly in dynamics leads to the same verdict.  Rest i
 output: contact forces within friction balance each block, and act where blocks touch.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile

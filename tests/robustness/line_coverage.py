@@ -10,8 +10,6 @@ Ends with status 1 below 95 % or where a line has no reason.  Needs gcc's gcov, 
 the test packages.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

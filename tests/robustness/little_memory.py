@@ -5,8 +5,6 @@
 usage: python tests/robustness/little_memory.py [--limits N] [--least MB] [--most MB]
 """
 
-from __future__ import annotations
-
 import argparse
 import resource
 import shutil

@@ -9,8 +9,6 @@ random moment; what comes back must be the edited model and its run, and the run
 the bits of the saved namelist by `sitedda run`.  Ends with status 1 if one differs.
 """
 
-from __future__ import annotations
-
 import argparse
 import random
 import sys

@@ -12,8 +12,6 @@ a compiler or a library is printed, and the status is then 1.  --cores names pro
 kernels OpenBLAS shall take (OPENBLAS_CORETYPE): without AVX-512 all its products need a buffer.
 """
 
-from __future__ import annotations
-
 import argparse
 import collections
 import os

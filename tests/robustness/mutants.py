@@ -13,8 +13,6 @@ first that speak of what the file is about, until one fails or LIMIT seconds of 
 fails there, too, has killed nothing.  Ends with status 1 below `LEAST` of them killed.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import os

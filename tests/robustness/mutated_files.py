@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Hostile files of lines, polygons and blocks: DXF, GeoJSON, CSV, WKT, netCDF."""
 
-from __future__ import annotations
-
 import io
 import json
 import random

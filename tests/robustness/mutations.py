@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Hostile inputs, records and checkpoints: good ones spoilt, by grammar and byte by byte."""
 
-from __future__ import annotations
-
 import random
 import re
 import sys

@@ -5,8 +5,6 @@
 lower limit and 1.02 of the upper one.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

@@ -10,8 +10,6 @@ of lists, exponents with d, doubled quotes, comments, several groups on a line. 
 differs, and ends with status 1 if anything does.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import json

@@ -13,8 +13,6 @@ valgrind).
 Ends with status 1 if anything was found.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

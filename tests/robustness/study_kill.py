@@ -9,8 +9,6 @@ then it is started again, killed again one time in three, until it ends.  Its ta
 same bits as that of a study left alone.  Ends with status 1 if any differs.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import random

@@ -4,8 +4,6 @@
 Per block q = (u, v, r, ex, ey, gxy) about the centroid; M x'' + K x = f, unit thickness.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

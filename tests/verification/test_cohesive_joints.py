@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cohesive joints: strength, fracture energy, friction that comes in with damage."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

@@ -2,8 +2,6 @@
 """Cohesive joints between bodies, and faces of one that break into them: arms that are peeled off
 each other or shear, beams that bend, plates that tear."""
 
-from __future__ import annotations
-
 import sys
 from functools import cache
 from pathlib import Path

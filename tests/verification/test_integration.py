@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Members of the time integration, and supports that do not ring, on whole runs."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The fast parts of the reproduction of the paper: what it must reach, and a whole report."""
 
-from __future__ import annotations
-
 import base64
 import re
 

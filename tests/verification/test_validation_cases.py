@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every validation case in its short form: all rows within what they allow."""
 
-from __future__ import annotations
-
 import pytest
 
 from sitedda.validation import CASES, run_case

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The report, the command line, and the references that cases compare with."""
 
-from __future__ import annotations
-
 import re
 from html import escape
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Arrays that hold the parts of many things one behind the other."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The engine, as f2py compiled it, with its errors as exceptions."""
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable

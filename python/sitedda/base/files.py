@@ -6,8 +6,6 @@ only a regular file of its kind, by the first bytes of that: a picture a picture
 What cannot be written is an `OutputError` that names the file.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import signal

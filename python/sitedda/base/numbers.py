@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Numbers as a reader sees them in terminals, reports, pictures; the engine writes them alike."""
 
-from __future__ import annotations
-
 import math
 
 # Factors from SI to the units in which values are shown.

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Files that are read: regular ones alone, and no more of them than their kind may hold."""
 
-from __future__ import annotations
-
 import os
 import stat
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Groups that describe joints and masonry, turned into the blocks that the engine reads."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections import Counter, defaultdict

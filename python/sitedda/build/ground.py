@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Ground beside and below jointed rock, its boundaries, and the joint that ties them."""
 
-from __future__ import annotations
-
 import numpy as np
 import shapely
 from shapely.ops import split

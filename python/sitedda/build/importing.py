@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lines and polygons from DXF, GeoJSON, WKT and CSV files, which are not trusted."""
 
-from __future__ import annotations
-
 import csv
 import json
 from collections.abc import Iterator

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Level ground in layers: a group that makes blocks, materials, base, sides and measured points."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A site in a CSV file: layers with velocities, density, damping and curves over depth."""
 
-from __future__ import annotations
-
 import csv
 import math
 import re

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda accuracy`: how sure the figures of an input are."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from pathlib import Path

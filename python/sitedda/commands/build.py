@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda build`: the blocks of an input with joints and masonry."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda check`: what a run will meet."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Two-dimensional discontinuous deformation analysis of blocks that are shaken."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from importlib import import_module

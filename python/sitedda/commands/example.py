@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda example`: inputs and studies that run as they are."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda live`: the model in the browser."""
 
-from __future__ import annotations
-
 import argparse
 import os
 from pathlib import Path

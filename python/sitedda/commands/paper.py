@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda paper`: the results of the paper, reproduced."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

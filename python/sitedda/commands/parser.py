@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the commands have in common: their parser, changes of an input, notes."""
 
-from __future__ import annotations
-
 import argparse
 from typing import NoReturn
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda pushover`: the capacity curve of a model, past its peak."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda record`: read a ground motion, print its measures, draw it."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda run` and `sitedda resume`: an input to its end, and what to say and draw of it."""
 
-from __future__ import annotations
-
 import argparse
 import shlex
 import sys

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda site`: blocks and column of a layered site; `sitedda surface`: hills and valleys."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda study`: a study from a TOML file, here, on a Dask cluster, or by Slurm."""
 
-from __future__ import annotations
-
 import argparse
 import shlex
 import sys

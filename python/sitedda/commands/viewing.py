@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Commands that show a model or an output: draw, view, movie, export, report."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

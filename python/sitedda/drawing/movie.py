@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Movies of blocks: MP4 by ffmpeg, GIF by Pillow."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import shutil

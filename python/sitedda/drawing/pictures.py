@@ -4,8 +4,6 @@
 Only `matplotlib.figure.Figure` is used: the backend of the session stays as it is.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable

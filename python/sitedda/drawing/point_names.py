@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Names beside points of a picture, none over another or over a point."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -4,8 +4,6 @@
 Thin on the engine, scipy and pyKOOH.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A run of the engine, step by step or to its end."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time

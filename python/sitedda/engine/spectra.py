@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fourier spectra and amplification, computed by the engine (FFTW)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The input as an object that can be checked, drawn and run."""
 
-from __future__ import annotations
-
 from ..build import model
 from ..build.model import Group
 from ..engine.checking import check

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How a model and a simulation show themselves in a notebook."""
 
-from __future__ import annotations
-
 from ..base.errors import SiteddaError
 from ..report.html import fragment
 from ..report.page import Facts, Part, Picture

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The report of a run, of a model before its run, and of a check."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The picture that a run ends with, chosen by what was asked of it, and the panels of a record."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An input run to its end, and what comes of it."""
 
-from __future__ import annotations
-
 import signal
 import tempfile
 import warnings

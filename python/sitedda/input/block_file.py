@@ -10,8 +10,6 @@ and ``edge_joint`` (vertex), of the edge that begins there, are numbers from 1 i
 body that a block is a cell of.  All but the first two may be missing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda example`: inputs and studies that run as they are, copied with the files they name."""
 
-from __future__ import annotations
-
 import posixpath
 import re
 from importlib.resources import files

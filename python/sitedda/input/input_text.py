@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The text of an input as groups of values, by the engine's own reader."""
 
-from __future__ import annotations
-
 import json
 import re
 import threading

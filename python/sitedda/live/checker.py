@@ -4,8 +4,6 @@
 Run as a program it reads an input from its standard input and prints findings as JSON.
 """
 
-from __future__ import annotations
-
 import ctypes
 import json
 import os

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The input as text and as groups: both the same model, comments kept, every edit undone."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The model as drawn: what the page needs of an input before any stage of it has begun."""
 
-from __future__ import annotations
-
 import base64
 import json
 from collections.abc import Sequence

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Frames of a run as messages, and those that are kept for pages that come later."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..engine.simulation import Simulation

@@ -7,8 +7,6 @@ its first message.  Names of hosts and origins are those of the server, so that 
 reach it by a name that leads here.
 """
 
-from __future__ import annotations
-
 import hmac
 import os
 import secrets

@@ -5,8 +5,6 @@ The model is written after each edit, before the page hears of it; of a run, its
 done to it, before it is done.  The engine keeps results and checkpoints beside them.
 """
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import json

@@ -4,8 +4,6 @@
 What is not of this form is refused in one sentence; nothing of it is carried out.
 """
 
-from __future__ import annotations
-
 import json
 
 from ..base.errors import InputError

@@ -5,8 +5,6 @@ The engine works without the lock of the interpreter, in pieces of about 1/30 s;
 commands are carried out and, while somebody watches, a frame is told.
 """
 
-from __future__ import annotations
-
 import hashlib
 import queue
 import re

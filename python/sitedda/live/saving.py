@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a person takes away: namelist, script, report, movie, output, in the folder they work in."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path

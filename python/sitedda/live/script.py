@@ -5,8 +5,6 @@ An action is a dict: the step and time that it was done after, ``do`` ('change' 
 ``changes`` or ``values``, as typed.
 """
 
-from __future__ import annotations
-
 import math
 
 _HEAD = '''# written by sitedda

@@ -5,8 +5,6 @@ Commands come one after the other from a thread of the server; drawing, checking
 saving have threads or processes of their own.  What they say goes to every page that is open.
 """
 
-from __future__ import annotations
-
 import threading
 import time
 import traceback

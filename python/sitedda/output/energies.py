@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the energy of a run is, where it has gone, and what the audit leaves over."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

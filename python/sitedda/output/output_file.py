@@ -5,8 +5,6 @@ A file may be cut, changed, or another program's: what is read of it has the dim
 ranges that a run writes, or is one error that names the file and the variable.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a run says in words: what its output says itself, and what follows from its output."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

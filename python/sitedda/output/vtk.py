@@ -4,8 +4,6 @@
 VTK's XML PolyData with appended raw data, deflated, written with numpy alone.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import zlib

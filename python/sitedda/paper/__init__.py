@@ -7,8 +7,6 @@ The paper: "Site response analysis with two-dimensional numerical discontinuous 
 method" (2013).
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's multidrum column of Avdat (figures 20 to 23, tables III to V)."""
 
-from __future__ import annotations
-
 import tempfile
 from functools import cache, partial
 from pathlib import Path

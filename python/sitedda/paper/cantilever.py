@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's cantilever: kinetic against algorithmic damping, and the penalty (figures 2 to 6)."""
 
-from __future__ import annotations
-
 from functools import cache, partial
 
 import numpy as np

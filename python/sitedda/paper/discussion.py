@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's discussion: time step, block size and penalty (section 4)."""
 
-from __future__ import annotations
-
 from functools import cache, partial
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's 15 layers against SHAKE (figures 12 to 16, tables I and II)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache, partial
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Measurements on histories that several studies share."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 

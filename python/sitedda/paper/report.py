@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One report of all studies, as HTML in one file and as Markdown with pictures beside it."""
 
-from __future__ import annotations
-
 from ..report import Bullets, Page, Paragraph, Picture, Section, Table, provenance
 from ..report.page import Part
 from .rows import Row, Study, per_cent, show

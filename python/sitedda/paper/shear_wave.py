@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's shear wave in a stack of layers (figures 7 to 11, equations 12 to 17)."""
 
-from __future__ import annotations
-
 from functools import cache, partial
 
 import numpy as np

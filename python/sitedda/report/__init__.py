@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reports: one tree of parts, written as a single HTML file that works offline, or as Markdown."""
 
-from __future__ import annotations
-
 from .html import to_html, write_html
 from .markdown import write_markdown
 from .page import Bullets, Facts, Listing, Page, Paragraph, Picture, Section, Table, View

@@ -6,8 +6,6 @@ allows its own style and its own script by their hashes, pictures inside the pag
 no network, no form, no frame, and no script that came in with a text.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a report is made of: sections of paragraphs, facts, tables, pictures, listings and views."""
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Sequence

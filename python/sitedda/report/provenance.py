@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where a report comes from: program, commit, date, command, machine."""
 
-from __future__ import annotations
-
 import os
 import platform
 import shlex

@@ -6,8 +6,6 @@ are drawn in the colours of the light scheme; `dress` gives them those of anothe
 lines are those of Okabe and Ito (2008), which are told apart by colour-blind readers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from contextlib import contextmanager
 from pathlib import Path

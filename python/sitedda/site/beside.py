@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A run of layered blocks and its one-dimensional column side by side."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass, replace
 

@@ -8,8 +8,6 @@ The same column *as the engine's time integration sees it* has a closed form as 
 :meth:`Column.scheme_transfer`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

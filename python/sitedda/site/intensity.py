@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Measures of how strong and how long a motion is."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures of columns under motions, alone and beside a run."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What hills, valleys and soils make of a motion along the surface of a run."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

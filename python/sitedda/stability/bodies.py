@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bodies as stability sees them: the cells of one count as one block."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

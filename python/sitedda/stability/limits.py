@@ -9,8 +9,6 @@ that bound |T| by the normal forces of those before (Gilbert, Casapulla and Ahme
 and Structures 84, 873–887) ends with forces |T| ≤ μN and a mechanism that does not dilate.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -10,8 +10,6 @@ displacement controls the load, also where a mechanism falls that the point is n
 forces of a step balance where it begins, so that the curve of a mechanism is exact.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

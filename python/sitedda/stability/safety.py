@@ -9,8 +9,6 @@ than that share of its body's.  The factor of safety is where that ends, by bise
 below 1.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

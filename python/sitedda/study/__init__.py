@@ -4,8 +4,6 @@
 ``sitedda.study(…)`` is `sitedda.study.study`.
 """
 
-from __future__ import annotations
-
 import sys
 from importlib import import_module
 from types import ModuleType

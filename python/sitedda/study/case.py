@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One case of a study, carried out by a worker: run or resumed, measured, written."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import time

@@ -5,8 +5,6 @@ Whoever reaches the address of a scheduler can have any code run by its workers,
 clients: use TLS, or a network that only its users reach.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

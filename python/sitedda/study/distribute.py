@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cases given to an executor, a window of them at a time, until all are done."""
 
-from __future__ import annotations
-
 import queue
 import time
 from collections import Counter, deque

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Incremental dynamic analysis: one curve for each record, and its fractiles."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

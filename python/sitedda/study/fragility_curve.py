@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fragility curves by maximum likelihood, with their confidence."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from textwrap import wrap
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Maps of two parameters, and the median and fractiles of samples."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

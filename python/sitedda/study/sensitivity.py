@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a result depends on: tornado diagrams and Sobol' indices."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

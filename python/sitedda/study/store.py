@@ -15,8 +15,6 @@
 Nothing here is pickled.  A file is written under another name and renamed.
 """
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import inspect

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What can be done with the input of a case in place of a run, by name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 

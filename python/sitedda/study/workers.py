@@ -5,8 +5,6 @@ Other than in a `ProcessPoolExecutor`, a process that dies takes only its own ta
 future says so, and another process takes its place.  Memory and time of a task can be limited.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 import queue

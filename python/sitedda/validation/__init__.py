@@ -6,8 +6,6 @@ down with their pictures.  From the command line:
 ``sitedda validate [CASE …] [--report FOLDER]``.
 """
 
-from __future__ import annotations
-
 from . import (
     boundaries,
     cables,

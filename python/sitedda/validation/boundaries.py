@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Half-spaces behind the model: what they let in, and what their dashpots reflect."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..engine.checking import transfer

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cables past points of several blocks: a machine of Atwood, and a block in a sling."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cases whose figures others published: see `docs/casebook`."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Crossings of joints: blocks that slide over them, and slopes cut by two joint sets."""
 
-from __future__ import annotations
-
 import math
 import tempfile
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Damping of materials: free decay, and a layered site beside SHAKE's complex modulus."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 

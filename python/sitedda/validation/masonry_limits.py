@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Masonry at its limit: an arch that friction holds, walls on a tilting table."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A thousand random polygons dropped into a box."""
 
-from __future__ import annotations
-
 import hashlib
 
 import numpy as np

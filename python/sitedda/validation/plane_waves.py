@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Waves in two dimensions through bodies of square cells: a free square, a ridge, oblique waves."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..engine.checking import modes

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Housner's rocking block: onset, free decay with impacts, overturning by cycles and pulses."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.integrate import quad, solve_ivp
 

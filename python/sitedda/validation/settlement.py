@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Walls under sudden gravity: energy never grows, and every joule is explained."""
 
-from __future__ import annotations
-
 from itertools import product
 from typing import NamedTuple
 

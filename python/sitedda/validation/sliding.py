@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Coulomb friction: inclines, a shaken base, a real record, a tilting table, many blocks."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Slopes at their limit: blocks that slide, topple or stand, and the strength that decides it."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

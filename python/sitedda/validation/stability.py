@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Limits of stability: toppling blocks on a slope and masonry arches, against limit analysis."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.optimize import linprog
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A tunnel in jointed rock between free fields, excavated and shaken."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..facade.model import Model

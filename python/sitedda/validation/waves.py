@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scheme's damping, P and S waves in bars, a cantilever, and a slip joint under S waves."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg import eigh
 

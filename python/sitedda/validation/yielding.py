@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Slopes and cuts of soil that yields, against published factors of safety."""
 
-from __future__ import annotations
-
 from ..build.model import Model
 from ..stability.safety import Safety, safety
 from .case import Outcome, Table, at_most, case, relative

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Regions cut into blocks by joints."""
 
-from __future__ import annotations
-
 import os
 from collections import Counter
 from collections.abc import Sequence

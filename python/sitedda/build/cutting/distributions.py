@@ -5,8 +5,6 @@ Raw 64-bit integers come from numpy's Philox generator, whose key is (seed, stre
 that turn them into distributions stand here, not in numpy, which may change its own.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...base.errors import InputError

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is cut, and what cuts it: regions, surfaces, joints, polygons, holes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...base.errors import InputError

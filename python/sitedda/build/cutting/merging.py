@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Slivers merged with a neighbour."""
 
-from __future__ import annotations
-
 import heapq
 
 import numpy as np

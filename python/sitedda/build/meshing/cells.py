@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cells of a mesh: split until all are convex, small ones merged where the union is convex."""
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Sequence
 from math import hypot, pi

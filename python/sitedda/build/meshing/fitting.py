@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Nodes near outlines moved onto them, so that no small cell is cut off."""
 
-from __future__ import annotations
-
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree

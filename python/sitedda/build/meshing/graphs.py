@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Plane graphs whose faces become cells: squares of one size or several, and even polygons."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shapes with four corners divided along their sides."""
 
-from __future__ import annotations
-
 import numpy as np
 import shapely
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is meshed, and how finely."""
 
-from __future__ import annotations
-
 from ...base.errors import InputError
 from ...input import schema
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How large cells are at a place."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

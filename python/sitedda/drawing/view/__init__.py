@@ -5,8 +5,6 @@ One HTML file without any library: WebGL 2, the browser's own inflation of strea
 WebGL is refused.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path

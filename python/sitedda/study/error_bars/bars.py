@@ -8,8 +8,6 @@ irregularly, as those of impacts and of slip that stops do (`tests/robustness/er
 Roache (1994) has the same factor for two grids whose order is not known.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

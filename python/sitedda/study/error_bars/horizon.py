@@ -6,8 +6,6 @@ stops let the two part exponentially; from the time on at which a figure of the 
 no time step, however small, gives *the* figure: it is one of a distribution.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Figures with their bars, kept in the output of the run that they are of."""
 
-from __future__ import annotations
-
 import json
 import math
 import shutil

@@ -6,8 +6,6 @@ function H of the time step and the penalty stiffness alone.  The point with Δt
 as it did, times H(Δt/16)/H(Δt) at each frequency.  Small steps cost no more than large ones here.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda.accuracy`: a run again with smaller steps and stiffer contacts, and what that says."""
 
-from __future__ import annotations
-
 import math
 import signal
 import tempfile
