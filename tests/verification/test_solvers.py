@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every solver gives what the direct one gives, and threads change no bit."""
 
+import functools
 import os
 import subprocess
 import sys
@@ -16,6 +17,7 @@ STEPS = 20
 # The static stage of the dam rests with 3.8e-8 of the weight unbalanced. Platens impose up to
 # 5,000 m/s² on samples in which contacts slide, whose forces are right to a tolerance only.
 ALLOWED = {"dam.nml": 4e-8, "brazilian.nml": 1e-7, "biaxial.nml": 1e-6}
+COARSE = (("mesh.size", 8.0), ("mesh.fine_size", 0.5))
 
 WALL = """
 &control time_step = {step}, steps = 40, gravity = 3.0, -9.81, solver = '{solver}' /
@@ -51,34 +53,35 @@ def wall(folder, bricks, courses, solver="auto", penalty=1e12, step=1e-3, bond=0
     "file", sorted(INPUTS.rglob("*.nml")), ids=lambda file: str(file.relative_to(INPUTS))
 )
 def test_solvers_agree_on_every_input(file, solver):
-    start, direct = moved(file, "direct")
-    _, other = moved(file, solver)
+    # SOR brings a mesh to rest by sweeps that grow with its cells: minutes for the one as it is.
+    mesh = COARSE if (file.name, solver) == ("circular_tunnel.nml", "sor") else ()
+    start, direct, active, time = moved(file, "direct", mesh)
+    other = moved(file, solver, mesh)[1]
     # a residual of 1e-11 in directions that only inertia holds, and the rounding of places
     share = ALLOWED.get(file.name, 1e-8)
     allowed = share * np.abs(direct - start).max() + 4e-16 * np.abs(direct).max()
-    with sitedda.Simulation(file) as run:
-        run.advance(STEPS)
-        if set(run.contacts["state"]) & {0, 1}:
-            # Contacts open and slide: forces are right to a tolerance only. What an acceleration
-            # of 5e-6 g moves in the time is 5e-6 of the free fall of what has lost its hold.
-            allowed += 5e-6 * 9.81 * run.time**2 / 2
+    if active:
+        # Contacts open and slide: forces are right to a tolerance only. What an acceleration
+        # of 5e-6 g moves in the time is 5e-6 of the free fall of what has lost its hold.
+        allowed += 5e-6 * 9.81 * time**2 / 2
     assert np.abs(other - direct).max() <= allowed
 
 
 @pytest.mark.parametrize("solver", ["lagged", "jacobi", "banded", "sor"])
 def test_solvers_agree_on_a_wall_that_slides(tmp_path, solver):
     file = wall(tmp_path, 6, 6, penalty=1e10)
-    start, direct = moved(file, "direct")
-    _, other = moved(file, solver)
+    start, direct, *_ = moved(file, "direct")
+    other = moved(file, solver)[1]
     assert np.abs(other - direct).max() <= 1e-6 * np.abs(direct - start).max()
 
 
-def moved(file, solver):
-    """Coordinates at the start and after a few steps."""
-    with sitedda.Simulation(file, solver=solver) as run:
+@functools.lru_cache(maxsize=2)
+def moved(file, solver, mesh=()):
+    """Coordinates at the start and after a few steps, whether contacts slide or open, time."""
+    with sitedda.Simulation(file, solver=solver, changes=dict(mesh)) as run:
         start = run.coordinates
         run.advance(STEPS)
-        return start, run.coordinates
+        return start, run.coordinates, bool(set(run.contacts["state"]) & {0, 1}), run.time
 
 
 def test_what_a_solver_cannot_do_is_handed_over_and_said(tmp_path):
