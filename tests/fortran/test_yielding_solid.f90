@@ -20,6 +20,7 @@ contains
       call sow(11)
       call squeezed_points_have_the_strength_of_the_closed_form()
       call pulled_points_have_the_tensile_strength()
+      call shear_keeps_its_area_under_pressure()
       call each_step_balances_and_loses()
       call tangents_are_derivatives()
    end subroutine yielding_solid_suite
@@ -114,6 +115,35 @@ contains
          call check(abs(stress(2) - 1.0e6_wp) <= 1.0e-9_wp*1.0e6_wp, 'tension is cut off')
       end do
    end subroutine pulled_points_have_the_tensile_strength
+
+   !> Under the pressure p a shear γ^p of ψ = 0 asks for ½ p γ^p; γ^p = γ − (c cos φ + p sin φ)/G.
+   subroutine shear_keeps_its_area_under_pressure()
+      real(wp), parameter :: p = 5.0e6_wp, shear = 0.02_wp
+      integer, parameter :: steps = 50
+      type(mohr_coulomb_solid_type) :: law
+      type(strain_point_type) :: point
+      type(step_type) :: step
+      real(wp) :: state(6), strain(3), change(3), loss(losses), expected
+      integer :: i, kind
+
+      call case('area of a sheared point')
+      law = rock(0.0_wp, huge(1.0_wp))
+      step = step_type(scheme_type(1.0_wp, 1.0_wp), 0.0_wp, 0.01_wp)
+      change = [0.0_wp, 0.0_wp, shear/steps]
+      do kind = 1, 2
+         point = point_in(kind == 1, [-p, -p, 0.0_wp])
+         law%beyond = -p*(1.0_wp - 2.0_wp*0.21_wp)  ! σz = −p in plane strain
+         state = 0.0_wp
+         do i = 1, steps
+            strain = (i - 1)*change
+            point%bounding = law%held_stress(point, state, strain, change, step)
+            call law%finish(point, state, strain, change, step, loss)
+         end do
+         expected = 0.5_wp*p*(shear - (cohesion*cos(angle) + p*sin(angle))/point%elasticity(3, 3))
+         call check(all(abs(law%shape_stress(state) - [0.0_wp, 0.0_wp, expected]) &
+            <= 1.0e-9_wp*expected), 'half the pressure times the plastic shear')
+      end do
+   end subroutine shear_keeps_its_area_under_pressure
 
    !> s·Δε = Δψ + losses, each ≥ 0, on paths that turn, at three θ, in both states, with softening.
    subroutine each_step_balances_and_loses()

@@ -57,6 +57,17 @@ def test_factor_of_a_block_on_a_plane(slope, friction, cohesion, height):
     assert f"{found.factor:.4g}" in str(found)
 
 
+@pytest.mark.parametrize("size", [None, 1.0, 0.5])
+def test_failure_is_a_share_of_the_radius_of_the_whole_body(size):
+    """√(2² + ½²) m of a block of 4 m by 1 m, however fine its cells."""
+    model = block_on_plane(20.0, 35.0)
+    if size:
+        model.mesh(blocks="block", size=size)
+    trials = sitedda.safety(model, displacement=0.03, tolerance=0.1).trials
+    allowed = {words[1] for one in trials if (words := one.words.split(" m, allowed "))[1:]}
+    assert allowed == {f"{0.03 * math.hypot(2.0, 0.5):.3g}"}
+
+
 def test_factor_of_rough_joints():
     """F W sin α = Σ N tan[φ_r + JRC log₁₀(JCS L/N)], of the two contacts that the weight tilts."""
     model, dip = block_on_plane(30.0, 25.0), math.radians(30.0)
