@@ -1,0 +1,271 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Elements that are pairs of springs, between two blocks or a block and the ground.
+!>
+!> With y and w, the stretch and its rate relative to a motion, a spring at t₀ + θΔt exerts −k y.
+!> One at the end of the step has a dashpot and exerts −k y₁ − c w₁ with c = (1 − χ) k Δt.  Without
+!> the dashpot a velocity that a stiff spring has stopped changes its sign every step for ever (DDA:
+!> root −1 + 8/Ω²); with it both roots are 1/(1 ± iΩ) in every member, those of backward Euler.
+!>
+!> Their energy is ½ k y² + ½ (1 − χ) c Δt w².  It never grows at rest: a step loses (θ − ½) k Δy²
+!> by the scheme, with θ = 1 at the end, and c Δt [(2χ − 1) w₁² + ½ (1 − χ)(w₀ + w₁)²] in the
+!> dashpot.
+!>
+!> The velocity of a motion is the record's own where χ = ½.  Else it follows from its displacement
+!> as that of a block does, v₁ = Δu/(χΔt) − (1/χ − 1) v₀: the record's own would leave the base
+!> (1 − χ)(χ − ½)Ω² short of it.
+module dda_spring_element
+   use dda_kinds, only: wp
+   use dda_baseline, only: displacement_at, velocity_at
+   use dda_blocks, only: blocks_type
+   use dda_element, only: element_type
+   use dda_energy, only: energy_type, add_energy, energy_support, energy_algorithmic, &
+      energy_damping, energy_input
+   use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, term_support, &
+      at_theta, at_end, end_dashpot
+   use dda_motion, only: motion_type
+   use dda_scheme, only: step_type, end_time, end_rate, velocity_weight
+   implicit none
+   private
+   public :: spring_element_type, spring_type, change_of, dashpots_of, wanted_displacement, &
+      wanted_rate
+
+   !> Two springs in the present geometry.
+   type :: spring_type
+      integer :: block(2) = 0           !< the second 0: the ground; the first 0: no springs
+      real(wp) :: stiffness(2)          !< k, N/m per metre of thickness; 0: not there
+      real(wp) :: stretch(2)            !< m
+      real(wp) :: row(6, 2, 2)          !< [6,springs,blocks] u and −u of its change
+      real(wp) :: place(2)              !< m
+      integer :: motion(2) = 0          !< that the stretch follows; 0: none
+      real(wp) :: rate(2) = 0.0_wp      !< of these motions at the start of the step, m/s
+   end type spring_type
+
+   !> All elements of such a kind.
+   type, abstract, extends(element_type) :: spring_element_type
+      integer :: n = 0                 !< elements
+      integer :: kind = term_support   !< of their terms
+      integer :: instant = at_theta    !< at which the springs act, or at_end
+      logical :: of_penalty = .true.   !< their stiffness is in proportion to k_n
+   contains
+      procedure(springs_interface), deferred :: get_spring
+      procedure :: add_linear
+      procedure :: add_force
+      procedure :: add_stored
+      procedure :: account
+   end type spring_element_type
+
+   abstract interface
+      !> The springs of an element in the present geometry.
+      pure subroutine springs_interface(self, i, blocks, spring)
+         import :: spring_element_type, blocks_type, spring_type
+         class(spring_element_type), intent(in) :: self  !< elements of this kind
+         integer, intent(in) :: i                        !< number, from 1
+         type(blocks_type), intent(in) :: blocks         !< in their present state
+         type(spring_type), intent(out) :: spring        !< both
+      end subroutine springs_interface
+   end interface
+
+contains
+
+   !> Change of the stretch in increments or rates of all blocks.
+   pure function change_of(spring, d) result(change)
+      type(spring_type), intent(in) :: spring  !< both of an element
+      real(wp), intent(in) :: d(:,:)           !< [6,blocks] of their coordinates
+      real(wp) :: change(2)
+
+      change = matmul(d(:, spring%block(1)), spring%row(:, :, 1))
+      if (spring%block(2) > 0) change = change - matmul(d(:, spring%block(2)), spring%row(:, :, 2))
+   end function change_of
+
+   !> c, N s/m per metre of thickness.
+   pure function dashpots_of(self, spring, step) result(dashpot)
+      class(spring_element_type), intent(in) :: self  !< elements of this kind
+      type(spring_type), intent(in) :: spring         !< of one of them
+      type(step_type), intent(in) :: step             !< the one being taken
+      real(wp) :: dashpot(2)
+
+      dashpot = 0.0_wp
+      if (self%instant == at_end) dashpot = (1.0_wp - step%scheme%chi)*spring%stiffness &
+         *step%time_step
+   end function dashpots_of
+
+   !> Share of a step after which the springs act.
+   pure real(wp) function share_of(self, step) result(share)
+      class(spring_element_type), intent(in) :: self  !< elements of this kind
+      type(step_type), intent(in) :: step             !< the one being taken
+
+      share = merge(1.0_wp, step%scheme%theta, self%instant == at_end)
+   end function share_of
+
+   !> Displacement of motions at a time, m.
+   pure function wanted_displacement(motion, motions, time) result(displacement)
+      integer, intent(in) :: motion(2)             !< numbers; 0: none
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      real(wp), intent(in) :: time                 !< s
+      real(wp) :: displacement(2)
+      integer :: axis
+
+      displacement = 0.0_wp
+      do axis = 1, 2
+         if (motion(axis) > 0) displacement(axis) = displacement_at(motions(motion(axis))%curve, &
+            time)
+      end do
+   end function wanted_displacement
+
+   !> Velocity of motions at the end of a step, m/s.
+   pure function wanted_rate(motion, before, motions, step) result(rate)
+      integer, intent(in) :: motion(2)             !< numbers; 0: none
+      real(wp), intent(in) :: before(2)            !< velocity at its start, m/s
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step          !< the one being taken
+      real(wp) :: rate(2)
+      integer :: axis
+
+      if (step%scheme%chi > 0.5_wp) then
+         rate = end_rate(step, wanted_displacement(motion, motions, end_time(step)) &
+            - wanted_displacement(motion, motions, step%time), before)
+         return
+      end if
+      rate = 0.0_wp
+      do axis = 1, 2
+         if (motion(axis) > 0) rate(axis) = velocity_at(motions(motion(axis))%curve, end_time(step))
+      end do
+   end function wanted_rate
+
+   !> A spring each, and its dashpot.  A block on both sides has both rows in one.
+   subroutine add_linear(self, blocks, step, terms)
+      class(spring_element_type), intent(in) :: self   !< elements of this kind
+      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(step_type), intent(in) :: step              !< the one being taken
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
+      type(linear_term_type) :: term
+      type(spring_type) :: spring
+      real(wp) :: dashpot(2)
+      integer :: i, k
+
+      term%kind = self%kind
+      term%of_penalty = self%of_penalty
+      do i = 1, self%n
+         call self%get_spring(i, blocks, spring)
+         if (spring%block(1) == 0) cycle
+         dashpot = dashpots_of(self, spring, step)
+         term%source = i
+         term%block_a = spring%block(1)
+         term%block_b = merge(0, spring%block(2), spring%block(1) == spring%block(2))
+         term%place = spring%place
+         term%motion = spring%motion
+         do k = 1, 2
+            if (.not. spring%stiffness(k) > 0.0_wp) cycle
+            term%row_a = spring%row(:, k, 1)
+            if (term%block_b > 0) term%row_b = spring%row(:, k, 2)
+            if (spring%block(2) == spring%block(1)) term%row_a = term%row_a - spring%row(:, k, 2)
+            term%instant = self%instant
+            term%coefficient = spring%stiffness(k)
+            call add_term(terms, term)
+            if (self%instant == at_theta) cycle
+            term%instant = end_dashpot
+            term%coefficient = dashpot(k)
+            call add_term(terms, term)
+         end do
+      end do
+   end subroutine add_linear
+
+   !> −k (s₀ − u) + c [(1/χ − 1) v₀ + u̇₁], u when the spring acts.
+   subroutine add_force(self, blocks, motions, step, load)
+      class(spring_element_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks         !< in their present state
+      type(motion_type), intent(in) :: motions(:)     !< prescribed ones
+      type(step_type), intent(in) :: step             !< the one being taken
+      real(wp), intent(inout) :: load(:,:)            !< [6,blocks] N/m …
+      type(spring_type) :: spring
+      real(wp) :: force(2), wanted(2), c(2)
+      integer :: i
+
+      do i = 1, self%n
+         call self%get_spring(i, blocks, spring)
+         if (spring%block(1) == 0) cycle
+         wanted = wanted_displacement(spring%motion, motions, end_time(step))
+         if (share_of(self, step) < 1.0_wp) wanted = wanted + (1.0_wp - share_of(self, step)) &
+            *(wanted_displacement(spring%motion, motions, step%time) - wanted)
+         force = -spring%stiffness*(spring%stretch - wanted)
+         c = dashpots_of(self, spring, step)
+         if (any(c > 0.0_wp)) force = force + c*(velocity_weight(step)*change_of(spring, &
+            blocks%velocity) + wanted_rate(spring%motion, spring%rate, motions, step))
+         associate (row => spring%row, a => spring%block(1), b => spring%block(2))
+            load(:, a) = load(:, a) + (force(1)*row(:, 1, 1) + force(2)*row(:, 2, 1))
+            if (b > 0) load(:, b) = load(:, b) - (force(1)*row(:, 1, 2) + force(2)*row(:, 2, 2))
+         end associate
+      end do
+   end subroutine add_force
+
+   !> Energy of springs and dashpots in the present state.
+   subroutine add_stored(self, blocks, motions, step, energy)
+      class(spring_element_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks         !< in their present state
+      type(motion_type), intent(in) :: motions(:)     !< prescribed ones
+      type(step_type), intent(in) :: step             !< the one to come
+      type(energy_type), intent(inout) :: energy      !< J per metre of thickness
+      type(spring_type) :: spring
+      integer :: i
+
+      do i = 1, self%n
+         call self%get_spring(i, blocks, spring)
+         if (spring%block(1) == 0) cycle
+         call add_energy(energy, energy_support, stored(self, spring, step, &
+            spring%stretch - wanted_displacement(spring%motion, motions, step%time), &
+            change_of(spring, blocks%velocity) - spring%rate))
+      end do
+   end subroutine add_stored
+
+   !> ½ k y² + ½ (1 − χ) c Δt w², J per metre of thickness.
+   pure real(wp) function stored(self, spring, step, y, w)
+      class(spring_element_type), intent(in) :: self  !< elements of this kind
+      type(spring_type), intent(in) :: spring         !< of one of them
+      type(step_type), intent(in) :: step             !< the one being taken
+      real(wp), intent(in) :: y(2), w(2)              !< m and m/s, relative to the motion
+
+      stored = 0.5_wp*sum(spring%stiffness*y**2 + (1.0_wp - step%scheme%chi) &
+         *dashpots_of(self, spring, step)*step%time_step*w**2)
+   end function stored
+
+   !> Work −k y·Δu − c w₁·Δt [(1 − χ) u̇₀ + χ u̇₁] of the motions, and the losses.
+   subroutine account(self, blocks, motions, step, d, energy)
+      class(spring_element_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks         !< in their present state
+      type(motion_type), intent(in) :: motions(:)     !< prescribed ones
+      type(step_type), intent(in) :: step             !< the one being taken
+      real(wp), intent(in) :: d(:,:)                  !< [6,blocks] increments of the coordinates
+      type(energy_type), intent(inout) :: energy      !< J per metre of thickness
+      type(spring_type) :: spring
+      real(wp) :: y(2), moved(2), change(2), rate(2), w(2), w0(2), c(2), share
+      integer :: i
+
+      share = share_of(self, step)
+      associate (dt => step%time_step, chi => step%scheme%chi, k => spring%stiffness)
+         do i = 1, self%n
+            call self%get_spring(i, blocks, spring)
+            if (spring%block(1) == 0) cycle
+            c = dashpots_of(self, spring, step)
+            y = wanted_displacement(spring%motion, motions, step%time)
+            moved = wanted_displacement(spring%motion, motions, end_time(step)) - y
+            change = change_of(spring, d)
+            w = 0.0_wp
+            if (any(c > 0.0_wp)) then
+               rate = wanted_rate(spring%motion, spring%rate, motions, step)
+               w0 = change_of(spring, blocks%velocity)
+               w = end_rate(step, change, w0) - rate
+               call add_energy(energy, energy_damping, dt*sum(c*((2.0_wp*chi - 1.0_wp)*w**2 &
+                  + 0.5_wp*(1.0_wp - chi)*(w0 - spring%rate + w)**2)))
+               call add_energy(energy, energy_input, -dt*dot_product(c*w, &
+                  (1.0_wp - chi)*spring%rate + chi*rate))
+            end if
+            change = change - moved
+            y = spring%stretch - y
+            call add_energy(energy, energy_support, stored(self, spring, step, y + change, w))
+            call add_energy(energy, energy_algorithmic, (share - 0.5_wp)*sum(k*change**2))
+            call add_energy(energy, energy_input, -dot_product(k*(y + share*change), moved))
+         end do
+      end associate
+   end subroutine account
+
+end module dda_spring_element
