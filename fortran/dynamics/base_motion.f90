@@ -147,7 +147,7 @@ contains
       if (any(model%amplifications%base /= point)) point = 0
    end function named_point
 
-   !> Its motion at the end of a step, as supports have it (`dda_fixed_points`).
+   !> Its motion at the end of a step, as supports have it (`dda_spring_element`).
    subroutine follow_base(base, model, blocks, step, time)
       type(base_type), intent(inout) :: base     !< of the model
       type(model_type), intent(in) :: model      !< of the run
