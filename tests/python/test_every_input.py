@@ -7,6 +7,10 @@ from pathlib import Path
 import pytest
 
 import sitedda
+from sitedda.output.output_file import read_output
+from sitedda.plot import run_picture
+from sitedda.response import amplifications
+from sitedda.verdict import verdict
 
 INPUTS = Path(__file__).parents[2] / "inputs"
 LONGEST = 1500  # steps of an input run here
@@ -27,6 +31,22 @@ def test_input_gives_the_same_bits_from_both(file, tmp_path, native, same_bits):
     assert done.returncode == 0, done.stderr
     same_bits(tmp_path / "python.nc", tmp_path / "native.nc")
     assert result.summary in " ".join(done.stdout.split())
+    as_the_program_reads_it(tmp_path / "python.nc", result.history)
+
+
+def as_the_program_reads_it(file, history):
+    """What `sitedda run` reads, says and draws without xarray is the same."""
+    output = read_output(file)
+    assert output.variables.keys() == history.variables.keys()
+    assert str(verdict(output)) == str(verdict(history))
+    figures = [run_picture(data, amplifications(data)) for data in (output, history)]
+    assert pixels(figures[0]) == pixels(figures[1])
+
+
+def pixels(figure) -> bytes:
+    figure.set(dpi=40, layout_engine="none")
+    figure.canvas.draw()
+    return bytes(figure.canvas.buffer_rgba())
 
 
 def shortening(file) -> dict:

@@ -7,6 +7,8 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
+import numpy as np
+
 from ..base.arguments import COUNT, file_name
 from ..base.errors import SiteddaError
 from ..engine.checking import transfer
@@ -16,6 +18,8 @@ from ..output.response import amplifications
 from ..output.verdict_lines import NO_BARS
 from .check import check_input
 from .parser import add_changes, folded, tell
+
+_SHOWN = 2500  # frequencies, three for each dot of a picture
 
 
 def add_run(parser: argparse.ArgumentParser) -> None:
@@ -75,11 +79,13 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
             bars[0].update(simulation.time - bars[0].n)
             said[:] = [simulation.thread_notes]
 
-        result = _run(options.file, options.output or True, show, changes, resume, program=True)
+        light = not (options.accuracy or options.ensemble or options.report)
+        output = options.output or True
+        result = _run(options.file, output, show, changes, resume, program=True, light=light)
     tell(said[0])
     if not result.complete:
         print(f"{result.verdict}\noutput: {result.output}")
-        words = f"interrupted at t = {result.history.time[-1].item():g} s"
+        words = f"interrupted at t = {float(result.history.time[-1]):g} s"
         print(f"sitedda: {words}; to go on: {_resume_command(options)}", file=sys.stderr)
         return 6
     if options.accuracy or options.ensemble:
@@ -119,10 +125,16 @@ def _resume_command(options: argparse.Namespace) -> str:
 
 
 def _discrete_transfer(source: Path, changes: dict, found):
-    """The model's own transfer function where an amplification is asked for, or None."""
+    """The model's own transfer function where an amplification is asked for, or None.
+
+    Between frequencies that are closer than a picture shows it is interpolated.
+    """
+    bins = found.frequency
+    some = np.union1d(bins[:: 1 + bins.size // _SHOWN], bins[-1:])
     try:
         with Simulation(source, changes=changes) as model:
-            return transfer(model, found.frequency, found.surface, found.base, found.direction)
+            values = transfer(model, some, found.surface, found.base, found.direction)
+            return np.interp(bins, some, values)
     except SiteddaError:
         return None
 

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Panels of the picture of a run: histories, spectra, amplification, profile, energies."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 
 from ..base.numbers import in_unit
@@ -22,6 +25,9 @@ from ..output.verdict import (
 from ..report.style import BLUE, COLORS, FAINT, GREY, INK, ORANGE, legend_above
 from ..site.column import damped_amplification
 from ..site.twin import layered_twin
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _MOST_POINTS = 6
 _PERIOD_TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)  # s
@@ -88,7 +94,7 @@ def draw_profile(axes: Axes, found) -> None:
     waves = axes.twiny()
     speeds = [layer.shear_velocity for layer in column.layers]
     waves.stairs(speeds, ends, orientation="horizontal", baseline=None, color=GREY, lw=1.1)
-    waves.set_xlabel("$V_s$ (m/s), grey", color=GREY, fontsize=9)
+    waves.set_xlabel("shear-wave velocity (m/s), grey", color=GREY, fontsize=9)
     waves.set_xlim(0, 1.25 * max(speeds))
     waves.tick_params(labelcolor=GREY, labelsize=8)
     axes.legend(frameon=False, fontsize=8.5, loc="upper left", bbox_to_anchor=(0.0, -0.2), ncols=2)
@@ -121,7 +127,8 @@ def draw_budget(axes: Axes, found: Budget) -> None:
 
 def mean_step(history) -> float:
     """The usual time between two samples, s."""
-    return float(history.time[-1] - history.time[0]) / (history.sizes["time"] - 1)
+    time = history.time.values
+    return float(time[-1] - time[0]) / (len(time) - 1)
 
 
 def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:

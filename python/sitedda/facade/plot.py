@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The picture that a run ends with, chosen by what was asked of it, and the panels of a record."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -35,6 +37,9 @@ from .panels import (
     mean_step,
     spectrum_axes,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 _BLOCKS_WIDTH = 3.5  # inches of the blocks in a picture of two of them

@@ -146,8 +146,8 @@ def resume(
     return _run(file, output, progress, dict(changes or {}) | more, resume=True)
 
 
-def _run(file, output, progress, changes, resume=False, program=False) -> Run:
-    from ..output.output_file import load
+def _run(file, output, progress, changes, resume=False, program=False, light=False) -> Run:
+    from ..output.output_file import load, read_output
 
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "history.nc" if output is None else output
@@ -163,6 +163,6 @@ def _run(file, output, progress, changes, resume=False, program=False) -> Run:
                 warnings.warn(words, PeakWarning, stacklevel=3)
         if not complete:
             where = where.with_name(where.name + ".partial")
-        history = load(where)
+        history = read_output(where) if light else load(where)
     summary = history.attrs["step_control"]
     return Run(history, complete, None if output is None else where, summary)

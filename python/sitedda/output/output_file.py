@@ -5,17 +5,22 @@ A file may be cut, changed, or another program's: what is read of it has the dim
 ranges that a run writes, or is one error that names the file and the variable.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from ..base.core import FILES
 from ..base.errors import OutputError, lacks_memory
 from ..base.reading import check_readable
 from ..input.input_text import input_values
+from .named_arrays import NamedArrays, read_netcdf
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _MOST = 1e37  # of any number: single precision, and squares of larger ones, overflow
 _ROUNDING = 1e-9  # of the length of an edge
@@ -145,19 +150,39 @@ def open_output(file) -> xr.Dataset:
     OutputError
         If it is not an output of a run, or damaged; the message names the variable.
     """
+    import xarray as xr
+
     check_readable(file)
-    with _reading(lambda why: OutputError(f"{file} cannot be read as an output: {why}")):
+    with _reading(_unreadable(file)):
         data = xr.open_dataset(file, engine="netcdf4", cache=False, decode_times=False)
     try:
-        _check_structure(data)
-        for name in _KNOWN:
-            if name in data.variables and data[name].nbytes <= _READ_AT_ONCE:
-                read(data, name)
-        _check_order(data)
+        _check(data)
     except OutputError:
         data.close()
         raise
     return data
+
+
+def read_output(file) -> NamedArrays:
+    """All of an output, in memory, as far as words and pictures need it; errors as above."""
+    check_readable(file)
+    with _reading(_unreadable(file)):
+        data = read_netcdf(file)
+    _check(data)
+    return data
+
+
+def _unreadable(file) -> Callable[[str], OutputError]:
+    return lambda why: OutputError(f"{file} cannot be read as an output: {why}")
+
+
+def _check(data) -> None:
+    """Structure, numbers and their order are those that a run writes."""
+    _check_structure(data)
+    for name in _KNOWN:
+        if name in data.variables and data[name].nbytes <= _READ_AT_ONCE:
+            read(data, name)
+    _check_order(data)
 
 
 def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:

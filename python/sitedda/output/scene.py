@@ -7,9 +7,9 @@ import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from ..base.arrays import parts_of
 from ..base.core import FILES
@@ -18,6 +18,9 @@ from ..base.reading import check_readable
 from ..engine.simulation import Simulation
 from ..input.input_text import input_values
 from .output_file import damaged, open_output, read
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie on each other
 # Of some outputs: the error of the stress of cells (Pa), the largest plastic strain of blocks that
@@ -93,7 +96,7 @@ class Scene:
     def of(cls, source) -> Scene:
         """The scene of an input or output file, a Run, a Dataset, a Simulation or its model."""
         source = getattr(source, "history", source)
-        if isinstance(source, xr.Dataset):
+        if hasattr(source, "attrs"):
             return cls(source)
         if isinstance(source, Simulation):
             return cls._of_simulation(source)
@@ -580,6 +583,8 @@ def _gradient(coordinates: np.ndarray) -> np.ndarray:
 
 def _present_state(simulation: Simulation) -> xr.Dataset:
     """The state of a simulation as a dataset of one frame."""
+    import xarray as xr
+
     polygons, contacts = simulation.polygons, simulation.contacts
     owner = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
     frame = {

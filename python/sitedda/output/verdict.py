@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a run says in words: what its output says itself, and what follows from its output."""
 
+from __future__ import annotations
+
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from ..base.core import engine_names
 from ..base.numbers import counted, length, number
@@ -16,6 +18,9 @@ from ..input.input_text import input_values
 from .response import amplifications
 from .scene import Scene
 from .verdict_lines import Doubt, FigureLine, Verdict
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
 SPECTRUM_DAMPING = 0.05
@@ -197,10 +202,11 @@ def add_sides(found: Verdict, data: xr.Dataset) -> None:
             continue
         side = data.isel(boundary=i)
         peak = np.linalg.norm(side.incoming_velocity.values, axis=1).max()
-        apart = np.linalg.norm((side.boundary_velocity - side.incoming_velocity).values, axis=1)
+        apart = side.boundary_velocity.values - side.incoming_velocity.values
         if not peak > 0:
             continue
-        name, share = str(side.boundary.values), apart.max() / peak
+        name = str(side.boundary.values)
+        share = np.linalg.norm(apart, axis=1).max() / peak
         words = f"{name}, of its peak velocity"
         found.say("departure of a side", f"side_departure[{name}]", share, "%", words)
 

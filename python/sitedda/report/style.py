@@ -8,6 +8,7 @@ lines are those of Okabe and Ito (2008), which are told apart by colour-blind re
 
 from collections.abc import Iterable
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 
 import matplotlib
@@ -133,13 +134,16 @@ def dress(figure: Figure, scheme: str = "light", was: str = "light") -> Figure:
     was : str
         The scheme whose colours it has, or none.
     """
-    for axes in figure.findobj(lambda one: hasattr(one, "spines")):
-        _dress_axes(axes, SCHEMES[was]["faint"])
+    artists = figure.findobj()
+    for axes in artists:
+        if hasattr(axes, "spines"):
+            _dress_axes(axes, SCHEMES[was]["faint"])
     figure.set_facecolor(SCHEMES[was]["paper"])
     new = {SCHEMES[was][name]: color for name, color in SCHEMES[scheme].items()}
     new |= {"#000000": SCHEMES[scheme]["ink"]}
-    for artist in figure.findobj(lambda one: isinstance(one, Text | Line2D | Patch | Collection)):
-        _recolor(artist, new)
+    for artist in artists:
+        if isinstance(artist, Text | Line2D | Patch | Collection):
+            _recolor(artist, new)
     return figure
 
 
@@ -160,12 +164,18 @@ def _dress_axes(axes, faint: str) -> None:
         legend.set_frame_on(False)
 
 
+@lru_cache(maxsize=256)
+def _hex(color) -> str:
+    """A colour as #rrggbb; '' if it cannot be seen."""
+    return to_hex(color) if to_rgba(color)[3] else ""
+
+
 def _recolor(artist, new: dict[str, str]) -> None:
     """Colours of the light scheme that an artist has are those of another one."""
 
     def other(color):
         try:
-            return color if to_rgba(color)[3] == 0 else new.get(to_hex(color), color)
+            return new.get(_hex(color if isinstance(color, str) else tuple(color)), color)
         except (TypeError, ValueError):
             return color
 

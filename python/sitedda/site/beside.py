@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A run of layered blocks and its one-dimensional column side by side."""
 
+from __future__ import annotations
+
 import itertools
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from ..engine.scheme import Scheme
 from ..engine.signals import spectral_acceleration
-from ..engine.spectra import amplification, find_peak
+from ..engine.spectra import find_peak
 from ..input.input_text import input_values
-from ..output.response import amplifications
+from ..output.response import amplifications, spectral_ratio
 from ..output.verdict import run_scheme
 from .column import Column
 from .compare import analyses
@@ -20,6 +22,9 @@ from .intensity import intensity
 from .layers import convention_words
 from .response import ColumnResponse, SiteResponse
 from .twin import layered_soils
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _SHOWN = (0.1, 0.2, 0.5, 1.0)  # s, periods of the table
 
@@ -172,7 +177,7 @@ def beside(
         raise ValueError("the samples of the run are not at equal steps (adaptive time steps)")
     ground, scheme = series[base], run_scheme(history)
     columns, words = _columns(column, soils, ground, step, scheme, damping)
-    frequency, ratio = amplification(series[surface], ground, step, 8)
+    frequency, ratio = spectral_ratio(series[surface], ground, step, 8)
     band = (frequency >= 0.2) & (frequency <= min(25.0, 0.4 / step))
     top = float(history.point_place.sel(point=surface).values[1])
     return Beside(
@@ -218,7 +223,7 @@ def _ratio(response: SiteResponse, ground, step: float, frequency: NDArray[np.fl
     """Surface over base of a column: its transfer function, or what its motions say."""
     if isinstance(response, ColumnResponse):
         return response.transfer(frequency)
-    bins, ratio = amplification(response.acceleration(), ground, step, 8)
+    bins, ratio = spectral_ratio(response.acceleration(), ground, step, 8)
     return ratio[np.searchsorted(bins, frequency)]
 
 

@@ -14,21 +14,17 @@ if TYPE_CHECKING:
     from .column import Column
 
 
-def field(
-    column: Column,
-    waves: Waves,
-    depths: ArrayLike,
-    bottom: float,
-    kind: str,
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
-    """Displacement, shear strain and shear stress for a unit reference displacement.
+def displacements(
+    column: Column, waves: Waves, depths: ArrayLike, bottom: float, kind: str
+) -> NDArray[np.complex128]:
+    """Displacements for a unit reference displacement.
 
     Parameters
     ----------
     column : Column
     waves : Waves
     depths : array_like, shape (k,)
-        m; at an interface the strain is that of the medium below, at a rigid base of the one above.
+        m.
     bottom : float
         Depth of the reference motion, m.
     kind : {'outcrop', 'within'}
@@ -36,28 +32,30 @@ def field(
 
     Returns
     -------
-    displacement : ndarray of complex128, shape (k, n)
+    ndarray of complex128, shape (k, n)
         Dimensionless.
-    strain : ndarray of complex128, shape (k, n)
-        ∂u/∂z with z downwards, 1/m.
-    stress : ndarray of complex128, shape (k, n)
-        G* times the strain, Pa/m.
 
     Raises
     ------
     ValueError
         If a depth lies outside the column.
     """
-    depths = np.asarray(depths, dtype=float)
-    media, interfaces = column.cut_at([*depths, bottom])
-    steps, reflections = recursion(waves, media, np.diff(interfaces))
-    last = _nearest(interfaces, [bottom])[0]
-    upgoing = _upgoing(steps, last)
-    upgoing = upgoing / (2.0 if kind == "outcrop" else 1 + reflections[last])
+    _, interfaces, upgoing, reflections = _waves(column, waves, depths, bottom, kind)
+    found = [upgoing[j] * (1 + reflections[j]) for j in _nearest(interfaces, depths)]
+    return np.array(found)
+
+
+def strains(
+    column: Column, waves: Waves, depths: ArrayLike, bottom: float, kind: str
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Shear strains ∂u/∂z, z downwards (1/m), and stresses (Pa/m), shape (k, n); as above.
+
+    At an interface the strain is that of the medium below, at a rigid base of the one above.
+    """
+    media, interfaces, upgoing, reflections = _waves(column, waves, depths, bottom, kind)
     at = _nearest(interfaces, depths)
-    displacement = upgoing[at] * (1 + reflections[at])
-    strain = np.empty_like(displacement)
-    stress = np.empty_like(displacement)
+    strain = np.empty((len(at), upgoing.shape[1]), dtype=complex)
+    stress = np.empty_like(strain)
     for row, j in enumerate(at):
         medium, up, down = media[j], upgoing[j], upgoing[j] * reflections[j]
         if medium is None:  # a rigid base: the waves of the layer above, at its bottom
@@ -69,7 +67,17 @@ def field(
         modulus, density = waves.properties(medium)
         strain[row] = 1j * waves.omega / np.sqrt(modulus / density) * (up - down)
         stress[row] = modulus * strain[row]
-    return displacement, strain, stress
+    return strain, stress
+
+
+def _waves(column: Column, waves: Waves, depths: ArrayLike, bottom: float, kind: str):
+    """Media, their tops (m), upgoing waves there and the downgoing over them, (m + 1, n) each."""
+    media, interfaces = column.cut_at([*np.asarray(depths, dtype=float), bottom])
+    steps, reflections = recursion(waves, media, np.diff(interfaces))
+    last = _nearest(interfaces, [bottom])[0]
+    upgoing = _upgoing(steps, last)
+    upgoing /= 2.0 if kind == "outcrop" else 1 + reflections[last]
+    return media, interfaces, upgoing, reflections
 
 
 def _nearest(interfaces: NDArray[np.float64], depths: ArrayLike) -> NDArray[np.intp]:
@@ -78,7 +86,8 @@ def _nearest(interfaces: NDArray[np.float64], depths: ArrayLike) -> NDArray[np.i
 
 def _upgoing(steps: NDArray[np.complex128], last: int) -> NDArray[np.complex128]:
     """Upgoing wave at the top of each medium, over that at interface `last`; shape (m + 1, n)."""
-    upgoing = np.ones((len(steps) + 1, steps.shape[1]), dtype=complex)
+    upgoing = np.empty((len(steps) + 1, steps.shape[1]), dtype=complex)
+    upgoing[last] = 1.0
     for j in range(last - 1, -1, -1):
         upgoing[j] = upgoing[j + 1] * steps[j]
     for j in range(last, len(steps)):

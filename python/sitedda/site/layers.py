@@ -364,17 +364,23 @@ def recursion(
         B/A at the top of each medium, that of the base last.
     """
     omega = waves.omega
-    of = {id(medium): waves.properties(medium) for medium in media if medium is not None}
+    first = [media.index(medium) for medium in media]  # the first that is like each
+    of = {j: waves.properties(media[j]) for j in set(first) if media[j] is not None}
     steps = np.empty((len(thicknesses), omega.size), dtype=complex)
-    reflections = np.ones((len(media), omega.size), dtype=complex)
+    reflections = np.empty((len(media), omega.size), dtype=complex)
+    reflections[0], known = 1.0, None
     for j, thickness in enumerate(thicknesses):
-        modulus, density = of[id(media[j])]
-        below = media[j + 1]
+        modulus, density = of[first[j]]
+        if known != (known := (first[j], thickness)):
+            decay = np.exp(-1j * omega * thickness / np.sqrt(modulus / density))
+            twice = decay**2
+        down = reflections[j] * twice
+        if first[j + 1] == first[j]:  # nothing is reflected within a medium
+            steps[j], reflections[j + 1] = decay, down
+            continue
         contrast = 0.0
-        if below is not None:
-            contrast = np.sqrt(density * modulus / np.prod(of[id(below)], axis=0))
-        decay = np.exp(-1j * omega * thickness / np.sqrt(modulus / density))
-        down = reflections[j] * decay**2
+        if media[j + 1] is not None:
+            contrast = np.sqrt(density * modulus / np.prod(of[first[j + 1]], axis=0))
         upgoing = (1 + contrast) + (1 - contrast) * down
         downgoing = (1 - contrast) + (1 + contrast) * down
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..engine.damping import MaterialDamping
 from ..engine.scheme import Scheme
 from ..engine.signals import running_integral, spectral_acceleration
-from .field import field
+from .field import displacements, strains
 from .intensity import Intensity, intensity
 from .layers import HalfSpace, Waves, convention_words
 from .motion import Motion
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .column import Column
 
 _KINDS = ("outcrop", "within")
+_AT_ONCE = 2048  # frequencies, whose waves in all layers the cache holds
 
 
 class SiteResponse:
@@ -116,37 +117,32 @@ class ColumnResponse(SiteResponse):
             return Waves.damped(np.asarray(frequencies, dtype=float), self.column.convention)
         return Waves.stepped(frequencies, self.motion.time_step, self.scheme)
 
-    def _field(self, depths: ArrayLike):
-        """Frequencies above zero, and the field of a unit displacement there."""
-        frequencies = self.motion.frequencies[1:]
-        if self.scheme is not None:
-            frequencies = frequencies[frequencies < 0.5 / self.motion.time_step * (1 - 1e-9)]
-        parts = field(self.column, self._waves(frequencies), depths, self.bottom, self.kind)
-        return frequencies, parts
+    @property
+    def _frequencies(self) -> NDArray[np.float64]:
+        """Those of the motion above zero, and below what the time integration resolves."""
+        found = self.motion.frequencies[1:]
+        limit = np.inf if self.scheme is None else 0.5 / self.motion.time_step * (1 - 1e-9)
+        return found[found < limit]
 
-    def _histories(self, found, part: int, order: int) -> NDArray[np.float64]:
-        """Histories of a part of what `_field` found, its spectrum divided by (iω)^order."""
-        frequencies, parts = found
-        omega = 2j * np.pi * frequencies
-        ratio = parts[part]
-        whole = np.zeros((len(ratio), self.motion.frequencies.size), dtype=complex)
-        if part == 0 and order == 2:  # displacement relative to the reference motion
-            ratio = ratio - 1
-        whole[:, 1 : 1 + frequencies.size] = (
-            ratio * self.motion.spectrum[1 : 1 + frequencies.size] / omega**order
-        )
-        if part == 0 and order == 0:
-            whole[:, 0] = self.motion.spectrum[0]
-        return self.motion.history(whole)
+    def _history(self, ratio, order: int, first: complex = 0.0) -> NDArray[np.float64]:
+        """Histories of what is `ratio` times the motion over (iω)^order; `first` at 0 Hz."""
+        omega = 2j * np.pi * self._frequencies
+        spectrum = self.motion.spectrum[1 : 1 + omega.size] / omega**order
+        whole = np.zeros(self.motion.frequencies.size, dtype=complex)
+        whole[0], found = first, np.empty((len(ratio), self.motion.acceleration.size))
+        for history, row in zip(found, ratio, strict=True):
+            np.multiply(row, spectrum, out=whole[1 : 1 + omega.size])
+            history[:] = self.motion.history(whole)
+        return found
 
     def transfer(self, frequencies: ArrayLike, depth: float = 0.0) -> NDArray[np.complex128]:
         """Motion at a depth over the reference motion; shape of ``frequencies`` (Hz, (n,))."""
-        values = np.asarray(frequencies, dtype=float)
-        return field(self.column, self._waves(values), [depth], self.bottom, self.kind)[0][0]
+        return self._displaced(np.asarray(frequencies, dtype=float), depth)[0]
 
     def acceleration(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth or depths (m), m/s², shape (..., samples)."""
-        return self._at(depth, 0, 0)
+        found = self._history(self._displaced(self._frequencies, depth), 0, self.motion.spectrum[0])
+        return found.reshape(*np.shape(depth), -1)
 
     def velocity(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Velocity at a depth or depths (m), m/s, shape (..., samples); from rest."""
@@ -154,20 +150,28 @@ class ColumnResponse(SiteResponse):
 
     def displacement(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Displacement relative to the reference motion, m, shape (..., samples)."""
-        return self._at(depth, 0, 2)
+        found = self._history(self._displaced(self._frequencies, depth) - 1, 2)
+        return found.reshape(*np.shape(depth), -1)
 
     def strain(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear strain at a depth or depths (m), dimensionless, shape (..., samples)."""
-        return self._at(depth, 1, 2)
+        return self._history(self._strained(depth)[0], 2).reshape(*np.shape(depth), -1)
 
     def stress(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear stress at a depth or depths (m), Pa, shape (..., samples)."""
-        return self._at(depth, 2, 2)
+        return self._history(self._strained(depth)[1], 2).reshape(*np.shape(depth), -1)
 
-    def _at(self, depth: ArrayLike, part: int, order: int) -> NDArray[np.float64]:
-        depths = np.asarray(depth, dtype=float)
-        found = self._histories(self._field(depths.ravel()), part, order)
-        return found.reshape(*depths.shape, -1)
+    def _displaced(self, frequencies, depth: ArrayLike) -> NDArray[np.complex128]:
+        """See `displacements`."""
+        place = np.ravel(depth), self.bottom, self.kind
+        parts = np.array_split(frequencies, 1 + frequencies.size // _AT_ONCE)
+        found = [displacements(self.column, self._waves(some), *place) for some in parts]
+        return np.concatenate(found, axis=1)
+
+    def _strained(self, depth: ArrayLike) -> tuple[NDArray[np.complex128], ...]:
+        """See `strains`."""
+        waves, depths = self._waves(self._frequencies), np.ravel(depth)
+        return strains(self.column, waves, depths, self.bottom, self.kind)
 
     def profile(self) -> xr.Dataset:
         """Peaks over depth.
@@ -183,10 +187,9 @@ class ColumnResponse(SiteResponse):
 
         _, interfaces = self.column.cut_at([])
         middles = (interfaces[:-1] + interfaces[1:]) / 2
-        faces, inner = self._field(interfaces), self._field(middles)
-        accelerations = self._histories(faces, 0, 0)
+        strain, stress = self._strained(middles)
+        accelerations = self.acceleration(interfaces)
         velocities = running_integral(accelerations, self.motion.time_step)
-        displacements = self._histories(faces, 0, 2)
 
         def peaks(name, values, unit):
             return (name, np.abs(values).max(axis=1), {"units": unit})
@@ -195,9 +198,9 @@ class ColumnResponse(SiteResponse):
             {
                 "acceleration": peaks("depth", accelerations, "m/s^2"),
                 "velocity": peaks("depth", velocities, "m/s"),
-                "displacement": peaks("depth", displacements, "m"),
-                "strain": peaks("middle", self._histories(inner, 1, 2), "1"),
-                "stress": peaks("middle", self._histories(inner, 2, 2), "Pa"),
+                "displacement": peaks("depth", self.displacement(interfaces), "m"),
+                "strain": peaks("middle", self._history(strain, 2), "1"),
+                "stress": peaks("middle", self._history(stress, 2), "Pa"),
             },
             coords={
                 "depth": ("depth", interfaces, {"units": "m"}),

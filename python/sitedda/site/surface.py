@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What hills, valleys and soils make of a motion along the surface of a run."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from ..engine.signals import running_integral, smooth_konno_ohmachi
 from ..engine.spectra import fourier_spectrum
+from ..output.named_arrays import NamedArrays
 from ..output.scene import Scene
 from .motion import Motion
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BANDWIDTH = 40.0  # of the window of Konno and Ohmachi
 _BINS = 120  # frequencies of the map
@@ -112,7 +118,8 @@ def surface(
     names = _on_surface(scene, history)
     if len(names) < 2:
         raise ValueError(f"{len(names)} measured points are on the surface; it takes two or more")
-    step = Motion.of(xr.Dataset({"acceleration": ("time", felt)}, {"time": history.time})).time_step
+    motion = {"acceleration": (("time",), felt), "time": (("time",), history.time.values)}
+    step = Motion.of(NamedArrays(motion, {}, "")).time_step
     least, most = 1.0 / (step * felt.size), 0.5 / step
     if not least <= lowest < highest <= most:
         raise ValueError(
@@ -130,7 +137,7 @@ def surface(
     return Surface(
         scene,
         names,
-        history.point_place.sel(point=names).values,
+        np.array([history.point_place.sel(point=name).values for name in names]),
         frequency,
         np.array([_smooth(one, step, frequency) / below for one in series]),
         acceleration,

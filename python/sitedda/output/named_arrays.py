@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The variables of an output by names and dimensions, as those of `xarray.Dataset`.
+
+The verdict and the picture of a run need no more; to import xarray and pandas, and to index the
+times of a run by them, takes as long as half of its steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import EllipsisType
+from typing import Any
+
+import numpy as np
+
+
+class NamedArray:
+    """Values whose dimensions have names, see `xarray.DataArray`."""
+
+    def __init__(self, dims: tuple[str, ...], values, labels: Mapping[str, list[str]]):
+        self.dims = dims
+        self.values = np.asarray(values)
+        self._labels = labels
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Of the values."""
+        return self.values.dtype
+
+    @property
+    def nbytes(self) -> int:
+        """Of the values."""
+        return self.values.nbytes
+
+    def __getitem__(self, which: int | slice | EllipsisType) -> NamedArray:
+        found = self.values[which]
+        return NamedArray(self.dims[self.values.ndim - np.ndim(found) :], found, self._labels)
+
+    def isel(self, **places: int) -> NamedArray:
+        """Values at a place of each dimension that is named and there."""
+        where = tuple(places.get(name, slice(None)) for name in self.dims)
+        rest = tuple(name for name in self.dims if name not in places)
+        return NamedArray(rest, self.values[where], self._labels)
+
+    def sel(self, **labels: str) -> NamedArray:
+        """Values at a label of each dimension that is named."""
+        return self.isel(**_places(self._labels, labels))
+
+    def __array__(self, dtype=None, copy=None) -> np.ndarray:
+        return np.array(self.values, dtype, copy=copy)
+
+    def __float__(self) -> float:
+        return float(self.values)
+
+    def __int__(self) -> int:
+        return int(self.values)
+
+
+class NamedArrays:
+    """Variables with attributes, see `xarray.Dataset`; all are in memory."""
+
+    def __init__(self, variables: Mapping[str, tuple[tuple[str, ...], Any]], attrs, source: str):
+        self._labels = {name: values.tolist() for name, (dims, values) in variables.items()
+                        if dims == (name,) and values.dtype.kind == "U"}  # fmt: skip
+        self.variables = {n: NamedArray(*one, self._labels) for n, one in variables.items()}
+        self.attrs = attrs
+        self.encoding = {"source": source}
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """The length of each dimension."""
+        return {name: length for one in self.variables.values()
+                for name, length in zip(one.dims, one.values.shape, strict=True)}  # fmt: skip
+
+    @property
+    def coords(self) -> list[str]:
+        """Dimensions that have labels."""
+        return list(self._labels)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.variables
+
+    def __getitem__(self, name: str) -> NamedArray:
+        return self.variables[name]
+
+    def __getattr__(self, name: str) -> NamedArray:
+        if name in self.__dict__.get("variables", ()):
+            return self.variables[name]
+        raise AttributeError(name)
+
+    def isel(self, **places: int) -> NamedArrays:
+        """All variables, at a place of each dimension that is named."""
+        found = {name: one.isel(**places) for name, one in self.variables.items()}
+        taken = {name: (one.dims, one.values) for name, one in found.items()}
+        return NamedArrays(taken, self.attrs, self.encoding["source"])
+
+    def sel(self, **labels: str) -> NamedArrays:
+        """All variables, at a label of each dimension that is named."""
+        return self.isel(**_places(self._labels, labels))
+
+
+def _places(labels: Mapping[str, list[str]], asked: Mapping[str, str]) -> dict[str, int]:
+    """Where the labels that are asked for are; a KeyError if one is not there."""
+    for name, label in asked.items():
+        if label not in labels[name]:
+            raise KeyError(label)
+    return {name: labels[name].index(label) for name, label in asked.items()}
+
+
+def read_netcdf(file) -> NamedArrays:
+    """All of a netCDF file, its characters as texts."""
+    import netCDF4
+
+    with netCDF4.Dataset(file) as data:
+        data.set_auto_maskandscale(False)
+        data.set_auto_chartostring(False)
+        variables = {}
+        for name, one in data.variables.items():
+            dims, values = one.dimensions, one[...]
+            if one.dtype == "S1" and dims:
+                dims, values = dims[:-1], netCDF4.chartostring(values, encoding="utf-8")
+            variables[name] = dims, np.asarray(values)
+        return NamedArrays(variables, {n: data.getncattr(n) for n in data.ncattrs()}, str(file))
