@@ -9,16 +9,8 @@ module test_advice
    use check_models, only: layered_site, drum_column, brick_wall, loose_blocks, linear_of
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
-   private
-   public :: advice_suite
 
 contains
-
-   subroutine advice_suite()
-      call calibration()
-      call shifts()
-      call refusals()
-   end subroutine advice_suite
 
    !> The paper finds the penalty of its column by trial (§3.2).
    subroutine calibration()

@@ -3,18 +3,15 @@
 module test_anderson
    use dda_kinds, only: wp
    use dda_anderson, only: accelerate, anderson_type, forget
-   use models, only: random, random_vector, sow
+   use models, only: random, random_vector
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: anderson_suite
 
 contains
 
-   subroutine anderson_suite()
+   subroutine affine_maps()
       integer :: n, i
 
-      call sow(13)
       do n = 1, 5
          call case('affine and contracting')
          do i = 1, 10
@@ -25,10 +22,7 @@ contains
             call converge(n, 3.0_wp, n + 1)
          end do
       end do
-      call long_contraction()
-      call solved_already()
-      call used_again()
-   end subroutine anderson_suite
+   end subroutine affine_maps
 
    !> x = A x + b with ‖A‖ about `size_a`: the solution after `most` evaluations.
    subroutine converge(n, size_a, most)

@@ -9,8 +9,6 @@ module test_archive
    use record_files, only: remove_scratch, scratch_name
    use testing, only: case, check
    implicit none
-   private
-   public :: archive_suite
 
    !> One of each kind.
    type :: state_type
@@ -26,14 +24,6 @@ module test_archive
    end type state_type
 
 contains
-
-   subroutine archive_suite()
-      call there_and_back()
-      call cut_short()
-      call misfits()
-      call limits()
-      call through_a_file()
-   end subroutine archive_suite
 
    subroutine carry_state(archive, state)
       type(archive_type), intent(inout) :: archive

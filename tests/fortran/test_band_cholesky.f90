@@ -7,11 +7,9 @@ module test_band_cholesky
    use dda_errors, only: error_type, error_input, error_solver
    use dda_rank_one, only: rank_one_type
    use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_names, solver_type
-   use models, only: random, random_vector, sow
+   use models, only: random, random_vector
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
-   private
-   public :: band_cholesky_suite
 
    interface
       !> LAPACK: dense Cholesky solution.
@@ -25,14 +23,6 @@ module test_band_cholesky
    end interface
 
 contains
-
-   subroutine band_cholesky_suite()
-      call sow(12)
-      call patterns()
-      call band_of_a_chain()
-      call not_definite()
-      call solver_interface()
-   end subroutine band_cholesky_suite
 
    subroutine patterns()
       type(band_cholesky_type) :: factor

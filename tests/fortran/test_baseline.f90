@@ -11,8 +11,6 @@ module test_baseline
    use record_files, only: data_file
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
-   private
-   public :: baseline_suite
 
    integer, parameter :: samples = 201
    real(wp), parameter :: step = 0.01_wp, duration = 2.0_wp, omega = 2.0_wp*pi
@@ -20,22 +18,6 @@ module test_baseline
    type(baseline_type), parameter :: free_end = baseline_type(order=2, at_rest=.false.)
 
 contains
-
-   subroutine baseline_suite()
-      call constant_and_ramp()
-      call sine_of_accelerations()
-      call drift_is_gone()
-      call correction_is_a_projection()
-      call derivatives_agree()
-      call before_and_after()
-      call after_the_end()
-      call velocities()
-      call displacements()
-      call taper_and_scale()
-      call two_samples()
-      call real_record()
-      call wrong_requests()
-   end subroutine baseline_suite
 
    !> Piecewise linear accelerations are integrated exactly, between the samples too.
    subroutine constant_and_ramp()

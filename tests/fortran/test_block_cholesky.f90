@@ -13,8 +13,6 @@ module test_block_cholesky
    use testing, only: case, check, check_close, check_fails, check_no_error
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    implicit none
-   private
-   public :: block_cholesky_suite
 
    interface
       !> LAPACK: dense Cholesky solution.
@@ -28,19 +26,6 @@ module test_block_cholesky
    end interface
 
 contains
-
-   subroutine block_cholesky_suite()
-      call test_orders()
-      call test_small_patterns()
-      call test_random_graphs()
-      call test_grid()
-      call test_forest()
-      call test_new_numbers_and_new_pattern()
-      call test_solution_in_place()
-      call test_not_positive_definite()
-      call test_unknown_pattern()
-      call test_same_bits()
-   end subroutine block_cholesky_suite
 
    !> Each order is a permutation; Cuthill–McKee narrows the band of a grid.
    subroutine test_orders()

@@ -3,18 +3,15 @@
 module test_block_matrix
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern, terms_of_product
-   use models, only: random, random_vector, sow
+   use models, only: random, random_vector
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: block_matrix_suite
 
 contains
 
-   subroutine block_matrix_suite()
+   subroutine any_pattern()
       integer :: i
 
-      call sow(11)
       call case('a block alone')
       call try_pattern(1, reshape([integer ::], [2, 0]))
       call case('blocks apart')
@@ -25,8 +22,7 @@ contains
       do i = 1, 20
          call try_pattern(4 + i, random_pairs(4 + i, 6*i))
       end do
-      call pattern_again()
-   end subroutine block_matrix_suite
+   end subroutine any_pattern
 
    !> Pairs i ≠ j in any order, with repeats.
    function random_pairs(n, count) result(pairs)

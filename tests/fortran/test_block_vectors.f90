@@ -5,18 +5,15 @@ module test_block_vectors
    use dda_kinds, only: wp
    use dda_block_vectors, only: add_multiple, copy_vector, multiply_and_add
    use dda_ordered_sums, only: parallel_from
-   use models, only: random_vector, sow
+   use models, only: random_vector
    use testing, only: case, check
    implicit none
-   private
-   public :: block_vectors_suite
 
 contains
 
-   subroutine block_vectors_suite()
+   subroutine any_length()
       integer :: before, threads
 
-      call sow(5)
       before = 1
       !$ before = omp_get_max_threads()
       do threads = 1, 4
@@ -27,7 +24,7 @@ contains
          call against_whole_arrays(parallel_from + 7)
       end do
       !$ call omp_set_num_threads(before)
-   end subroutine block_vectors_suite
+   end subroutine any_length
 
    subroutine against_whole_arrays(n)
       integer, intent(in) :: n

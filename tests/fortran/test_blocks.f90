@@ -7,24 +7,11 @@ module test_blocks
    use dda_material, only: elasticity, material_type
    use dda_outlines, only: add_outline, outlines_type
    use dda_polygon, only: area_of
-   use models, only: blocks_of, fan, random, random_vector, rectangle, shifted, sow, star
+   use models, only: blocks_of, fan, random, random_vector, rectangle, shifted, star
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: blocks_suite
 
 contains
-
-   subroutine blocks_suite()
-      call sow(22)
-      call masses()
-      call shape_matrices()
-      call places_and_references()
-      call rotations()
-      call strained_area()
-      call stresses()
-      call rings()
-   end subroutine blocks_suite
 
    !> One star at a place.
    subroutine make_star(blocks, vertices, m)

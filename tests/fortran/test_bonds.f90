@@ -8,8 +8,6 @@ module test_bonds
       rock, run, turned
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: bonds_suite
 
    !> So stiff that the bonds share a load as the springs of a rigid block do.
    character(len=*), parameter :: rigid = &
@@ -17,14 +15,6 @@ module test_bonds
    real(wp), parameter :: cohesion = 2.0e5_wp, tension = 1.0e5_wp, stiffness = 1.0e9_wp
 
 contains
-
-   subroutine bonds_suite()
-      call lengths()
-      call joints_of_edges()
-      call no_bond()
-      call breaks_in_tension()
-      call breaks_in_shear()
-   end subroutine bonds_suite
 
    !> Bonds between blocks 1 and 2, and their lengths.
    subroutine count_bonds(simulation, bonds, length)

@@ -9,11 +9,9 @@ module test_branch_law
    use dda_damping, only: damping_type
    use dda_errors, only: error_type
    use dda_text, only: to_text
-   use models, only: random_vector, sow
+   use models, only: random_vector
    use testing, only: case, check, check_close, check_no_error
    implicit none
-   private
-   public :: branch_law_suite
 
    integer, parameter :: rows = 101
    real(wp), parameter :: reference = 1.0e-3_wp  !< γ_r of the hyperbola
@@ -32,13 +30,10 @@ module test_branch_law
 
 contains
 
-   subroutine branch_law_suite()
-      call backbone()
+   subroutine both_kinds_of_loops()
       call loops(.true., 0.0_wp)
       call loops(.false., 0.01_wp)
-      call losses()
-      call tangents()
-   end subroutine branch_law_suite
+   end subroutine both_kinds_of_loops
 
    !> A hyperbola with a damping ratio of 1 % and, beyond it, half of that of Masing's rules.
    subroutine make(masing, least, branches)
@@ -124,7 +119,6 @@ contains
 
       call case('losses of branches')
       call make(.false., 0.02_wp, branches)
-      call sow(7)
       do path = 1, 20
          point = point_type()
          do i = 1, 2000
@@ -150,7 +144,6 @@ contains
 
       call case('tangents of branches')
       call make(.false., 0.02_wp, branches)
-      call sow(11)
       wrong = 0
       do i = 1, 500
          change = 2.0e-3_wp*random_vector(1)**3

@@ -7,17 +7,8 @@ module test_checksum
    use dda_kinds, only: long
    use testing, only: case, check
    implicit none
-   private
-   public :: checksum_suite
 
 contains
-
-   subroutine checksum_suite()
-      call published_value()
-      call every_length()
-      call in_pieces()
-      call single_bits()
-   end subroutine checksum_suite
 
    !> CRC-64/XZ of "123456789", from the catalogue of parametrised CRC algorithms.
    subroutine published_value()

@@ -11,12 +11,10 @@ module test_contact_assembly
    use dda_friction, only: laws_type
    use dda_neighbours, only: neighbours_type
    use dda_rank_one, only: forget_changes, rank_one_type
-   use models, only: random, random_vector, sow
+   use models, only: random, random_vector
    use systems, only: pattern_of
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: contact_assembly_suite
 
    real(wp), parameter :: normal = 3.3_wp, shear = 1.7_wp, theta = 0.6_wp, untouched = -7.0_wp
    type(laws_type) :: laws = laws_type(normal_stiffness=normal, shear_stiffness=shear, &
@@ -24,15 +22,11 @@ module test_contact_assembly
 
 contains
 
-   subroutine contact_assembly_suite()
-      call sow(44)
-      call against_dense_sums()
-      call any_number_of_threads()
+   subroutine any_changes()
       call after_changes(40, augmented=.false.)
       call after_changes(800, augmented=.false.)
       call after_changes(40, augmented=.true.)
-      call nothing_else()
-   end subroutine contact_assembly_suite
+   end subroutine any_changes
 
    !> Blocks with random near pairs and up to three contacts in each, in random states.
    subroutine random_contacts(system, contacts, n)

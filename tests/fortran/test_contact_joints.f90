@@ -11,8 +11,6 @@ module test_contact_joints
    use models, only: begin, block_text, contact_text, control_text, rectangle, rock, turned
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: contact_joints_suite
 
    !> A wrong edge would give the weak joint, or one that is too strong.
    character(len=*), parameter :: joints = " &joint name = 'weak' friction_angle = 5.0 /"// &
@@ -23,14 +21,6 @@ module test_contact_joints
    integer, parameter :: contact_vertex = 6, lower_edge = 4  !< of `tilted` and `end_of_edge`
 
 contains
-
-   subroutine contact_joints_suite()
-      call weaker()
-      call faces()
-      call corner_between_edges()
-      call toppling()
-      call end_of_edge()
-   end subroutine contact_joints_suite
 
    !> Friction, then cohesion, then tensile strength, then the number; both ways round.
    subroutine weaker()

@@ -7,23 +7,14 @@ module test_crack_law
    use dda_material, only: joint_type
    use dda_material_law, only: strain_point_type, losses, loss_plastic, loss_scheme
    use dda_scheme, only: scheme_type, step_type
-   use models, only: random, random_vector, sow
+   use models, only: random, random_vector
    use testing, only: case, check
    implicit none
-   private
-   public :: crack_law_suite
 
    real(wp), parameter :: tension = 2.0e6_wp, cohesion = 5.0e6_wp, energies(2) = [60.0_wp, 400.0_wp]
    real(wp), parameter :: stiffness(2) = [1.0e12_wp, 4.0e11_wp]
 
 contains
-
-   subroutine crack_law_suite()
-      call sow(7)
-      call each_step_balances()
-      call opening_and_slip_spend_the_fracture_energy()
-      call damage_begins_at_the_strength()
-   end subroutine crack_law_suite
 
    !> A joint of φ 30°.
    type(crack_law_type) function law_of(softening) result(law)

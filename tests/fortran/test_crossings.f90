@@ -8,19 +8,8 @@ module test_crossings
       rock, run, turned
    use testing, only: case, check
    implicit none
-   private
-   public :: crossings_suite
 
 contains
-
-   subroutine crossings_suite()
-      call four_blocks()
-      call a_step()
-      call six_triangles()
-      call open_joint()
-      call a_block_is_removed()
-      call corners_move_apart()
-   end subroutine crossings_suite
 
    !> Four rectangles round a place, the second row shifted to the right, all turned.
    subroutine lattice(simulation, shift, gap, angle)

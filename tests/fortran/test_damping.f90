@@ -15,28 +15,22 @@ module test_damping
       rectangle, run, sow
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
-   private
-   public :: damping_suite
 
    character(len=*), parameter :: members(4) = [character(len=40) :: "integration = 'dda'", &
       "integration = 'midpoint'", "integration = 'theta'", "integration = 'backward_euler'"]
 
 contains
 
-   subroutine damping_suite()
+   subroutine every_member()
       integer :: i
 
-      call least_squares()
-      call fitted_bodies()
-      call refused_bodies()
-      call rayleigh()
       do i = 1, size(members)
          call losses(trim(members(i)), 'damping_ratio = 0.2')
          call losses(trim(members(i)), 'damping_ratio = 0.05 rayleigh_frequencies = 2.0 12.0')
       end do
       call rest('damping_ratio = 0.05')
       call rest('rayleigh_alpha = 1.0')
-   end subroutine damping_suite
+   end subroutine every_member
 
    !> The conditions of Karush, Kuhn and Tucker: x ≥ 0, slope ≤ 0 where x = 0, slope 0 elsewhere.
    subroutine least_squares()
@@ -44,7 +38,6 @@ contains
       integer :: trial, j
 
       call case('least squares without negative unknowns')
-      call sow(4)
       do trial = 1, 50
          do j = 1, 5
             a(:, j) = random_vector(12)
@@ -136,7 +129,6 @@ contains
       integer :: i
 
       call case('losses, '//member//', '//damping)
-      call sow(7)
       call begin(simulation, pair_text(8.0e-3_wp, member, damping))
       do i = 1, 2
          rates(:, i) = 1.0e-4_wp*random_vector(6)

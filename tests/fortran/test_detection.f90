@@ -8,32 +8,13 @@ module test_detection
    use dda_neighbours, only: find_neighbours, neighbours_type
    use dda_outlines, only: add_layers, add_outline, add_wall, outlines_type
    use dda_text, only: to_text
-   use models, only: blocks_of, random, random_vector, rectangle, shifted, sow, star, turned
+   use models, only: blocks_of, random, random_vector, rectangle, shifted, star, turned
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: detection_suite
 
    real(wp), parameter :: distance = 0.02_wp
 
 contains
-
-   subroutine detection_suite()
-      call sow(32)
-      call rows_of_vertex_on_edge()
-      call rows_of_corners()
-      call equal_width_stack()
-      call running_bond()
-      call notch()
-      call over_the_end()
-      call round_a_corner()
-      call thin_slab()
-      call behind_a_block()
-      call symmetry()
-      call apart()
-      call fast_corners()
-      call vibrating_corners()
-   end subroutine detection_suite
 
    !> All contacts of the present places.
    subroutine list(blocks, contacts, within)

@@ -26,8 +26,6 @@ module test_elements
       random_vector, rectangle, rock, run, sow
    use testing, only: case, check, check_close, check_no_error
    implicit none
-   private
-   public :: elements_suite
 
    character(len=*), parameter :: members(5) = [character(len=40) :: "integration = 'dda'", &
       "integration = 'midpoint'", "integration = 'theta'", "integration = 'theta' theta = 0.55", &
@@ -38,10 +36,9 @@ module test_elements
 
 contains
 
-   subroutine elements_suite()
+   subroutine every_member()
       integer :: i
 
-      call sow(45)
       do i = 1, size(members)
          call supports_at_rest(members(i))
          call moved_supports(members(i))
@@ -53,9 +50,7 @@ contains
          call bolted_transfer(i)
          call dashpot_to_ground(i)
       end do
-      call linear_solvers()
-      call bolted_modes()
-   end subroutine elements_suite
+   end subroutine every_member
 
    !> One block of 1 m × 1 m on supports of stiffness `stiffness` at some places.
    subroutine begin_supported(simulation, member, stiffness, places, more)

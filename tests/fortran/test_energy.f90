@@ -6,13 +6,11 @@ module test_energy
       total_energy, turnover
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: energy_suite
 
 contains
 
    !> Each term is a power of two: a sum shows which terms are in it.
-   subroutine energy_suite()
+   subroutine sums_and_names()
       type(energy_type) :: energy
       real(wp) :: values(size(energy_terms))
       integer :: i
@@ -44,6 +42,6 @@ contains
 
          of = energy%value(findloc(energy_terms%name == name, .true., 1))
       end function of
-   end subroutine energy_suite
+   end subroutine sums_and_names
 
 end module test_energy

@@ -14,8 +14,6 @@ module test_energy_budget
       relative_balance, rock, turned
    use testing, only: case, check, check_close, check_no_error
    implicit none
-   private
-   public :: energy_budget_suite
 
    character(len=*), parameter :: gravity = 'gravity = 0.0 -9.81 '
    character(len=*), parameter :: held = ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = '// &
@@ -24,20 +22,6 @@ module test_energy_budget
    real(wp), parameter :: rounding = 5.0e-8_wp
 
 contains
-
-   subroutine energy_budget_suite()
-      call free_fall()
-      call bounce()
-      call sliding()
-      call tumbling()
-      call settling_stack()
-      call settling_wall()
-      call shaken_base()
-      call body_force()
-      call load()
-      call breaking_bonds()
-      call dynamic_factor()
-   end subroutine energy_budget_suite
 
    pure function floor_and(block) result(text)
       real(wp), intent(in) :: block(:,:)

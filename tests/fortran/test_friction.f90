@@ -7,25 +7,13 @@ module test_friction
    use dda_friction, only: law_of, laws_type, set_laws
    use dda_joint_contact, only: response_type
    use dda_material, only: joint_type
-   use models, only: random, sow
+   use models, only: random
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: friction_suite
 
    real(wp), parameter :: stiffness = 1.0e9_wp, length = 0.5_wp
 
 contains
-
-   subroutine friction_suite()
-      call sow(34)
-      call constants()
-      call states()
-      call random_answers()
-      call continuity()
-      call bonds()
-      call strength_ratio()
-   end subroutine friction_suite
 
    subroutine make_laws(laws)
       type(laws_type), intent(out) :: laws

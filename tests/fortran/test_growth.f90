@@ -6,16 +6,8 @@ module test_growth
    use dda_kinds, only: wp, long
    use testing, only: case, check
    implicit none
-   private
-   public :: growth_suite
 
 contains
-
-   subroutine growth_suite()
-      call numbers_and_flags()
-      call texts_and_columns()
-      call appended_one_by_one()
-   end subroutine growth_suite
 
    subroutine numbers_and_flags()
       integer, allocatable :: whole(:)

@@ -4,29 +4,14 @@ module test_history
    use dda_kinds, only: wp
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
    use dda_history, only: history_type, inherit, prepare_history
-   use models, only: random, random_vector, sow
+   use models, only: random, random_vector
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: history_suite
 
    integer, parameter :: vertices = 40
    real(wp), parameter :: up(2) = [0.0_wp, 1.0_wp]
 
 contains
-
-   subroutine history_suite()
-      call same_contact()
-      call new_contact()
-      call roles_change()
-      call corner_travel()
-      call other_side()
-      call transferred_once()
-      call met_in_penetration()
-      call met_too_deep()
-      call across_a_joint()
-      call random_lists()
-   end subroutine history_suite
 
    !> One contact more.
    subroutine put(contacts, vertex, edge, corner, block_v, block_e, normal, gap)
@@ -281,7 +266,6 @@ contains
       integer :: step, c, k, used, wrong
 
       call case('random lists')
-      call sow(33)
       call prepare_history(history, vertices, 0.0_wp)
       call random_list(old)
       wrong = 0

@@ -11,21 +11,10 @@ module test_impact
       rectangle, relative_balance, rock, run, sow
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
-   private
-   public :: impact_suite
 
    real(wp), parameter :: mass = 2500.0_wp  !< of the block of 1 m, kg per metre
 
 contains
-
-   subroutine impact_suite()
-      call bounce_off_the_ground()
-      call bounce_off_each_other()
-      call random_piles()
-      call moving_ground()
-      call resolved_dashpot()
-      call what_is_refused()
-   end subroutine impact_suite
 
    !> A joint with a restitution, or any other variables.
    pure function joint_of(variables) result(text)
@@ -44,7 +33,6 @@ contains
       integer :: i, j, k
 
       call case('bounces at random phases')
-      call sow(3)
       do i = 1, size(e)
          worst = 0.0_wp
          growth = 0.0_wp

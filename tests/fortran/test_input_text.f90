@@ -8,26 +8,10 @@ module test_input_text
    use dda_kinds, only: wp
    use testing, only: case, check, check_fails, check_no_error
    implicit none
-   private
-   public :: input_text_suite
 
    character, parameter :: newline = achar(10), carriage_return = achar(13), tab = achar(9)
 
 contains
-
-   subroutine input_text_suite()
-      call plain()
-      call comments_and_quotes()
-      call line_ends()
-      call many()
-      call nothing()
-      call numbers()
-      call lists()
-      call logicals()
-      call wrong_values()
-      call refusals()
-      call any_cut()
-   end subroutine input_text_suite
 
    subroutine expect(text, names, lines)
       character(len=*), intent(in) :: text, names(:)

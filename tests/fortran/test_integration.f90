@@ -22,8 +22,6 @@ module test_integration
       relative_balance, run
    use testing, only: case, check, check_close, check_no_error
    implicit none
-   private
-   public :: integration_suite
 
    integer, parameter :: on_bond = 1, on_contact = 2, on_support = 3
    character(len=14), parameter :: names(5) = [character(len=14) :: 'dda', 'midpoint', 'theta', &
@@ -37,7 +35,7 @@ module test_integration
 
 contains
 
-   subroutine integration_suite()
+   subroutine every_member()
       integer :: i, j
 
       do i = 1, size(names)
@@ -48,7 +46,7 @@ contains
          end do
          call breaking_bond(i)
       end do
-   end subroutine integration_suite
+   end subroutine every_member
 
    !> Member i: its variables in &control.
    pure function member_text(i) result(text)

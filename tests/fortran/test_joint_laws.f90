@@ -9,26 +9,13 @@ module test_joint_laws
    use dda_joint_law, only: joint_state_type
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
-   use models, only: random, sow
+   use models, only: random
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: joint_laws_suite
 
    real(wp), parameter :: length = 0.7_wp  !< m
 
 contains
-
-   subroutine joint_laws_suite()
-      call index_values()
-      call hyperbola()
-      call rough_strength()
-      call peak_and_residual()
-      call dilation()
-      call asperities()
-      call random_cycles()
-      call stiffness()
-   end subroutine joint_laws_suite
 
    !> JRC 10, JCS = σ_c = 100 MPa: k_ni 20.35 MPa/mm, V_m 0.136871 mm.
    pure type(joint_type) function rough() result(joint)
@@ -207,7 +194,6 @@ contains
       integer :: cycle, step, passed
 
       call case('random cycles of a rough joint')
-      call sow(1)
       call set_laws(laws, [worn()], 1.0_wp, 1.0_wp)
       least = 0.0_wp
       most = 0.0_wp

@@ -12,15 +12,13 @@ module test_kinematics
       number, random_vector, rectangle, run, sow, star
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: kinematics_suite
 
    real(wp), parameter :: mass = 1000.0_wp, stiffness = 4.0e5_wp   !< ω = 20 /s
    real(wp), parameter :: omega = 20.0_wp
 
 contains
 
-   subroutine kinematics_suite()
+   subroutine vibrations()
       real(wp), parameter :: resolution(7) = [0.01_wp, 0.1_wp, 0.5_wp, 1.0_wp, 2.0_wp, 3.5_wp, &
          10.0_wp]
       integer :: i
@@ -31,13 +29,10 @@ contains
       call harmonic(0.05_wp, 10.0_wp)
       call harmonic(0.01_wp, 20.0_wp)
       call harmonic(0.02_wp, 35.0_wp)
-      call dynamic_factor()
       call accepted_step(0.5_wp)
       call accepted_step(0.75_wp)
       call accepted_step(1.0_wp)
-      call moves()
-      call kinetic()
-   end subroutine kinematics_suite
+   end subroutine vibrations
 
    subroutine begin_oscillator(simulation, step, steps, more, motion)
       type(simulation_type), intent(out) :: simulation
@@ -172,7 +167,6 @@ contains
       real(wp), parameter :: step = 0.03_wp
 
       call case('an accepted step')
-      call sow(41)
       call make_blocks(blocks, 3)
       d = 0.01_wp*reshape(random_vector(18), [6, 3])
       v = reshape(random_vector(18), [6, 3])

@@ -7,19 +7,16 @@ module test_line_search
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_friction, only: laws_type
    use dda_line_search, only: descend
-   use models, only: random, random_vector, sow
+   use models, only: random, random_vector
    use systems, only: energy, gradient, random_system
    use testing, only: case, check
    implicit none
-   private
-   public :: line_search_suite
 
 contains
 
-   subroutine line_search_suite()
+   subroutine random_directions()
       integer :: i
 
-      call sow(42)
       call case('too far downhill')
       do i = 1, 100
          call search(1 + modulo(i, 12), 10.0_wp**random(-3.0_wp, 0.0_wp))
@@ -28,7 +25,7 @@ contains
       do i = 1, 20
          call keep(1 + modulo(i, 12))
       end do
-   end subroutine line_search_suite
+   end subroutine random_directions
 
    !> From a random place down the gradient, by any length.
    subroutine search(count, length)

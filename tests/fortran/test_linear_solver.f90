@@ -13,16 +13,12 @@ module test_linear_solver
    use models, only: random_vector, sow
    use testing, only: case, check, check_fails, check_no_error
    implicit none
-   private
-   public :: linear_solver_suite
 
 contains
 
-   subroutine linear_solver_suite()
+   subroutine every_solver()
       integer :: i
 
-      call unknown_name()
-      call former_name()
       do i = 1, size(solver_names)
          call case('solver '//trim(solver_names(i)))
          call solves(trim(solver_names(i)), 80, 1.0_wp)
@@ -31,14 +27,11 @@ contains
       do i = 1, size(solver_names)
          call follows(trim(solver_names(i)))
       end do
-      call beyond_single_precision()
-      call old_factor()
-      call slow_jacobi()
       do i = 1, size(solver_names)
          call no_numbers(trim(solver_names(i)))
          call no_pivot(trim(solver_names(i)))
       end do
-   end subroutine linear_solver_suite
+   end subroutine every_solver
 
    subroutine unknown_name()
       type(solver_type) :: solver

@@ -8,32 +8,24 @@ module test_low_rank
    use dda_rank_one, only: add_change, forget_changes, most_changes, rank_one_type
    use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_type
    use dda_lagged_factor, only: analyse_lagged, refactorise, lagged_factor_type
-   use models, only: random, random_vector, sow
+   use models, only: random, random_vector
    use testing, only: case, check, check_no_error
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    implicit none
-   private
-   public :: low_rank_suite
 
    real(wp), parameter :: stiff = 1.0e4_wp   !< of a spring, where each block is held by 1 to 2
 
 contains
 
-   subroutine low_rank_suite()
+   subroutine any_number_of_changes()
       integer, parameter :: counts(6) = [1, 15, 16, 17, 90, most_changes]
       integer :: i
 
-      call sow(11)
       do i = 1, size(counts)
          call follows(12, 9, counts(i), 1)
          call follows(40, 30, counts(i), min(4, counts(i)))
       end do
-      call to_and_fro()
-      call too_many()
-      call not_definite()
-      call same_bits()
-      call solver_keeps_its_factor()
-   end subroutine low_rank_suite
+   end subroutine any_number_of_changes
 
    !> A wall of blocks, each held softly and joined to its neighbours by some stiff springs.
    subroutine wall(across, up, matrix)

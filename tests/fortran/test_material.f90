@@ -5,12 +5,10 @@ module test_material
    use dda_material, only: elasticity, material_type
    use testing, only: case, check_close
    implicit none
-   private
-   public :: material_suite
 
 contains
 
-   subroutine material_suite()
+   subroutine any_ratio()
       real(wp), parameter :: ratio(5) = [-0.5_wp, 0.0_wp, 0.2_wp, 0.25_wp, 0.45_wp]
       integer :: i
 
@@ -18,7 +16,7 @@ contains
          call inverse_of_compliance(material_type('', 2643.0_wp, 4.788e9_wp, ratio(i), 0.0_wp, &
             0.0_wp))
       end do
-   end subroutine material_suite
+   end subroutine any_ratio
 
    !> ε = S σ: plane stress as it stands; plane strain with σz = ν(σx + σy).
    subroutine inverse_of_compliance(rock)

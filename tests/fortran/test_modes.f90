@@ -15,21 +15,14 @@ module test_modes
       hinged_bar, free_stack, started, linear_of
    use testing, only: case, check, check_close, check_no_error
    implicit none
-   private
-   public :: modes_suite
 
 contains
 
-   subroutine modes_suite()
-      call paper_models()
-      call drums()
-      call all_masses()
+   subroutine vibrating_models()
       call free_vibration(layered_site(), 3)
       call free_vibration(drum_column('4.0e8', ''), 2)
       call free_vibration(brick_wall(4, 6, '1.0e9', ''), 2)
-      call under_gravity()
-      call not_held()
-   end subroutine modes_suite
+   end subroutine vibrating_models
 
    subroutine paper_models()
       call case('layered sites')

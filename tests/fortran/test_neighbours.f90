@@ -5,27 +5,20 @@ module test_neighbours
    use dda_blocks, only: blocks_type, is_convex, update_geometry
    use dda_neighbours, only: find_neighbours, neighbours_type
    use dda_outlines, only: add_outline, outlines_type
-   use models, only: blocks_of, random, random_vector, rectangle, shifted, sow, star
+   use models, only: blocks_of, random, random_vector, rectangle, shifted, star
    use testing, only: case, check
    implicit none
-   private
-   public :: neighbours_suite
 
 contains
 
-   subroutine neighbours_suite()
+   subroutine random_blocks()
       integer :: i
 
-      call sow(31)
       call case('random blocks of very different size')
       do i = 1, 20
          call try_random(10 + 5*i)
       end do
-      call lattice()
-      call one_block()
-      call far_apart()
-      call linear_in_n()
-   end subroutine neighbours_suite
+   end subroutine random_blocks
 
    !> Sizes over three decades; searched again after everything has moved.
    subroutine try_random(n)

@@ -14,12 +14,10 @@ module test_omega_max
       plane_strain_heap, loose_blocks, linear_of
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
-   private
-   public :: omega_max_suite
 
 contains
 
-   subroutine omega_max_suite()
+   subroutine brackets()
       call case('layered site, table I')
       call bracketed(layered_site(), term_support)
       call case('layered site, table II')
@@ -34,10 +32,7 @@ contains
       call bracketed(plane_strain_heap(), 0)
       call case('blocks that do not touch')
       call bracketed(loose_blocks(), strain_energy)
-      call many_penalties()
-      call large_wall()
-      call unresolved_bounds()
-   end subroutine omega_max_suite
+   end subroutine brackets
 
    !> ω_max against LAPACK, inside its bracket, whose upper end is near.
    subroutine bracketed(text, kind)

@@ -10,12 +10,10 @@ module test_open_close
    use dda_open_close, only: solve_contacts, open_close_type
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
-   use models, only: begin, contact_text, control_text, random, relative_balance, run, sow
+   use models, only: begin, contact_text, control_text, random, relative_balance, run
    use systems, only: flat, gap_row, linear_matrix, random_system, slip_row, stiffness, unknowns
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
-   private
-   public :: open_close_suite
 
    interface
       !> LAPACK: dense Cholesky solution.
@@ -30,17 +28,10 @@ module test_open_close
 
 contains
 
-   subroutine open_close_suite()
-      call sow(43)
-      call against_enumeration()
-      call any_first_states()
+   subroutine frictional()
       call with_friction(10.0_wp, 25)
       call with_friction(30.0_wp, 60)
-      call where_friction_locks()
-      call locking_wall()
-      call no_contacts()
-      call too_few_iterations()
-   end subroutine open_close_suite
+   end subroutine frictional
 
    subroutine close_all(system, contacts, laws, iteration, error)
       type(system_type), intent(inout) :: system

@@ -9,17 +9,8 @@ module test_outline
    use models, only: blocks_of, rectangle
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: outline_suite
 
 contains
-
-   subroutine outline_suite()
-      call grid()
-      call steps()
-      call slope()
-      call points_of_gauss()
-   end subroutine outline_suite
 
    !> Blocks from their polygons.
    subroutine make(blocks, first, vertices)

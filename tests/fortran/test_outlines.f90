@@ -5,21 +5,16 @@ module test_outlines
    use dda_outlines, only: add_drums, add_layers, add_outline, add_wall, outlines_type
    use dda_polygon, only: area_of, overlap_depth
    use dda_text, only: to_text
-   use models, only: rectangle, star, sow
+   use models, only: rectangle, star
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: outlines_suite
 
 contains
 
-   subroutine outlines_suite()
-      call growth()
-      call layers()
-      call drums()
+   subroutine both_walls()
       call walls(0.0_wp)
       call walls(0.02_wp)
-   end subroutine outlines_suite
+   end subroutine both_walls
 
    pure function outline(outlines, i) result(vertices)
       type(outlines_type), intent(in) :: outlines
@@ -59,7 +54,6 @@ contains
       logical :: kept
 
       call case('growth')
-      call sow(24)
       do i = 1, 100
          vertices(:, :, i) = star(12, 0.5_wp, 2.0_wp)
          call add_outline(outlines, vertices(:, :3 + modulo(i, 10), i), i, 2*i, 3*i, 'b'// &

@@ -11,19 +11,11 @@ module test_plane_law
    use dda_plane_branches, only: recoverable, potential
    use dda_scheme, only: scheme_type, step_type
    use dda_soil_curves, only: soil_type, curve_of
-   use models, only: random, random_vector, sow
+   use models, only: random, random_vector
    use testing, only: case, check
    implicit none
-   private
-   public :: plane_law_suite
 
 contains
-
-   subroutine plane_law_suite()
-      call sow(7)
-      call recoverable_branches_lose_nothing_and_are_gradients()
-      call each_step_balances_and_loses()
-   end subroutine plane_law_suite
 
    !> What a recoverable branch acts with works exactly what its potential grows by at θ = ½, and
    !> its slope agrees with differences.

@@ -4,26 +4,11 @@ module test_polygon
    use dda_kinds, only: wp, pi
    use dda_polygon, only: area_of, centroid_of, contains_point, distance_to_boundary, is_simple, &
       overlap_depth, second_moments
-   use models, only: fan, random, random_vector, rectangle, shifted, sow, star, turned
+   use models, only: fan, random, random_vector, rectangle, shifted, star, turned
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: polygon_suite
 
 contains
-
-   subroutine polygon_suite()
-      call sow(21)
-      call stars()
-      call comb()
-      call far_away()
-      call simple_or_not()
-      call points_inside()
-      call distances()
-      call touching_neighbours()
-      call halves_of_a_star()
-      call overlaps()
-   end subroutine polygon_suite
 
    !> Area, centroid and second moments from the triangles of a fan.
    subroutine stars()

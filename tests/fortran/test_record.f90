@@ -7,8 +7,6 @@ module test_record
    use record_files, only: contents, data_file, remove_scratch, scratch_name, write_scratch
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
-   private
-   public :: record_suite
 
    integer, parameter :: samples = 100
    real(wp), parameter :: step = 0.02_wp, omega = 2.0_wp*pi
@@ -16,17 +14,6 @@ module test_record
    real(wp), parameter :: printed = 1.0e-6_wp
 
 contains
-
-   subroutine record_suite()
-      call each_format()
-      call sections_of_cosmos()
-      call columns_of_text()
-      call header_in_words()
-      call headers_of_other_kinds()
-      call units_agree()
-      call steps_agree()
-      call real_record()
-   end subroutine record_suite
 
    subroutine each_format()
       call case('each format gives the motion back')

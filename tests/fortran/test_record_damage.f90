@@ -8,26 +8,10 @@ module test_record_damage
    use record_files, only: data_file, write_scratch, remove_scratch, contents, scratch_name
    use testing, only: case, check, check_no_error, check_fails
    implicit none
-   private
-   public :: record_damage_suite
 
    character(len=*), parameter :: nl = new_line('a')
 
 contains
-
-   subroutine record_damage_suite()
-      call not_a_file()
-      call odd_requests()
-      call too_large()
-      call not_text()
-      call wrong_counts()
-      call wrong_numbers()
-      call wrong_columns()
-      call wrong_headers()
-      call cut_anywhere()
-      call line_ends()
-      call remove_scratch()
-   end subroutine record_damage_suite
 
    subroutine not_a_file()
       type(record_type) :: record

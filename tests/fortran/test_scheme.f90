@@ -11,8 +11,6 @@ module test_scheme
    use eigenvalues, only: roots_of, distance_of
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: scheme_suite
 
    real(wp), parameter :: parameters(5) = [0.5_wp, 0.55_wp, 0.75_wp, 0.9_wp, 1.0_wp]
    real(wp), parameter :: resolutions(13) = [0.05_wp, 0.2_wp, 0.5_wp, 1.0_wp, 2.0_wp, 3.9_wp, &
@@ -21,10 +19,9 @@ module test_scheme
 
 contains
 
-   subroutine scheme_suite()
+   subroutine every_member()
       integer :: i, j
 
-      call members()
       do i = 1, size(parameters)
          do j = 1, size(parameters)
             call free_vibration(scheme_type(parameters(i), parameters(j)))
@@ -36,9 +33,7 @@ contains
       call recursion(scheme_type(1.0_wp, 0.5_wp), 0.9_wp)
       call recursion(scheme_type(1.0_wp, 1.0_wp), 0.3_wp)
       call recursion(scheme_type(1.0_wp, 0.5_wp), 0.0_wp)
-      call ringing()
-      call limits()
-   end subroutine scheme_suite
+   end subroutine every_member
 
    subroutine members()
       type(step_type) :: step

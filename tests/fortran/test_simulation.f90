@@ -14,32 +14,20 @@ module test_simulation
       number, rectangle, rock, run, turned
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
-   private
-   public :: simulation_suite
 
    real(wp), parameter :: g = 9.81_wp
    character(len=*), parameter :: gravity = 'gravity = 0.0 -9.81 '
 
 contains
 
-   subroutine simulation_suite()
-      call free_fall()
-      call flight()
-      call spin()
+   subroutine inclines()
       call incline(0.0_wp, 1.0_wp)
       call incline(10.0_wp, 1.0_wp)
       call incline(20.0_wp, 1.0_wp)
       call incline(0.0_wp, 50.0_wp)
       call incline(10.0_wp, 50.0_wp)
       call incline(20.0_wp, 50.0_wp)
-      call sticking()
-      call rest_in_a_notch()
-      call deep_penetration()
-      call unexplained_depth()
-      call adaptive_step()
-      call no_convergence()
-      call fixed_clock()
-   end subroutine simulation_suite
+   end subroutine inclines
 
    !> ½ g t² is exact for the scheme, whatever the step.
    subroutine free_fall()

@@ -9,15 +9,13 @@ module test_simulation_state
    use models, only: begin, contact_text, control_text, joint_text, rock, run
    use testing, only: case, check
    implicit none
-   private
-   public :: simulation_state_suite
 
    character(len=*), parameter :: gravity = 'gravity = 0.0 -9.81 '
    integer, parameter :: steps = 60
 
 contains
 
-   subroutine simulation_state_suite()
+   subroutine every_solver()
       call goes_on(gravity//" solver = 'direct'", '', 3)
       call goes_on(gravity//" solver = 'lagged'", '', 3)
       call goes_on(gravity//" solver = 'jacobi'", '', 3)
@@ -29,9 +27,7 @@ contains
       call goes_on(gravity//" integration = 'midpoint'", '', 2)
       call goes_on(gravity, 'penetration_tolerance = 1.0e-6', 3)
       call goes_on(gravity, "contact_rules = 'original'", 3)
-      call at_the_start()
-      call another_model()
-   end subroutine simulation_state_suite
+   end subroutine every_solver
 
    !> A wall that slides and rocks on a base shaken hard.
    pure function wall_text(control, contact, bricks) result(text)

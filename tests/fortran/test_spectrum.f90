@@ -9,23 +9,10 @@ module test_spectrum
       find_peak
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
-   private
-   public :: spectrum_suite
 
    real(wp), parameter :: step = 0.01_wp
 
 contains
-
-   subroutine spectrum_suite()
-      call sine_and_constant()
-      call definition()
-      call energy()
-      call filter()
-      call quiet_bins()
-      call parabola()
-      call same_bits()
-      call wrong_requests()
-   end subroutine spectrum_suite
 
    !> Whole cycles fall into one bin: |S| = A T/2.
    subroutine sine_and_constant()

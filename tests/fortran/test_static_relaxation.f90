@@ -10,12 +10,9 @@ module test_static_relaxation
       open_close_type
    use dda_static_relaxation, only: solve_statics, relax
    use dda_system, only: system_type
-   use models, only: sow
    use systems, only: flat, gap_row, linear_matrix, random_system, slip_row, stiffness, unknowns
    use testing, only: case, check, check_close, check_no_error
    implicit none
-   private
-   public :: static_relaxation_suite
 
    integer, parameter :: n_contacts = 20                    !< contacts
    integer, parameter :: most_steps = 40
@@ -23,14 +20,10 @@ module test_static_relaxation
 
 contains
 
-   subroutine static_relaxation_suite()
-      call sow(47)
-      call without_friction()
+   subroutine frictional()
       call with_friction(10.0_wp)
       call with_friction(35.0_wp)
-      call overloaded_bonds()
-      call all_iterations_count()
-   end subroutine static_relaxation_suite
+   end subroutine frictional
 
    !> An iteration that the random systems are to be solved by.
    subroutine prepare(iteration, solver, system)

@@ -3,19 +3,11 @@
 module test_support
    use dda_kinds, only: wp
    use dda_support, only: load_at, load_type
-   use models, only: random, sow
+   use models, only: random
    use testing, only: case, check_close
    implicit none
-   private
-   public :: support_suite
 
 contains
-
-   subroutine support_suite()
-      call ramp()
-      call steps()
-      call random_history()
-   end subroutine support_suite
 
    subroutine ramp()
       type(load_type) :: load
@@ -56,7 +48,6 @@ contains
       integer :: i, k
 
       call case('a long history')
-      call sow(23)
       allocate (load%time(n), load%force(2, n))
       load%time(1) = 0.5_wp
       do i = 1, n

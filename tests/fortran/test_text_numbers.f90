@@ -7,21 +7,8 @@ module test_text_numbers
       number_bad, number_large
    use testing, only: case, check, check_close
    implicit none
-   private
-   public :: text_numbers_suite
 
 contains
-
-   subroutine text_numbers_suite()
-      call numbers_are_read()
-      call others_are_refused()
-      call too_large_is_told()
-      call numbers_run_together()
-      call commas_are_counted()
-      call rounding_is_right()
-      call counts_are_whole()
-      call written_in_four_digits()
-   end subroutine text_numbers_suite
 
    !> Exponents of one and of three digits, as they are read.
    subroutine written_in_four_digits()

@@ -19,27 +19,18 @@ module test_transfer
    use check_models, only: layered_site, layered_site_two, brick_wall, linear_of
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
-   private
-   public :: transfer_suite
 
    real(wp), parameter :: probed(5) = [1.0_wp, 8.0_wp, 13.9_wp, 23.0_wp, 42.0_wp]  !< Hz
 
 contains
 
-   subroutine transfer_suite()
-      call layered_sites()
+   subroutine time_steps()
       call time_stepping(.false., 1.0_wp)
       call time_stepping(.true., 1.0_wp)
       call time_stepping(.false., 0.98_wp)
       call time_stepping(.false., 1.0_wp, 'damping_ratio=0.05, reference_frequency=14.2')
       call time_stepping(.true., 1.0_wp, 'damping_ratio=0.03, rayleigh_frequencies=5.0, 20.0')
-      call constant_damping_peaks()
-      call peak_is_a_maximum()
-      call ritz_vectors()
-      call rounding_adds_no_vectors()
-      call supports_apart()
-      call refusals()
-   end subroutine transfer_suite
+   end subroutine time_steps
 
    !> Paper figures 15 and 16, exact: DDA there gives 29.07 @ 13.95 and 28.76 @ 14.23 Hz.
    subroutine layered_sites()

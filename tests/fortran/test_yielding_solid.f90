@@ -6,24 +6,13 @@ module test_yielding_solid
    use dda_material_law, only: strain_point_type, losses, loss_plastic, loss_scheme
    use dda_mohr_coulomb_solid, only: mohr_coulomb_solid_type
    use dda_scheme, only: scheme_type, step_type
-   use models, only: random, random_vector, sow
+   use models, only: random, random_vector
    use testing, only: case, check
    implicit none
-   private
-   public :: yielding_solid_suite
 
    real(wp), parameter :: cohesion = 3.45e6_wp, angle = pi/6.0_wp
 
 contains
-
-   subroutine yielding_solid_suite()
-      call sow(11)
-      call squeezed_points_have_the_strength_of_the_closed_form()
-      call pulled_points_have_the_tensile_strength()
-      call shear_keeps_its_area_under_pressure()
-      call each_step_balances_and_loses()
-      call tangents_are_derivatives()
-   end subroutine yielding_solid_suite
 
    !> Rock of c 3.45 MPa, φ 30°.
    pure type(mohr_coulomb_solid_type) function rock(dilation, tension)
