@@ -5,7 +5,7 @@ module dda_check_laws
    use dda_kinds, only: wp
    use dda_blocks, only: smaller_side
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, advice_if
-   use dda_material, only: material_type, elasticity
+   use dda_material, only: elasticity
    use dda_model, only: model_type
    use dda_text, only: short_text, quoted
    implicit none

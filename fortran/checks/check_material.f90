@@ -2,7 +2,7 @@
 !> What a check says of the damping of materials: how much, over which frequencies, and where it may
 !> be too much.
 module dda_check_material
-   use dda_kinds, only: wp, pi
+   use dda_kinds, only: wp
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn
    use dda_damping, only: damping_type, has_body, modulus_factor, rayleigh_ratio
    use dda_dense_eigen, only: block_eigen

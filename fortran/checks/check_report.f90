@@ -9,7 +9,7 @@ module dda_check_report
    use dda_doubts, only: doubt_type
    use dda_modes, only: modes_type
    use dda_omega_max, only: omega_max_type
-   use dda_text, only: to_text, screen_width, wrapped
+   use dda_text, only: screen_width, wrapped
    use dda_unresolved, only: unresolved_type
    implicit none
    private

@@ -7,7 +7,7 @@
 !> a bound that follows the normal force of the same iteration.
 module dda_friction
    use dda_kinds, only: wp, pi
-   use dda_contact, only: contacts_type, contact_open, contact_slide, is_carried, is_struck
+   use dda_contact, only: contacts_type, contact_slide, is_carried, is_struck
    use dda_coulomb, only: coulomb_contact_type, respond, bound_friction
    use dda_joint_bond, only: accept_bond, add_bond, is_cohesive, slider_stretch
    use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end, &

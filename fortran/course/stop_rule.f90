@@ -8,7 +8,7 @@
 module dda_stop_rule
    use dda_kinds, only: wp, pi
    use dda_edge_load, only: history_of
-   use dda_model, only: model_type, drift_velocity
+   use dda_model, only: drift_velocity
    use dda_simulation, only: simulation_type, block_name
    use dda_stage, only: never
    use dda_text, only: to_text

@@ -21,7 +21,7 @@ module dda_contact_search
    use dda_model, only: force_noise, half_size
    use dda_simulation, only: simulation_type, next_step, exchange_lists
    use dda_linear_solver, only: analyse
-   use dda_stopwatch, only: lap, phase_assemble, phase_detect, phase_search
+   use dda_stopwatch, only: lap, phase_detect, phase_search
    use dda_text, only: to_text
    implicit none
    private

@@ -3,7 +3,7 @@
 module dda_energy_budget
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, momentum_of
-   use dda_contact, only: contacts_type, contact_slide, not_damped
+   use dda_contact, only: contacts_type, not_damped
    use dda_contact_damping, only: losses_type, losses_of, spring_energy
    use dda_friction, only: end_stretch, has_slipped, inelastic_slip, laws_type
    use dda_joint_bond, only: bond_losses, bond_after, is_cohesive

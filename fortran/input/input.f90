@@ -4,7 +4,7 @@ module dda_input
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: require_addresses
-   use dda_input_group, only: group_type, input_error, positions, require_name, require_new_name
+   use dda_input_group, only: group_type, input_error, positions, require_new_name
    use dda_input_groups, only: control_values, run_values, read_values
    use dda_input_catalogue, only: find_group, unknown_group
    use dda_input_schema, only: input_groups
@@ -33,7 +33,7 @@ module dda_input
    use dda_settings, only: contact_settings_type
    use dda_stage, only: stage_type
    use dda_support, only: fixed_point_type, load_type, point_type
-   use dda_text, only: quoted, to_text
+   use dda_text, only: quoted
    use dda_text_file, only: read_text_file
    implicit none
    private

@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The group &blocks: the blocks of a netCDF file, with the materials and joints that it names.
 module dda_input_block_file
-   use dda_kinds, only: wp
    use dda_block_file, only: block_file_type, read_block_file
    use dda_errors, only: error_type
    use dda_input_group, only: group_type, input_error, name_length

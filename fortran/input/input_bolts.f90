@@ -4,7 +4,7 @@
 module dda_input_bolts
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, reference_of
-   use dda_bolt, only: bolt_type, axial, across, never
+   use dda_bolt, only: bolt_type, across, never
    use dda_errors, only: error_type
    use dda_input_group, only: group_type, input_error, given, is_set, positions, &
       require_new_name, value_or, name_length

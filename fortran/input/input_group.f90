@@ -9,7 +9,6 @@ module dda_input_group
    use dda_input_catalogue, only: find_variable
    use dda_input_schema, only: input_variables
    use dda_input_text, only: group_type, input_error
-   use dda_input_value, only: value_type
    use dda_input_variable, only: variable_type, above_zero, unset, usable
    use dda_text, only: to_text, quoted
    implicit none

@@ -4,7 +4,7 @@ module dda_input_value
    use dda_growth, only: grow
    use dda_input_variable, only: variable_type, unset
    use dda_kinds, only: wp
-   use dda_text, only: lower_case, quoted, to_text, whole_characters
+   use dda_text, only: lower_case, quoted, whole_characters
    use dda_text_numbers, only: next_number, number_found
    implicit none
    private

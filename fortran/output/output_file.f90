@@ -33,7 +33,7 @@ module dda_output_file
    use dda_simulation, only: simulation_type, summary, ending
    use dda_linear_solver, only: work_done
    use dda_stage, only: stage_type
-   use dda_text, only: joined, quoted
+   use dda_text, only: joined
    use dda_diagnostics, only: audit_warning
    use dda_version, only: version, commit
    use netcdf, only: nf90_create, nf90_open, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, &

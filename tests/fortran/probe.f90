@@ -18,7 +18,7 @@ program probe
    use dda_model, only: model_type
    use dda_record, only: record_type, read_record
    use dda_baseline, only: motion_curve_type, make_motion_curve
-   use dda_run, only: run_type, begin_run, continue_run, is_done
+   use dda_run, only: run_type, begin_run, continue_run
    use dda_simulation, only: simulation_type
    use dda_text, only: to_text
    implicit none

@@ -3,7 +3,7 @@
 module test_anderson
    use dda_kinds, only: wp
    use dda_anderson, only: accelerate, anderson_type, forget
-   use models, only: random, random_vector
+   use models, only: random_vector
    use testing, only: case, check, check_close
    implicit none
 

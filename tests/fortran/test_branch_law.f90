@@ -2,8 +2,7 @@
 !> Branches of a soil: their fit, and energies and tangents of single steps.
 module test_branch_law
    use dda_kinds, only: wp, pi
-   use dda_branches, only: branches_type, curve_type, fit_branches, loop_damping, relaxed_modulus, &
-      secant_ratio
+   use dda_branches, only: branches_type, curve_type, fit_branches, loop_damping, secant_ratio
    use dda_branch_law, only: response_type, respond, respond_body, keep_branches, keep_body, &
       stored_by_branches, stored_by_body
    use dda_damping, only: damping_type

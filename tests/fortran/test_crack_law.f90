@@ -7,7 +7,7 @@ module test_crack_law
    use dda_material, only: joint_type
    use dda_material_law, only: strain_point_type, losses, loss_plastic, loss_scheme
    use dda_scheme, only: scheme_type, step_type
-   use models, only: random, random_vector
+   use models, only: random_vector
    use testing, only: case, check
    implicit none
 

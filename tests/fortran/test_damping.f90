@@ -12,7 +12,7 @@ module test_damping
    use dda_start, only: set_rates
    use dda_text, only: to_text
    use models, only: begin, block_text, contact_text, control_text, joint_text, random_vector, &
-      rectangle, run, sow
+      rectangle, run
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
 

@@ -7,7 +7,7 @@ module test_elements
    use dda_block_matrix, only: entry_of
    use dda_blocks, only: update_geometry
    use dda_elements, only: match_velocities, update_stored
-   use dda_energy, only: balance, energy_type, energy_geometric, energy_damping, energy_input, &
+   use dda_energy, only: balance, energy_type, energy_damping, energy_input, &
       energy_kinetic, total_energy, turnover
    use dda_energy_budget, only: start_energy_budget
    use dda_errors, only: error_type
@@ -19,11 +19,10 @@ module test_elements
    use dda_scheme_response, only: amplification_roots, steady_type, steady_weights
    use dda_simulation, only: next_step, simulation_type
    use dda_start, only: set_rates
-   use dda_time_step, only: advance
    use dda_transfer, only: prepare_transfer, transfer_at, transfer_type
    use eigenvalues, only: distance_of, roots_of
    use models, only: begin, block_text, contact_text, control_text, joint_text, number, random, &
-      random_vector, rectangle, rock, run, sow
+      random_vector, rectangle, rock, run
    use testing, only: case, check, check_close, check_no_error
    implicit none
 

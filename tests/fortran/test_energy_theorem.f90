@@ -12,7 +12,7 @@ module test_energy_theorem
    use dda_start, only: set_rates
    use dda_time_step, only: advance
    use models, only: begin, block_text, contact_text, control_text, joint_text, number, random, &
-      rectangle, sow
+      rectangle
    use testing, only: case, check, check_no_error
    implicit none
 

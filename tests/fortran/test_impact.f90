@@ -2,7 +2,7 @@
 !> Impacts: restitution as a property of the joint, at any stiffness and phase; energy; dashpots.
 module test_impact
    use dda_kinds, only: wp, pi
-   use dda_energy, only: energy_impact, energy_type, total_energy
+   use dda_energy, only: energy_impact, total_energy
    use dda_errors, only: error_type
    use dda_simulation, only: simulation_type
    use dda_start, only: set_rates

@@ -11,7 +11,7 @@ module test_integration
    use dda_kinds, only: wp
    use dda_blocks, only: update_geometry
    use dda_contact, only: contact_open
-   use dda_energy, only: energy_fracture, energy_kinetic, total_energy
+   use dda_energy, only: energy_fracture
    use dda_scheme, only: scheme_type, scheme_named
    use dda_scheme_response, only: amplification_roots, free_damping, oscillates, period_elongation
    use dda_simulation, only: simulation_type

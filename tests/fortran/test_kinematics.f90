@@ -9,7 +9,7 @@ module test_kinematics
    use dda_outlines, only: add_outline, outlines_type
    use dda_simulation, only: simulation_type
    use models, only: begin, block_text, blocks_of, contact_text, control_text, fan, joint_text, &
-      number, random_vector, rectangle, run, sow, star
+      number, random_vector, rectangle, run, star
    use testing, only: case, check, check_close
    implicit none
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Lowest modes: the paper's models, free vibration in time stepping, models that are not held.
 module test_modes
-   use dda_kinds, only: wp, pi
+   use dda_kinds, only: wp
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, linearise, &
       set_penalty

@@ -12,7 +12,7 @@ module test_omega_max
    use dda_unresolved, only: unresolved_type, count_unresolved
    use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, &
       plane_strain_heap, loose_blocks, linear_of
-   use testing, only: case, check, check_close, check_no_error, check_fails
+   use testing, only: case, check, check_close, check_no_error
    implicit none
 
 contains

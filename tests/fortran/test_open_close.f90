@@ -10,7 +10,7 @@ module test_open_close
    use dda_open_close, only: solve_contacts, open_close_type
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
-   use models, only: begin, contact_text, control_text, random, relative_balance, run
+   use models, only: begin, contact_text, control_text, relative_balance, run
    use systems, only: flat, gap_row, linear_matrix, random_system, slip_row, stiffness, unknowns
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none

@@ -4,7 +4,7 @@ module test_polygon
    use dda_kinds, only: wp, pi
    use dda_polygon, only: area_of, centroid_of, contains_point, distance_to_boundary, is_simple, &
       overlap_depth, second_moments
-   use models, only: fan, random, random_vector, rectangle, shifted, star, turned
+   use models, only: fan, random_vector, rectangle, shifted, star, turned
    use testing, only: case, check, check_close
    implicit none
 

@@ -5,7 +5,7 @@ module test_record_damage
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_file, error_input
    use dda_record, only: record_type, read_record
-   use record_files, only: data_file, write_scratch, remove_scratch, contents, scratch_name
+   use record_files, only: data_file, write_scratch, contents, scratch_name
    use testing, only: case, check, check_no_error, check_fails
    implicit none
 

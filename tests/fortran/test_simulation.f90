@@ -8,7 +8,6 @@ module test_simulation
    use dda_errors, only: error_convergence, error_type
    use dda_polygon, only: area_of
    use dda_simulation, only: finished, simulation_type, summary
-   use dda_stages, only: start => begin_simulation
    use dda_time_step, only: advance
    use models, only: begin, begin_or_fail, block_text, contact_text, control_text, joint_text, &
       number, rectangle, rock, run, turned
