@@ -15,6 +15,11 @@ BONDED = {
 DRY = {"name": "bedding", "friction_angle": 35.0}
 
 
+def group(name: str, /, **variables) -> tuple[str, dict]:
+    """A group as `namelist` takes it; a variable that is a word of Python has a _ behind it."""
+    return name, {variable.removesuffix("_"): value for variable, value in variables.items()}
+
+
 def namelist(groups) -> str:
     """The text of pairs (name of the group, its variables), a variable a line."""
     given = [(n, "".join(f"   {k} = {value_text(v)}\n" for k, v in g.items() if v is not None))
@@ -46,30 +51,28 @@ def rectangle(left: float, bottom: float, width: float, height: float) -> list[f
 def tower(layers: int = 3, steps: int = 60, joint=None, **control) -> list:
     """Layers of 15 m x 1 m on a base block that a short pulse shakes."""
     return [
-        ("run", {"title": "A small tower"}),
+        group("run", title="A small tower"),
         ("control", {"time_step": 1e-3, "steps": steps, **control}),
-        ("contact", {"normal_stiffness": 1.5e12}),
+        group("contact", normal_stiffness=1.5e12),
         ("material", dict(ROCK)),
         ("joint", dict(joint or BONDED)),
-        ("layers", {"name": "base", "bottom": -1.0, "width": 15.0, "thickness": 1.0}),
-        ("layers", {"name": "layer", "width": 15.0, "thickness": 1.0, "count": layers}),
-        (
+        group("layers", name="base", bottom=-1.0, width=15.0, thickness=1.0),
+        group("layers", name="layer", width=15.0, thickness=1.0, count=layers),
+        group(
             "motion",
-            {
-                "name": "pulse",
-                "values": [0.0, 0.3, 0.5, 0.1, -0.4, -0.2, 0.0],
-                "time_step": 0.01,
-                "quantity": "acceleration",
-            },
+            name="pulse",
+            values=[0.0, 0.3, 0.5, 0.1, -0.4, -0.2, 0.0],
+            time_step=0.01,
+            quantity="acceleration",
         ),
         *(
-            ("fixed_point", {"x": x, "y": y, "motion_x": "pulse"})
+            group("fixed_point", x=x, y=y, motion_x="pulse")
             for y in (-0.25, -0.75)
             for x in (2.5, 12.5)
         ),
-        ("measured_point", {"name": "base", "x": 7.5, "y": -0.5, "block": "base_1"}),
-        ("measured_point", {"name": "surface", "x": 7.5, "y": float(layers)}),
-        ("output", {"file": "tower.nc", "block_interval": 20}),
+        group("measured_point", name="base", x=7.5, y=-0.5, block="base_1"),
+        group("measured_point", name="surface", x=7.5, y=float(layers)),
+        group("output", file="tower.nc", block_interval=20),
     ]
 
 
@@ -77,9 +80,9 @@ def flying_block(steps: int = 50, **control) -> list:
     """One free block, 2 m x 1 m, with nothing to touch."""
     return [
         ("control", {"time_step": 1e-3, "steps": steps, **control}),
-        ("contact", {"normal_stiffness": 1.0e9}),
+        group("contact", normal_stiffness=1.0e9),
         ("material", dict(ROCK)),
         ("joint", dict(DRY)),
-        ("block", {"name": "brick", "vertices": rectangle(0.0, 0.0, 2.0, 1.0)}),
-        ("measured_point", {"name": "corner", "x": 2.0, "y": 1.0}),
+        group("block", name="brick", vertices=rectangle(0.0, 0.0, 2.0, 1.0)),
+        group("measured_point", name="corner", x=2.0, y=1.0),
     ]

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from model_text import DRY, ROCK, namelist, rectangle
+from model_text import DRY, ROCK, group, namelist, rectangle
 
 import sitedda
 
@@ -14,19 +14,19 @@ def pile(**control) -> list:
     """Three blocks on a table that is held at two points."""
     return [
         ("control", {"time_step": 1e-3, "duration": 0.3, "gravity": [0.0, -9.81], **control}),
-        ("contact", {"normal_stiffness": 1e9}),
+        group("contact", normal_stiffness=1e9),
         ("material", ROCK),
         ("joint", dict(DRY, name="dry")),
         ("joint", dict(DRY, name="smooth", friction_angle=1.0)),
-        ("block", {"vertices": rectangle(0, 0, 6, 1), "name": "table", "joint": "dry"}),
-        ("block", {"vertices": rectangle(1, 1, 1, 1), "name": "low", "joint": "dry"}),
-        ("block", {"vertices": rectangle(1, 2, 1, 1), "name": "high", "joint": "dry"}),
-        ("fixed_point", {"x": 0.5, "y": 0.5}),
-        ("fixed_point", {"x": 5.5, "y": 0.5, "name": "right"}),
-        ("motion", {"name": "m", "time_step": 0.1, "values": [0.0, 1.0, -1.0, 0.0],
-                    "quantity": "acceleration"}),
-        ("measured_point", {"name": "top", "x": 1.5, "y": 3.0}),
-        ("output", {"block_interval": 20}),
+        group("block", vertices=rectangle(0, 0, 6, 1), name="table", joint="dry"),
+        group("block", vertices=rectangle(1, 1, 1, 1), name="low", joint="dry"),
+        group("block", vertices=rectangle(1, 2, 1, 1), name="high", joint="dry"),
+        group("fixed_point", x=0.5, y=0.5),
+        group("fixed_point", x=5.5, y=0.5, name="right"),
+        group("motion", name="m", time_step=0.1, values=[0.0, 1.0, -1.0, 0.0],
+              quantity="acceleration"),
+        group("measured_point", name="top", x=1.5, y=3.0),
+        group("output", block_interval=20),
     ]  # fmt: skip
 
 

@@ -6,32 +6,27 @@ import re
 import warnings
 
 import pytest
-from model_text import DRY, ROCK, namelist
+from model_text import DRY, ROCK, group, namelist
 
 import sitedda
 
 WALL = [
-    ("control", {"time_step": 2e-3, "steps": 150, "gravity": [0.0, -9.81]}),
-    ("contact", {"normal_stiffness": 1e10}),
+    group("control", time_step=2e-3, steps=150, gravity=[0.0, -9.81]),
+    group("contact", normal_stiffness=1e10),
     ("material", ROCK),
     ("joint", DRY),
-    ("layers", {"name": "base", "left": -0.5, "bottom": -0.5, "width": 5.0, "thickness": 0.5}),
-    (
-        "wall",
-        {"name": "brick", "brick_length": 1.0, "brick_height": 0.5, "bricks": 4, "courses": 4},
-    ),
-    (
+    group("layers", name="base", left=-0.5, bottom=-0.5, width=5.0, thickness=0.5),
+    group("wall", name="brick", brick_length=1.0, brick_height=0.5, bricks=4, courses=4),
+    group(
         "motion",
-        {
-            "name": "shake",
-            "quantity": "displacement",
-            "time_step": 0.05,
-            "values": [0.0, 0.03, 0.05, 0.03, -0.03, -0.05, 0.0],
-        },
+        name="shake",
+        quantity="displacement",
+        time_step=0.05,
+        values=[0.0, 0.03, 0.05, 0.03, -0.03, -0.05, 0.0],
     ),
-    ("fixed_point", {"x": 0.0, "y": -0.25, "motion_x": "shake"}),
-    ("fixed_point", {"x": 4.0, "y": -0.25, "motion_x": "shake"}),
-    ("fixed_point", {"x": 2.0, "y": -0.4, "motion_x": "shake"}),
+    group("fixed_point", x=0.0, y=-0.25, motion_x="shake"),
+    group("fixed_point", x=4.0, y=-0.25, motion_x="shake"),
+    group("fixed_point", x=2.0, y=-0.4, motion_x="shake"),
 ]
 
 
@@ -64,22 +59,16 @@ def wheel() -> list:
     top = 0.5 * math.cos(math.pi / 8)  # of the ground, m: no corner is lower
     outline = [f for a in corners for f in (0.5 * math.cos(a), top + 0.5 * math.sin(a))]
     return [
-        (
-            "control",
-            {
-                "time_step": 0.03,
-                "steps": 33,
-                "gravity": [0.0, -9.81],
-                "max_displacement_ratio": 0.2,
-            },
+        group(
+            "control", time_step=0.03, steps=33, gravity=[0.0, -9.81], max_displacement_ratio=0.2
         ),
-        ("contact", {"normal_stiffness": 1e6}),
+        group("contact", normal_stiffness=1e6),
         ("material", ROCK | {"initial_velocity": [0.0, 0.0, -6.0]}),
         ("material", ROCK | {"name": "floor"}),
         ("joint", DRY),
-        ("block", {"vertices": outline}),
-        ("block", {"material": "floor", "vertices": [-5.0, -1.0, 5.0, -1.0, 5.0, 0.0, -5.0, 0.0]}),
-        *(("fixed_point", {"x": x, "y": -0.5}) for x in (-4.0, 4.0)),
+        group("block", vertices=outline),
+        group("block", material="floor", vertices=[-5.0, -1.0, 5.0, -1.0, 5.0, 0.0, -5.0, 0.0]),
+        *(group("fixed_point", x=x, y=-0.5) for x in (-4.0, 4.0)),
     ]
 
 

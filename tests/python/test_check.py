@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from model_text import changed, flying_block, rectangle, tower
+from model_text import changed, flying_block, group, rectangle, tower
 
 import sitedda
 from sitedda.commands.parser import folded
@@ -93,7 +93,7 @@ def test_the_time_step_is_held_against_the_highest_frequency(write_input):
 
 
 def test_blocks_that_touch_nothing_are_told(write_input):
-    apart = [*flying_block(), ("block", {"vertices": rectangle(5.0, 0.0, 2.0, 1.0)})]
+    apart = [*flying_block(), group("block", vertices=rectangle(5.0, 0.0, 2.0, 1.0))]
     line = finding(sitedda.check(write_input(apart)).text, "contacts")
     assert line.startswith("warn") and "no contact is closed" in line
 
@@ -204,15 +204,15 @@ def test_contacts_may_penetrate_by_a_hundredth_of_a_block(write_input, percent, 
     """A cube of 1 m on a base by two corners: half of its weight over k_n."""
     weight = 2500.0 * 9.81
     groups = [
-        ("run", {}),
-        ("control", {"time_step": 1e-3, "steps": 1, "gravity": [0.0, -9.81], "settle": True}),
-        ("contact", {"normal_stiffness": weight / 2 / (percent / 100)}),
-        ("material", {"density": 2500.0, "young_modulus": 1e10, "poisson_ratio": 0.2}),
-        ("joint", {"friction_angle": 30.0}),
-        ("block", {"name": "base", "vertices": rectangle(-2.0, -1.0, 4.0, 1.0)}),
-        ("block", {"vertices": rectangle(-0.5, 0.0, 1.0, 1.0)}),
-        ("fixed_point", {"x": -1.5, "y": -0.5}),
-        ("fixed_point", {"x": 1.5, "y": -0.5}),
+        group("run"),
+        group("control", time_step=1e-3, steps=1, gravity=[0.0, -9.81], settle=True),
+        group("contact", normal_stiffness=weight / 2 / (percent / 100)),
+        group("material", density=2500.0, young_modulus=1e10, poisson_ratio=0.2),
+        group("joint", friction_angle=30.0),
+        group("block", name="base", vertices=rectangle(-2.0, -1.0, 4.0, 1.0)),
+        group("block", vertices=rectangle(-0.5, 0.0, 1.0, 1.0)),
+        group("fixed_point", x=-1.5, y=-0.5),
+        group("fixed_point", x=1.5, y=-0.5),
     ]
     line = finding(sitedda.check(write_input(groups)).text, "penalty bounds")
     assert line.startswith(verdict) and f"penetrate by {percent} %" in line
@@ -225,12 +225,12 @@ def drums(**joint) -> list:
     """Two drums on a floor, on their way down."""
     shapes = [rectangle(-1, -0.2, 2, 0.2), *(rectangle(-0.5, y, 1, 1) for y in (0, 1))]
     return [
-        ("control", {"time_step": 1e-3, "steps": 5, "gravity": [0.0, -9.81]}),
-        ("material", {"density": 2000.0, "young_modulus": 1e10, "poisson_ratio": 0.2}),
-        ("contact", {"normal_stiffness": 1e8}),
+        group("control", time_step=1e-3, steps=5, gravity=[0.0, -9.81]),
+        group("material", density=2000.0, young_modulus=1e10, poisson_ratio=0.2),
+        group("contact", normal_stiffness=1e8),
         ("joint", {"friction_angle": 35.0} | joint),
-        *(("block", {"vertices": at}) for at in shapes),
-        *(("fixed_point", {"block": 1, "x": x, "y": -0.1}) for x in (-0.9, 0.9)),
+        *(group("block", vertices=at) for at in shapes),
+        *(group("fixed_point", block=1, x=x, y=-0.1) for x in (-0.9, 0.9)),
     ]
 
 

@@ -12,7 +12,7 @@ import time
 import pytest
 import xarray as xr
 from environment import DEADLINE
-from model_text import DRY, changed, rectangle, tower, without
+from model_text import DRY, changed, group, rectangle, tower, without
 
 NEVER_ENDING = 20_000_000  # steps; its output would still fit on a small disk
 OLDER = b"CDF\1 an older result"
@@ -26,21 +26,19 @@ def dataset(file) -> xr.Dataset:
 def stubborn() -> list:
     """A brick thrown into a corner at an angle with hardly any iterations allowed."""
     return [
-        ("control", {"time_step": 1e-3, "steps": 400, "gravity": [3.0, -9.81]}),
-        ("contact", {"normal_stiffness": 1e8, "max_iterations": 2, "force_tolerance": 1e-15}),
-        (
+        group("control", time_step=1e-3, steps=400, gravity=[3.0, -9.81]),
+        group("contact", normal_stiffness=1e8, max_iterations=2, force_tolerance=1e-15),
+        group(
             "material",
-            {
-                "density": 2000.0,
-                "young_modulus": 1e9,
-                "poisson_ratio": 0.2,
-                "initial_velocity": [1.0, -3.0, 2.0],
-            },
+            density=2000.0,
+            young_modulus=1e9,
+            poisson_ratio=0.2,
+            initial_velocity=[1.0, -3.0, 2.0],
         ),
         ("joint", dict(DRY)),
-        ("block", {"name": "ground", "vertices": rectangle(0, 0, 6, 1)}),
-        ("block", {"name": "brick", "vertices": [2.0, 1.01, 3.0, 1.05, 2.9, 2.0, 2.0, 1.9]}),
-        *(("fixed_point", {"x": x, "y": 0.5, "block": "ground"}) for x in (1.0, 5.0)),
+        group("block", name="ground", vertices=rectangle(0, 0, 6, 1)),
+        group("block", name="brick", vertices=[2.0, 1.01, 3.0, 1.05, 2.9, 2.0, 2.0, 1.9]),
+        *(group("fixed_point", x=x, y=0.5, block="ground") for x in (1.0, 5.0)),
     ]
 
 
@@ -86,7 +84,7 @@ def test_an_older_output_is_replaced_when_the_new_one_is_complete(program, write
 def test_amplification_is_printed_in_the_same_words_by_both(
     native, python_program, write_input, tmp_path
 ):
-    asked = ("amplification", {"lowest": 1.0, "highest": 200.0})
+    asked = group("amplification", lowest=1.0, highest=200.0)
     file = write_input([*tower(layers=4, steps=800), asked])
     lines = []
     for program in (native, python_program):
@@ -102,7 +100,7 @@ def test_amplification_is_printed_in_the_same_words_by_both(
 def test_a_picture_is_drawn_beside_the_output_unless_unwanted(
     python_program, write_input, tmp_path
 ):
-    asked = ("amplification", {"lowest": 1.0, "highest": 200.0})
+    asked = group("amplification", lowest=1.0, highest=200.0)
     file = write_input([*tower(layers=2, steps=300), asked])
     plain = python_program("run", file, "-o", tmp_path / "plain.nc", "--no-plot")
     drawn = python_program("run", file, "-o", tmp_path / "drawn.nc")

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from model_text import changed, tower, without
+from model_text import changed, group, tower, without
 
 import sitedda
 from sitedda.damping import ConstantRatio, Rayleigh
@@ -153,7 +153,7 @@ def test_thin_layers_answer_as_the_column_does(write_input, name, integration):
     groups = changed(groups, "layers", 1, thickness=0.25, count=60)
     point = {"name": "surface", "x": 7.5, "y": 15.0, "block": "layer_60"}
     groups = [*without(groups, "measured_point"), ("measured_point", point)]
-    groups.append(("measured_point", {"name": "base", "x": 7.5, "y": 0.0, "block": "base_1"}))
+    groups.append(group("measured_point", name="base", x=7.5, y=0.0, block="base_1"))
     frequencies = np.linspace(1.0, 40.0, 40)
     found = sitedda.transfer(write_input(groups), frequencies)
     layer = sitedda.Layer(15.0, density=2643.0, shear_modulus=4.788e9 / 2.5, damping=damping)

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from model_text import ROCK, rectangle
+from model_text import ROCK, group, rectangle
 from test_checkpoint import stopped
 
 import sitedda
@@ -21,16 +21,14 @@ def slider(floor="edges", speed: float = 6.0, load=None, steps=900, reverse=Fals
     whole = [-4.0, -1.0, 4.0, -1.0, 4.0, 0.0, 0.0, 0.0, -4.0, 0.0]
     if floor == "edges":
         joints = ["side", "side", "smooth", "rough", "side"]
-        floors = [("block", {"name": "floor", "vertices": whole, "edge_joints": joints})]
+        floors = [group("block", name="floor", vertices=whole, edge_joints=joints)]
     else:
         floors = [
-            (
+            group(
                 "block",
-                {
-                    "name": name,
-                    "vertices": rectangle(left, -1.0, 4.0, 1.0),
-                    "edge_joints": ["side", "side", name, "side"],
-                },
+                name=name,
+                vertices=rectangle(left, -1.0, 4.0, 1.0),
+                edge_joints=["side", "side", name, "side"],
             )
             for name, left in (("rough", -4.0), ("smooth", 0.0))
         ]
@@ -38,22 +36,22 @@ def slider(floor="edges", speed: float = 6.0, load=None, steps=900, reverse=Fals
     blocks = [*floors, ("block", block | {"joint": "top", "edge_joints": sides})]
     if reverse:
         blocks.reverse()
-    loads = [] if load is None else [("load", {"x": -0.8, "y": 0.5, "block": "slider", **load})]
+    loads = [] if load is None else [group("load", x=-0.8, y=0.5, block="slider", **load)]
     held = [(x, y) for x in (-3.5, -0.5, 0.5, 3.5) for y in (-0.9, -0.1)]
     return [
-        ("control", {"time_step": 5e-4, "steps": steps, "gravity": [0.0, -9.81]}),
-        ("contact", {"normal_stiffness": 1e9}),
+        group("control", time_step=5e-4, steps=steps, gravity=[0.0, -9.81]),
+        group("contact", normal_stiffness=1e9),
         ("material", dict(ROCK)),
         ("material", ROCK | {"name": "moving", "initial_velocity": [speed, 0.0, 0.0]}),
         *(
-            ("joint", {"name": name, "friction_angle": ANGLES[joint]})
+            group("joint", name=name, friction_angle=ANGLES[joint])
             for name, joint in (("rough", ROUGH), ("smooth", SMOOTH), ("side", SIDE))
         ),
-        ("joint", {"name": "top", "friction_angle": 45.0}),
+        group("joint", name="top", friction_angle=45.0),
         *blocks,
-        *(("fixed_point", {"x": x, "y": y}) for x, y in held),
+        *(group("fixed_point", x=x, y=y) for x, y in held),
         *loads,
-        ("output", {"file": "slider.nc", "block_interval": 50}),
+        group("output", file="slider.nc", block_interval=50),
     ]
 
 

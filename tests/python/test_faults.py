@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from model_text import DRY, changed, flying_block, rectangle, tower
+from model_text import DRY, changed, flying_block, group, rectangle, tower
 
 import sitedda
 
@@ -30,9 +30,9 @@ def jammed(**control) -> list:
     groups = flying_block(steps=500, gravity=[-3.0, -9.81], **control)
     groups = changed(groups, "contact", max_iterations=2, force_tolerance=1e-15)
     more = [
-        ("block", {"name": "left", "vertices": rectangle(-0.6, -1.01, 1.0, 1.0)}),
-        ("block", {"name": "right", "vertices": rectangle(1.6, -1.02, 1.0, 1.0)}),
-        *(("fixed_point", {"x": x, "y": -0.5}) for x in (-0.2, 0.2, 1.8, 2.2)),
+        group("block", name="left", vertices=rectangle(-0.6, -1.01, 1.0, 1.0)),
+        group("block", name="right", vertices=rectangle(1.6, -1.02, 1.0, 1.0)),
+        *(group("fixed_point", x=x, y=-0.5) for x in (-0.2, 0.2, 1.8, 2.2)),
     ]
     return [*changed(groups, "joint", friction_angle=5.0), *more]
 
@@ -90,7 +90,7 @@ FAULTS = [
         "load beyond measure",
         [
             *flying_block(),
-            ("load", {"x": 1.0, "y": 0.5, "time": [0.0, 1.0], "force_x": [1e30, 1e30]}),
+            group("load", x=1.0, y=0.5, time=[0.0, 1.0], force_x=[1e30, 1e30]),
         ],
         "ConvergenceError",
         3,

@@ -4,7 +4,7 @@
 import math
 
 import pytest
-from model_text import rectangle
+from model_text import group, rectangle
 
 import sitedda
 
@@ -23,20 +23,19 @@ def direct_shear(**joint) -> list:
         "upper": rectangle(0.0, 0.0, 1.0, 0.1),
     }
     return [
-        ("control", {"time_step": 1e-3}),
+        group("control", time_step=1e-3),
         ("material", ROCK),
         ("joint", law | joint),
-        *(("block", {"name": name, "vertices": at}) for name, at in blocks.items()),
-        ("fixed_point", {"block": "lower", "x": -0.1, "y": -0.05}),
-        ("fixed_point", {"block": "lower", "x": 1.1, "y": -0.05}),
+        *(group("block", name=name, vertices=at) for name, at in blocks.items()),
+        group("fixed_point", block="lower", x=-0.1, y=-0.05),
+        group("fixed_point", block="lower", x=1.1, y=-0.05),
         ("motion", push),
-        ("fixed_point", {"block": "upper", "x": 0.5, "y": 0.05, "direction": "x",
-                         "motion_x": "push"}),
-        ("traction", {"name": "load", "side": "top", "blocks": "upper", "normal": PRESSURE}),
-        ("measured_point", {"name": "top", "block": "upper", "x": 0.5, "y": 0.05}),
-        ("stage", {"name": "press", "kind": "static"}),
-        ("stage", {"name": "shear", "duration": 0.1, "zero_displacements": True}),
-        ("output", {"file": "shear.nc"}),
+        group("fixed_point", block="upper", x=0.5, y=0.05, direction="x", motion_x="push"),
+        group("traction", name="load", side="top", blocks="upper", normal=PRESSURE),
+        group("measured_point", name="top", block="upper", x=0.5, y=0.05),
+        group("stage", name="press", kind="static"),
+        group("stage", name="shear", duration=0.1, zero_displacements=True),
+        group("output", file="shear.nc"),
     ]  # fmt: skip
 
 
@@ -80,11 +79,10 @@ def glued_block(**joint) -> list:
     """A block of 1 m and 19.62 kN/m that is glued to a wall by its side."""
     blocks = {"wall": rectangle(-1, -2, 1, 5), "block": rectangle(0, 0, 1, 1)}
     return [
-        ("control", {"time_step": 1e-3, "steps": 2, "gravity": [0.0, -9.81], "settle": True}),
-        ("contact", {"normal_stiffness": 1e9}),
-        ("material", {"name": "stone", "density": 2000.0, "young_modulus": 1e12,
-                      "poisson_ratio": 0.2}),
+        group("control", time_step=1e-3, steps=2, gravity=[0.0, -9.81], settle=True),
+        group("contact", normal_stiffness=1e9),
+        group("material", name="stone", density=2000.0, young_modulus=1e12, poisson_ratio=0.2),
         ("joint", {"friction_angle": 20.0, "cohesion": 1e6} | joint),
-        *(("block", {"name": name, "vertices": at}) for name, at in blocks.items()),
-        *(("fixed_point", {"block": "wall", "x": -0.5, "y": y}) for y in (-1.5, 2.5)),
+        *(group("block", name=name, vertices=at) for name, at in blocks.items()),
+        *(group("fixed_point", block="wall", x=-0.5, y=y) for y in (-1.5, 2.5)),
     ]  # fmt: skip

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from environment import DEADLINE
 from live_server import Client, LiveProcess, connect, live, talk, wait_for
-from model_text import DRY, ROCK, namelist, rectangle
+from model_text import DRY, ROCK, group, namelist, rectangle
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClosedError
 
@@ -28,21 +28,21 @@ from sitedda.live.script import literal
 COMPARED = ("time", "displacement", "vertices", "block_rates", "energy_strain", "energy_friction")
 PILE = namelist(
     [
-        ("run", {"title": "pile"}),
-        ("control", {"time_step": 1e-3, "duration": 0.6, "gravity": [0.0, -9.81],
-                     "time_step_control": "adaptive", "settle": True}),
-        ("contact", {"normal_stiffness": 1e9}),
+        group("run", title="pile"),
+        group("control", time_step=1e-3, duration=0.6, gravity=[0.0, -9.81],
+              time_step_control="adaptive", settle=True),
+        group("contact", normal_stiffness=1e9),
         ("material", ROCK),
         ("joint", dict(DRY, name="dry")),
-        ("block", {"vertices": rectangle(0, 0, 6, 1), "name": "table"}),
-        ("block", {"vertices": rectangle(1, 1, 1, 1), "name": "low"}),
-        ("block", {"vertices": rectangle(1, 2, 1, 1), "name": "high"}),
-        ("fixed_point", {"x": 0.5, "y": 0.5}),
-        ("fixed_point", {"x": 5.5, "y": 0.5, "name": "right"}),
-        ("motion", {"name": "m", "time_step": 0.1, "values": [0.0, 1.0, -1.0, 0.0],
-                    "quantity": "acceleration"}),
-        ("measured_point", {"name": "top", "x": 1.5, "y": 3.0}),
-        ("output", {"block_interval": 20}),
+        group("block", vertices=rectangle(0, 0, 6, 1), name="table"),
+        group("block", vertices=rectangle(1, 1, 1, 1), name="low"),
+        group("block", vertices=rectangle(1, 2, 1, 1), name="high"),
+        group("fixed_point", x=0.5, y=0.5),
+        group("fixed_point", x=5.5, y=0.5, name="right"),
+        group("motion", name="m", time_step=0.1, values=[0.0, 1.0, -1.0, 0.0],
+              quantity="acceleration"),
+        group("measured_point", name="top", x=1.5, y=3.0),
+        group("output", block_interval=20),
     ]
 )  # fmt: skip
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
-from model_text import tower
+from model_text import group, tower
 from test_view import shaken_grid, sliding_blocks
 
 import sitedda
@@ -285,9 +285,9 @@ def test_a_fallen_block_is_told_with_its_area(write_input):
 
     groups = [pair for pair in excavated() if pair[0] != "stage"]
     groups = [(n, {k: v for k, v in g.items() if k != "motion_x"}) for n, g in groups]
-    run = sitedda.run(write_input([*groups, ("block", {"name": "high",
-        "vertices": [0.0, 40.0, 1.0, 40.0, 1.0, 40.5, 0.0, 40.5]}),
-        ("stage", {"name": "fall", "steps": 800, "time_step": 2e-3})]))  # fmt: skip
+    run = sitedda.run(write_input([*groups, group("block", name="high",
+                      vertices=[0.0, 40.0, 1.0, 40.0, 1.0, 40.5, 0.0, 40.5]),
+        group("stage", name="fall", steps=800, time_step=2e-3)]))  # fmt: skip
     assert "high (0.5 m²)" in run.verdict.happened
 
 

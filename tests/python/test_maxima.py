@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
-from model_text import changed, flying_block, rectangle, without
+from model_text import changed, flying_block, group, rectangle, without
 
 import sitedda
 from sitedda.study.quantities import measure, quantities_of
@@ -36,15 +36,15 @@ def pile(steps: int = 120, friction: float = 20.0, **control) -> list:
         ("control", {"time_step": 1e-3, "gravity": [0.0, -9.81], **control}
          | ({"steps": steps} if steps else {})),
         ("material", ROCK),
-        ("joint", {"name": "j", "friction_angle": friction}),
-        *(("block", {"name": name, "vertices": at}) for name, at in blocks.items()),
-        ("motion", {"name": "shake", "quantity": "acceleration", "drift_order": 0,
-                    "time_step": EVERY, "values": SHAKE}),
+        group("joint", name="j", friction_angle=friction),
+        *(group("block", name=name, vertices=at) for name, at in blocks.items()),
+        group("motion", name="shake", quantity="acceleration", drift_order=0, time_step=EVERY,
+              values=SHAKE),
         ("fixed_point", hold | {"x": -3.0}),
         ("fixed_point", hold | {"x": 5.0}),
-        ("measured_point", {"name": "foot", "block": "wide", "x": 0.5, "y": 0.1}),
-        ("measured_point", {"name": "head", "block": "cap", "x": 0.5, "y": 1.8}),
-        ("measured_point", {"name": "side", "block": "beam", "x": 2.1, "y": 1.0}),
+        group("measured_point", name="foot", block="wide", x=0.5, y=0.1),
+        group("measured_point", name="head", block="cap", x=0.5, y=1.8),
+        group("measured_point", name="side", block="beam", x=2.1, y=1.0),
     ]  # fmt: skip
 
 
@@ -207,7 +207,7 @@ def test_the_same_with_impacts_and_from_rest(write_input, restitution):
 
 def test_an_output_holds_maxima_history_and_residuals(write_input, tmp_path):
     """Whatever is sampled, peaks are not lost."""
-    groups = [*pile(200), ("output", {"file": "pile.nc", "history_interval": 37})]
+    groups = [*pile(200), group("output", file="pile.nc", history_interval=37)]
     run = sitedda.run(write_input(groups), tmp_path / "pile.nc")
     dense = sitedda.run(write_input(changed(groups, "output", history_interval=1)))
     known = {n: one for n, one in run.maxima.items() if not math.isnan(one.value)}
@@ -281,7 +281,7 @@ def test_supports_that_move_differently_give_absolute_values(write_input):
 @pytest.mark.parametrize("direction", ["x", "xy"])
 def test_rollers_that_the_base_slides_along_do_not_count(write_input, direction):
     """A support that is held in y alone says nothing of x; one held in both, and still, does."""
-    groups = [*pile(), ("fixed_point", {"block": "floor", "x": 1.0, "y": -0.5, "direction": "y"})]
+    groups = [*pile(), group("fixed_point", block="floor", x=1.0, y=-0.5, direction="y")]
     if direction == "xy":
         groups = changed(groups, "fixed_point", 2, direction=None)
     words = " ".join(str(sitedda.run(write_input(groups)).verdict).split())
@@ -340,13 +340,13 @@ def test_free_fall(write_input):
 def test_a_block_that_slides(write_input):
     """Slip (g_x − μ g_y) t²/2, the residual the same, no opening."""
     pull, weight, friction = 6.0, 9.81, math.tan(math.radians(20.0))
-    blocks = [("block", {"name": "floor", "vertices": rectangle(-2.0, -0.5, 8.0, 0.5)}),
-              ("block", {"name": "box", "vertices": rectangle(0.0, 0.0, 1.0, 0.2)})]  # fmt: skip
-    held = [("fixed_point", {"block": "floor", "x": x, "y": -0.5}) for x in (-2.0, 6.0)]
+    blocks = [group("block", name="floor", vertices=rectangle(-2.0, -0.5, 8.0, 0.5)),
+              group("block", name="box", vertices=rectangle(0.0, 0.0, 1.0, 0.2))]  # fmt: skip
+    held = [group("fixed_point", block="floor", x=x, y=-0.5) for x in (-2.0, 6.0)]
     groups = [
-        ("control", {"time_step": 1e-3, "steps": 500, "gravity": [pull, -weight]}),
+        group("control", time_step=1e-3, steps=500, gravity=[pull, -weight]),
         ("material", ROCK),
-        ("joint", {"name": "j", "friction_angle": 20.0}),
+        group("joint", name="j", friction_angle=20.0),
         *blocks,
         *held,
     ]
@@ -365,13 +365,13 @@ def test_a_rocking_block_without_frames(write_input, scale, tilt):
     """0.5 m × 2 m under two pulses of 3.5 m/s²: no frame shows its largest tilt."""
     hold = {"block": "floor", "y": -0.25, "motion_x": "pulses"}
     groups = [
-        ("control", {"time_step": 1e-3, "duration": 2.0, "gravity": [0.0, -9.81]}),
+        group("control", time_step=1e-3, duration=2.0, gravity=[0.0, -9.81]),
         ("material", ROCK),
-        ("joint", {"name": "j", "friction_angle": 40.0}),
-        ("block", {"name": "floor", "vertices": rectangle(-2.0, -0.5, 4.0, 0.5)}),
-        ("block", {"name": "block", "vertices": rectangle(-0.25, 0.0, 0.5, 2.0)}),
-        ("motion", {"name": "pulses", "quantity": "acceleration", "time_step": 0.01, "scale": scale,
-                    "values": [*20 * [3.5], *20 * [-3.5], *500 * [0.0]]}),
+        group("joint", name="j", friction_angle=40.0),
+        group("block", name="floor", vertices=rectangle(-2.0, -0.5, 4.0, 0.5)),
+        group("block", name="block", vertices=rectangle(-0.25, 0.0, 0.5, 2.0)),
+        group("motion", name="pulses", quantity="acceleration", time_step=0.01,
+              scale=scale, values=[*20 * [3.5], *20 * [-3.5], *500 * [0.0]]),
         ("fixed_point", hold | {"x": -2.0}),
         ("fixed_point", hold | {"x": 2.0}),
     ]  # fmt: skip
@@ -388,12 +388,12 @@ def excavated(**second) -> list:
     """A block beside another is taken away in a static stage, after 20 ms without load."""
     return [
         *without(pile(0), "motion")[:-5],
-        *(("fixed_point", {"block": "floor", "x": x, "y": -0.5}) for x in (-3.0, 5.0)),
-        ("measured_point", {"name": "foot", "block": "wide", "x": 0.5, "y": 0.1}),
-        ("measured_point", {"name": "head", "block": "cap", "x": 0.5, "y": 1.8}),
-        ("stage", {"name": "rest", "kind": "static"}),
-        ("stage", {"name": "calm", "duration": 0.02}),
-        ("stage", {"name": "dig", **second}),
+        *(group("fixed_point", block="floor", x=x, y=-0.5) for x in (-3.0, 5.0)),
+        group("measured_point", name="foot", block="wide", x=0.5, y=0.1),
+        group("measured_point", name="head", block="cap", x=0.5, y=1.8),
+        group("stage", name="rest", kind="static"),
+        group("stage", name="calm", duration=0.02),
+        group("stage", name="dig", **second),
     ]  # fmt: skip
 
 
@@ -418,7 +418,7 @@ def test_of_a_static_stage_its_rest_counts(write_input):
 def test_points_restart_where_displacements_are_set_to_zero(write_input):
     groups = pile(0, friction=80.0)[:-1]
     second = {"name": "two", "duration": 0.06, "zero_displacements": True}
-    groups += [("stage", {"name": "one", "duration": 0.06}), ("stage", second)]
+    groups += [group("stage", name="one", duration=0.06), ("stage", second)]
     history = sitedda.run(write_input(groups)).history
     so_far = history.largest_so_far.sel(maximum=["point_displacement", "displacement"]).values
     zero = int(np.argmax(history.stage.values == 2))
@@ -436,10 +436,10 @@ def test_points_restart_where_displacements_are_set_to_zero(write_input):
 
 def test_a_resumed_run_has_the_same_maxima(write_input, tmp_path, same_bits):
     groups = pile(0)
-    groups += [("stage", {"name": "rest", "kind": "static"}),
-               ("stage", {"name": "one", "duration": 0.12}),
-               ("stage", {"name": "again", "kind": "static"}),
-               ("stage", {"name": "two", "duration": 0.05})]  # fmt: skip
+    groups += [group("stage", name="rest", kind="static"),
+               group("stage", name="one", duration=0.12),
+               group("stage", name="again", kind="static"),
+               group("stage", name="two", duration=0.05)]  # fmt: skip
     file = write_input(groups)
     whole = sitedda.run(file, tmp_path / "whole.nc")
     for steps in (1, 57, 119, 140):
@@ -454,17 +454,17 @@ def test_a_resumed_run_has_the_same_maxima(write_input, tmp_path, same_bits):
 def wide_wall(count: int) -> list:
     """Pairs of equal blocks side by side on a shaken floor: all maxima are tied."""
     hold = {"block": "floor", "y": -0.5, "motion_x": "shake"}
-    blocks = [("block", {"name": f"b{i}", "vertices": rectangle(2.0 * i, 0.0, 0.5, 1.5)})
+    blocks = [group("block", name=f"b{i}", vertices=rectangle(2.0 * i, 0.0, 0.5, 1.5))
               for i in range(count)]  # fmt: skip
     floor = rectangle(-3.0, -0.5, 2.0 * count + 6.0, 0.5)
     return [
-        ("control", {"time_step": 2e-3, "steps": 40, "gravity": [0.0, -9.81]}),
+        group("control", time_step=2e-3, steps=40, gravity=[0.0, -9.81]),
         ("material", ROCK | {"young_modulus": 1e9}),
-        ("joint", {"name": "j", "friction_angle": 30.0}),
-        ("block", {"name": "floor", "vertices": floor}),
+        group("joint", name="j", friction_angle=30.0),
+        group("block", name="floor", vertices=floor),
         *blocks,
-        ("motion", {"name": "shake", "quantity": "acceleration", "drift_order": 0,
-                    "time_step": EVERY, "values": [2 * a for a in SHAKE]}),
+        group("motion", name="shake", quantity="acceleration", drift_order=0, time_step=EVERY,
+              values=[2 * a for a in SHAKE]),
         ("fixed_point", hold | {"x": -3.0}),
         ("fixed_point", hold | {"x": 2.0 * count + 3.0}),
     ]  # fmt: skip

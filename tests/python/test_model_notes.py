@@ -5,7 +5,7 @@ import math
 import re
 
 import pytest
-from model_text import changed, flying_block, rectangle, without
+from model_text import changed, flying_block, group, rectangle, without
 
 import sitedda
 from sitedda.command import main
@@ -20,13 +20,13 @@ def pile(*blocks, supports="xy", **control) -> list:
     timing = {} if "duration" in control else {"steps": 3}
     return [
         ("control", {"time_step": 1e-3, "gravity": [0.0, -GRAVITY], **timing, **control}),
-        ("contact", {"normal_stiffness": 1e9}),
+        group("contact", normal_stiffness=1e9),
         ("material", dict(ROCK)),
-        ("joint", {"name": "dry", "friction_angle": 30.0}),
-        ("block", {"name": "floor", "vertices": rectangle(-2.0, -1.0, 4.0, 1.0)}),
-        *(("block", {"name": name, "vertices": shape}) for name, shape in blocks or bricks),
+        group("joint", name="dry", friction_angle=30.0),
+        group("block", name="floor", vertices=rectangle(-2.0, -1.0, 4.0, 1.0)),
+        *(group("block", name=name, vertices=shape) for name, shape in blocks or bricks),
         *(
-            ("fixed_point", {"x": x, "y": -0.5, "block": "floor", "direction": supports})
+            group("fixed_point", x=x, y=-0.5, block="floor", direction=supports)
             for x in (-1.5, 1.5)
         ),
     ]
@@ -135,15 +135,7 @@ def test_what_is_meant_is_not_spoken_of(name, write_input):
 def test_what_hangs_on_a_bolt_is_held(write_input):
     """The bolt joins the block to the floor, beside which it hangs; without it nothing does."""
     hung = pile(("hung", rectangle(3.0, -1.0, 1.0, 1.0)))
-    bolt = (
-        "bolt",
-        {  # fmt: skip
-            "name": "bolt",
-            "from": [1.5, -0.5],
-            "to": [3.5, -0.5],
-            "axial_stiffness": 1e8,
-        },
-    )
+    bolt = group("bolt", name="bolt", from_=[1.5, -0.5], to=[3.5, -0.5], axial_stiffness=1e8)
     assert "nothing holds block 'hung' against gravity" in notes_of(hung, write_input)[0]
     assert notes_of([*hung, bolt], write_input) == []
 
@@ -155,8 +147,8 @@ def test_a_point_that_begins_to_hold_later_counts(write_input):
             groups[at] = (name, values | {"name": "grip", "direction": "xy"})
     groups[0][1].pop("steps")
     stages = [
-        ("stage", {"name": "fall", "steps": 2}),
-        ("stage", {"name": "hold", "steps": 2, "hold": "grip"}),
+        group("stage", name="fall", steps=2),
+        group("stage", name="hold", steps=2, hold="grip"),
     ]
     assert notes_of([*groups, *stages], write_input) == []
 
@@ -177,14 +169,14 @@ def test_rollers_hold_along_their_normals(write_input):
 
 def test_the_name_of_two_blocks_means_the_one_at_the_point(write_input):
     twins = pile(*TWINS)
-    point = ("measured_point", {"name": "right", "x": 1.25, "y": 0.25, "block": "twin"})
+    point = group("measured_point", name="right", x=1.25, y=0.25, block="twin")
     with sitedda.Simulation(write_input([*twins, point])) as run:
         assert run.notes.count("\n") == 0
 
 
 def test_the_reference_of_stop_is_one_block(write_input):
     twins = pile(*TWINS)
-    stop = ("stop", {"displacement": 1.0, "reference": "twin"})
+    stop = group("stop", displacement=1.0, reference="twin")
     with pytest.raises(sitedda.InputError, match="'twin' is the name of 2 blocks"):
         sitedda.Simulation(write_input([*twins, stop]))
 
@@ -261,5 +253,5 @@ def test_blocks_of_very_different_widths_have_notes(write_input, native):
     wall = {"brick_length": 6.5e-9, "brick_height": 0.5, "bricks": 2, "courses": 3}
     groups = changed(flying_block(gravity=[0.0, -9.8]), "block", vertices=rectangle(-1, -1, 5, 1))
     groups = [*without(groups, "measured_point"), ("wall", wall)]
-    groups.append(("fixed_point", {"x": 0.0, "y": -0.5}))
+    groups.append(group("fixed_point", x=0.0, y=-0.5))
     assert native("check", write_input(groups)).returncode >= 0  # no signal

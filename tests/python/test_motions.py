@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from model_text import changed, namelist, rectangle, tower, without
+from model_text import changed, group, namelist, rectangle, tower, without
 
 import sitedda
 
@@ -26,18 +26,15 @@ def sled(motion=None, duration=0.5, **control):
     } | (motion or {})
     return [
         ("control", {"time_step": STEP, "duration": duration, "gravity": [0.0, -9.81]} | control),
-        ("contact", {"normal_stiffness": 1e9}),
-        (
-            "material",
-            {"name": "stone", "density": 2600.0, "young_modulus": 4e10, "poisson_ratio": 0.2},
-        ),
-        ("joint", {"name": "rough", "friction_angle": 40.0}),
-        ("block", {"name": "floor", "vertices": rectangle(-1.0, -0.5, 4.0, 0.5)}),
-        ("block", {"name": "stone", "vertices": rectangle(0.0, 0.0, 0.8, 0.5)}),
+        group("contact", normal_stiffness=1e9),
+        group("material", name="stone", density=2600.0, young_modulus=4e10, poisson_ratio=0.2),
+        group("joint", name="rough", friction_angle=40.0),
+        group("block", name="floor", vertices=rectangle(-1.0, -0.5, 4.0, 0.5)),
+        group("block", name="stone", vertices=rectangle(0.0, 0.0, 0.8, 0.5)),
         ("motion", pulse),
-        *(("fixed_point", {"x": x, "y": -0.25, "motion_x": "pulse"}) for x in (-0.9, 2.9)),
-        ("measured_point", {"name": "floor", "x": 1.0, "y": -0.25, "block": "floor"}),
-        ("measured_point", {"name": "stone", "x": 0.4, "y": 0.25, "block": "stone"}),
+        *(group("fixed_point", x=x, y=-0.25, motion_x="pulse") for x in (-0.9, 2.9)),
+        group("measured_point", name="floor", x=1.0, y=-0.25, block="floor"),
+        group("measured_point", name="stone", x=0.4, y=0.25, block="stone"),
     ]
 
 
@@ -133,22 +130,16 @@ def test_a_killed_run_goes_on_to_the_same_bits(write_input, same_bits, tmp_path)
 def test_a_compliant_base_goes_on_with_its_outcrop(write_input):
     """A bonded stack on a half-space whose free surface ends with v ends with v."""
     groups = [
-        ("control", {"time_step": STEP, "duration": 1.5, "analysis": "plane_strain"}),
-        ("contact", {"normal_stiffness": 1e11}),
-        (
-            "material",
-            {
-                "density": 2000.0,
-                "shear_velocity": 300.0,
-                "pressure_velocity": 600.0,
-                "name": "soil",
-            },
+        group("control", time_step=STEP, duration=1.5, analysis="plane_strain"),
+        group("contact", normal_stiffness=1e11),
+        group(
+            "material", density=2000.0, shear_velocity=300.0, pressure_velocity=600.0, name="soil"
         ),
-        ("joint", {"friction_angle": 40.0, "cohesion": 1e9, "tensile_strength": 1e9}),
-        ("layers", {"name": "layer", "width": 10.0, "thickness": 2.0, "count": 3}),
+        group("joint", friction_angle=40.0, cohesion=1e9, tensile_strength=1e9),
+        group("layers", name="layer", width=10.0, thickness=2.0, count=3),
         sled()[6],
-        ("boundary", {"kind": "compliant", "side": "bottom", "motion_x": "pulse"}),
-        ("measured_point", {"name": "top", "x": 5.0, "y": 6.0}),
+        group("boundary", kind="compliant", side="bottom", motion_x="pulse"),
+        group("measured_point", name="top", x=5.0, y=6.0),
     ]
     for direction in ("x", "xy"):
         with_direction = changed(groups, "boundary", direction=direction)
@@ -160,7 +151,7 @@ def test_a_compliant_base_goes_on_with_its_outcrop(write_input):
 
 def test_rest_on_a_floor_that_goes_on_ends_a_run(write_input):
     """Nothing moves on the floor once its record has ended: &stop rest_time is met."""
-    groups = [*sled(duration=3.0), ("stop", {"rest_time": 0.2, "rest_movement": 1e-3})]
+    groups = [*sled(duration=3.0), group("stop", rest_time=0.2, rest_movement=1e-3)]
     run = sitedda.run(write_input(groups))
     assert LASTS + 0.2 <= float(run.history.time[-1]) < 1.0
     slides = changed(groups, "joint", friction_angle=5.0)  # the stone slides for a while
@@ -196,8 +187,8 @@ def test_body_force_has_the_impulse_of_a_record_that_ends_within_a_step(write_in
         (
             [
                 *changed(sled(), "control", duration=None),
-                ("stage", {"name": "push", "duration": 0.4}),
-                ("stage", {"name": "rest", "kind": "static"}),
+                group("stage", name="push", duration=0.4),
+                group("stage", name="rest", kind="static"),
             ],
             r"stage 'rest' .*'pulse' of &motion goes on with 0.4 m/s .*after_end = 'hold'",
         ),
@@ -211,8 +202,8 @@ def test_what_cannot_be_is_refused(write_input, groups, words):
 def test_a_static_stage_after_a_held_motion_rests(write_input):
     groups = [
         *changed(changed(sled(), "control", duration=None), "motion", after_end="hold"),
-        ("stage", {"name": "push", "duration": 0.4}),
-        ("stage", {"name": "rest", "kind": "static"}),
+        group("stage", name="push", duration=0.4),
+        group("stage", name="rest", kind="static"),
     ]
     assert sitedda.run(write_input(groups)).complete
 
@@ -233,7 +224,7 @@ VELOCITIES = {
             (
                 [
                     *without(tower(), "fixed_point"),
-                    ("boundary", {"kind": kind, "side": side}),
+                    group("boundary", kind=kind, side=side),
                 ],
                 r"group &boundary \(line \d+\)",
             )
@@ -262,7 +253,7 @@ def test_where_waves_count_the_analysis_is_chosen(write_input, groups, place):
 
 def test_elsewhere_plane_stress_stays_the_default(write_input, native):
     for kind in ("fixed", "roller"):
-        groups = [*without(tower(), "fixed_point"), ("boundary", {"kind": kind, "side": "bottom"})]
+        groups = [*without(tower(), "fixed_point"), group("boundary", kind=kind, side="bottom")]
         file = write_input(groups)
         with sitedda.Simulation(file) as simulation:
             assert simulation.description.startswith("analysis: plane stress (the default)\n")

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as xml
 
 import numpy as np
 import pytest
-from model_text import changed, flying_block, rectangle, tower
+from model_text import changed, flying_block, group, rectangle, tower
 from PIL import Image
 from scipy.signal import butter, lsim, sosfilt
 from test_view import EVIL, TITLE, sliding_blocks
@@ -43,10 +43,14 @@ def run(tmp_path_factory) -> sitedda.Run:
 
 def test_names_and_materials_of_generated_blocks_are_those_of_the_engine(write_input):
     groups = tower()
-    groups.insert(4, ("wall", {"name": "w'!x", "left": 40.0, "brick_length": 2.0,
-                               "brick_height": 1.0, "bricks": 2, "courses": 3}))  # fmt: skip
-    groups.insert(4, ("drums", {"centre": 60.0, "width": 2.0, "height": 1.0, "count": 2}))
-    groups.insert(4, ("block", {"name": "a/&b", "vertices": rectangle(80, 0, 1, 1)}))
+    groups.insert(
+        4,
+        group(
+            "wall", name="w'!x", left=40.0, brick_length=2.0, brick_height=1.0, bricks=2, courses=3
+        ),
+    )
+    groups.insert(4, group("drums", centre=60.0, width=2.0, height=1.0, count=2))
+    groups.insert(4, group("block", name="a/&b", vertices=rectangle(80, 0, 1, 1)))
     file = write_input(groups)
     with sitedda.Simulation(file) as simulation:
         names = simulation.block_names
@@ -68,14 +72,13 @@ def test_shear_forces_have_the_sign_that_keeps_a_block_at_rest(write_input):
     ]
     ground = [0.0, -2.0, 10 * cos, -2.0, 10 * cos, 10 * sin, 0.0, 0.0]
     groups = [
-        ("control", {"time_step": 1e-3, "steps": 300, "gravity": [0.0, -9.81],
-                     "dynamic_factor": 0.9}),
-        ("contact", {"normal_stiffness": 1e9}),
-        ("material", {"density": 2000.0, "young_modulus": 1e9, "poisson_ratio": 0.2}),
-        ("joint", {"friction_angle": 40.0}),
-        ("block", {"name": "ground", "vertices": ground}),
-        ("block", {"name": "brick", "vertices": turned}),
-        *(("fixed_point", {"x": x, "y": -1.0, "block": "ground"}) for x in (1.0, 9.0)),
+        group("control", time_step=1e-3, steps=300, gravity=[0.0, -9.81], dynamic_factor=0.9),
+        group("contact", normal_stiffness=1e9),
+        group("material", density=2000.0, young_modulus=1e9, poisson_ratio=0.2),
+        group("joint", friction_angle=40.0),
+        group("block", name="ground", vertices=ground),
+        group("block", name="brick", vertices=turned),
+        *(group("fixed_point", x=x, y=-1.0, block="ground") for x in (1.0, 9.0)),
     ]  # fmt: skip
     scene = Scene.of(sitedda.run(write_input(groups)))
     frame = scene.frames - 1
@@ -94,13 +97,13 @@ def test_carried_points_follow_the_vertices(run):
 
 def test_the_weaker_joint_of_two_edges_is_drawn(write_input):
     groups = [
-        ("control", {"time_step": 1e-3, "steps": 1}),
-        ("material", {"density": 2000.0, "young_modulus": 1e9, "poisson_ratio": 0.2}),
-        *(("joint", {"name": n, "friction_angle": a}) for n, a in (("rough", 40), ("flat", 10))),
-        ("block", {"name": "low", "joint": "rough", "vertices": rectangle(0, 0, 2, 1)}),
-        ("block", {"name": "high", "joint": "rough", "vertices": rectangle(0, 1, 2, 1),
-                   "edge_joints": ["flat", "", "rough"]}),
-        ("block", {"name": "side", "joint": "rough", "vertices": rectangle(2, 0, 2, 2)}),
+        group("control", time_step=1e-3, steps=1),
+        group("material", density=2000.0, young_modulus=1e9, poisson_ratio=0.2),
+        *(group("joint", name=n, friction_angle=a) for n, a in (("rough", 40), ("flat", 10))),
+        group("block", name="low", joint="rough", vertices=rectangle(0, 0, 2, 1)),
+        group("block", name="high", joint="rough", vertices=rectangle(0, 1, 2, 1),
+              edge_joints=["flat", "", "rough"]),
+        group("block", name="side", joint="rough", vertices=rectangle(2, 0, 2, 2)),
     ]  # fmt: skip
     scene = Scene.of(write_input(groups))
     faces = scene.interfaces
@@ -111,7 +114,7 @@ def test_the_weaker_joint_of_two_edges_is_drawn(write_input):
 
 
 def test_slivers_are_found(write_input):
-    groups = [*tower(), ("block", {"name": "thin", "vertices": [50, 0, 51, 0, 51, 1e-3]})]
+    groups = [*tower(), group("block", name="thin", vertices=[50, 0, 51, 0, 51, 1e-3])]
     scene = Scene.of(write_input(groups))
     assert [scene.names[b] for b in scene.slivers()] == ["thin"]
 
@@ -159,9 +162,7 @@ def test_the_backend_of_the_session_stays(run, tmp_path):
 
 
 def test_a_site_picture_says_which_damping_is_in_the_model(write_input):
-    file = write_input(
-        [*tower(layers=2, steps=400), ("amplification", {"lowest": 1, "highest": 99})]
-    )
+    file = write_input([*tower(layers=2, steps=400), group("amplification", lowest=1, highest=99)])
     history = sitedda.run(file).history
     figure = run_picture(history, amplifications(history))
     texts = [text.get_text() for text in figure.texts]
@@ -420,13 +421,13 @@ def test_the_output_of_the_executable_holds_the_same_words(run, native, write_in
 
 def test_blocks_that_leave_are_counted_and_named(write_input):
     groups = [
-        ("control", {"time_step": 5e-3, "steps": 400, "gravity": [0.0, -9.81]}),
-        ("material", {"density": 2000.0, "young_modulus": 1e8, "poisson_ratio": 0.2}),
-        ("joint", {"friction_angle": 30.0}),
-        ("block", {"name": "held", "vertices": rectangle(0, 0, 1, 1)}),
-        ("block", {"name": "falls", "vertices": rectangle(2, 0, 1, 1)}),
-        *(("fixed_point", {"x": x, "y": 0.5, "block": "held"}) for x in (0.2, 0.8)),
-        ("output", {"block_interval": 20}),
+        group("control", time_step=5e-3, steps=400, gravity=[0.0, -9.81]),
+        group("material", density=2000.0, young_modulus=1e8, poisson_ratio=0.2),
+        group("joint", friction_angle=30.0),
+        group("block", name="held", vertices=rectangle(0, 0, 1, 1)),
+        group("block", name="falls", vertices=rectangle(2, 0, 1, 1)),
+        *(group("fixed_point", x=x, y=0.5, block="held") for x in (0.2, 0.8)),
+        group("output", block_interval=20),
     ]
     run = sitedda.run(write_input(groups))
     assert run.verdict.values["blocks_lost"] == run.verdict.values["blocks_fallen"] == 1
@@ -558,10 +559,10 @@ def excavated() -> list:
     groups = [pair for pair in groups if pair[1].get("name") != "surface"]
     return [
         *groups,
-        ("measured_point", {"name": "low", "x": 7.5, "y": 0.5, "block": "layer_1"}),
-        ("stage", {"name": "shake, low", "steps": 40}),
-        ("stage", {"name": "dig", "kind": "static", "remove": "layer_2"}),
-        ("stage", {"name": "after <b>", "steps": 30}),
+        group("measured_point", name="low", x=7.5, y=0.5, block="layer_1"),
+        group("stage", name="shake, low", steps=40),
+        group("stage", name="dig", kind="static", remove="layer_2"),
+        group("stage", name="after <b>", steps=30),
     ]
 
 

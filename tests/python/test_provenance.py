@@ -7,7 +7,7 @@ import shutil
 
 import numpy as np
 import pytest
-from model_text import changed, tower
+from model_text import changed, group, tower
 
 import sitedda
 from sitedda import engine
@@ -98,7 +98,7 @@ def test_the_output_names_the_record_and_what_was_done_to_it(first_run):
 
 def test_a_run_with_no_motion_names_none(write_input):
     groups = [
-        ("control", {"time_step": 1e-3, "steps": 2}),
+        group("control", time_step=1e-3, steps=2),
         *[pair for pair in tower() if pair[0] in ("material", "joint", "layers")],
     ]
     history = sitedda.run(write_input(groups)).history

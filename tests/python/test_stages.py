@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from model_text import DRY, ROCK, changed, flying_block, rectangle, tower
+from model_text import DRY, ROCK, changed, flying_block, group, rectangle, tower
 
 import sitedda
 
@@ -25,14 +25,14 @@ def model(blocks, friction=35.0, supports=(), points=(), **control) -> list:
     return [
         ("control", control),
         ("material", dict(STONE)),
-        ("joint", {"name": "dry", "friction_angle": friction}),
-        *(("block", {"name": name, "vertices": vertices}) for name, vertices in blocks.items()),
-        *(("fixed_point", {"x": x, "y": y, "block": block}) for block, x, y in supports),
+        group("joint", name="dry", friction_angle=friction),
+        *(group("block", name=name, vertices=vertices) for name, vertices in blocks.items()),
+        *(group("fixed_point", x=x, y=y, block=block) for block, x, y in supports),
         *(
-            ("measured_point", {"name": name, "x": x, "y": y, "block": block})
+            group("measured_point", name=name, x=x, y=y, block=block)
             for name, block, x, y in points
         ),
-        ("output", {"file": "stages.nc"}),
+        group("output", file="stages.nc"),
     ]
 
 
@@ -47,24 +47,14 @@ def column(drums: int = 10, **control) -> list:
 def wall(bricks: int, courses: int, **control) -> list:
     groups = model({}, points=[("crest", "brick_1", 0.4, 0.25)], **control)
     groups[-1:-1] = [
-        ("fixed_point", {"x": x, "y": y, "block": "base_1"})
+        group("fixed_point", x=x, y=y, block="base_1")
         for x, y in ((0.0, -0.25), (float(bricks), -0.25), (bricks / 2, -0.4))
     ]
     place = [name for name, _ in groups].index("measured_point")
     groups[place:place] = [
-        (
-            "layers",
-            {"name": "base", "left": -0.5, "bottom": -0.5, "width": bricks + 1.0, "thickness": 0.5},
-        ),
-        (
-            "wall",
-            {
-                "name": "brick",
-                "brick_length": 1.0,
-                "brick_height": 0.5,
-                "bricks": bricks,
-                "courses": courses,
-            },
+        group("layers", name="base", left=-0.5, bottom=-0.5, width=bricks + 1.0, thickness=0.5),
+        group(
+            "wall", name="brick", brick_length=1.0, brick_height=0.5, bricks=bricks, courses=courses
         ),
     ]
     return groups
@@ -219,7 +209,7 @@ def brick_on_base(size: float, brick: float, turned: float) -> list:
     angle = math.radians(turned)
     pull = [GRAVITY * math.sin(angle), -GRAVITY * math.cos(angle)]
     groups = model(blocks, 30.0, supports, [("top", "brick", 0.0, 0.25 * brick)], gravity=pull)
-    return [*groups, ("contact", {"normal_stiffness": 1e12})]
+    return [*groups, group("contact", normal_stiffness=1e12)]
 
 
 def test_sudden_gravity_is_said(write_input, native, tmp_path):
@@ -447,12 +437,12 @@ def test_a_released_support_lets_go(write_input):
     groups = model({"bar": rectangle(0.0, 0.0, 4.0, 0.5)}, points=[("end", "bar", 4.0, 0.25)])
     groups = changed(groups, "control", settle=None, steps=None)
     groups[3:3] = [
-        ("fixed_point", {"name": "stay", "x": 0.2, "y": 0.25}),
-        ("fixed_point", {"name": "prop", "x": 3.8, "y": 0.25}),
+        group("fixed_point", name="stay", x=0.2, y=0.25),
+        group("fixed_point", name="prop", x=3.8, y=0.25),
     ]
     groups[-1:-1] = [
-        ("stage", {"name": "rest", "kind": "static"}),
-        ("stage", {"name": "go", "steps": 100, "release": "prop", "zero_displacements": True}),
+        group("stage", name="rest", kind="static"),
+        group("stage", name="go", steps=100, release="prop", zero_displacements=True),
     ]
     fall = sitedda.run(write_input(groups)).history.displacement.values[-1, 0, 1]
     # Uniform bar about a point 1.8 m from its middle: angle = ½ (m g a/I) t², end 3.8 m away.
@@ -464,18 +454,10 @@ def test_a_released_support_lets_go(write_input):
 def test_a_changed_joint_lets_a_slab_slide(write_input):
     """On a plane of 35°, a slab slides with g (sin 35° − tan 20° cos 35°) once φ falls to 20°."""
     groups = changed(slope(rows=1), "control", settle=None, steps=None)
-    groups.insert(3, ("joint", {"name": "wet", "friction_angle": 20.0}))
+    groups.insert(3, group("joint", name="wet", friction_angle=20.0))
     groups[-1:-1] = [
-        ("stage", {"name": "rest", "kind": "static"}),
-        (
-            "stage",
-            {
-                "name": "rain",
-                "steps": 100,
-                "change_joints": "dry -> wet",
-                "zero_displacements": True,
-            },
-        ),
+        group("stage", name="rest", kind="static"),
+        group("stage", name="rain", steps=100, change_joints="dry -> wet", zero_displacements=True),
     ]
     moved = sitedda.run(write_input(groups)).history.displacement.values[-1, 0]
     dip = math.radians(35.0)
@@ -495,8 +477,12 @@ def shaken_slope(ramp: float) -> list:
     for name, values in groups:
         if name == "fixed_point":
             values["motion_x"] = "quake"
-    groups.insert(3, ("motion", {"name": "quake", "quantity": "acceleration", "time_step": 0.01,
-                                 "values": quake.tolist()}))  # fmt: skip
+    groups.insert(
+        3,
+        group(
+            "motion", name="quake", quantity="acceleration", time_step=0.01, values=quake.tolist()
+        ),
+    )
     shake = {"name": "shake", "duration": 1.5, "motions": "quake", "zero_displacements": True}
     return [*groups[:-1], ("stage", first), ("stage", shake), groups[-1]]
 
@@ -543,7 +529,7 @@ def test_a_stage_holds_points_where_they_stand(write_input, tmp_path, native, sa
     """A block falls freely for 40 ms, then two points of it hold; the fall is lost."""
     groups = changed(flying_block(gravity=[0.0, -GRAVITY]), "control", steps=None)
     groups = changed(groups, "contact", normal_stiffness=1e12)
-    points = [("fixed_point", {"x": x, "y": 0.2, "name": f"prop_{x}"}) for x in (0.2, 1.8)]
+    points = [group("fixed_point", x=x, y=0.2, name=f"prop_{x}") for x in (0.2, 1.8)]
     stages = [{"name": "fall", "steps": 40}, {"name": "held", "steps": 60, "hold": "prop_*"}]
     file = write_input([*groups, *points, *(("stage", stage) for stage in stages)])
     with sitedda.Simulation(file, tmp_path / "hold.nc") as run:
@@ -593,7 +579,7 @@ def test_what_a_stage_cannot_add_is_refused(stages, words, write_input):
     groups = changed(flying_block(), "control", steps=None)
     load = {"name": "push", "x": 1.0, "y": 0.5, "time": [0.0, 1.0]}
     file = write_input([
-        *groups, ("load", load), ("fixed_point", {"name": "prop", "x": 1.0, "y": 0.5}),
+        *groups, ("load", load), group("fixed_point", name="prop", x=1.0, y=0.5),
         *(("stage", {"name": f"s{i}", "steps": 5} | stage) for i, stage in enumerate(stages)),
     ])  # fmt: skip
     with pytest.raises(sitedda.InputError) as error:
@@ -674,13 +660,13 @@ def test_a_static_stage_stops_on_request(write_input, tmp_path, native):
     wall = {"brick_length": 1.0, "brick_height": 0.5, "bricks": 100, "courses": 100}
     file = write_input(
         [
-            ("control", {"time_step": 1e-3, "gravity": [0.0, -9.81]}),
-            ("contact", {"normal_stiffness": 1e12}),
+            group("control", time_step=1e-3, gravity=[0.0, -9.81]),
+            group("contact", normal_stiffness=1e12),
             ("material", dict(ROCK)),
             ("joint", dict(DRY)),
             ("wall", wall),
-            *(("fixed_point", {"x": x + 0.5, "y": 0.25}) for x in range(100)),
-            ("stage", {"name": "rest", "kind": "static"}),
+            *(group("fixed_point", x=x + 0.5, y=0.25) for x in range(100)),
+            group("stage", name="rest", kind="static"),
         ]
     )
     output = tmp_path / "out.nc"

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from model_text import DRY, ROCK, changed, flying_block, rectangle, tower
+from model_text import DRY, ROCK, changed, flying_block, group, rectangle, tower
 
 import sitedda
 
@@ -31,15 +31,15 @@ def sliding(friction: float = 40.0, steps: int = 100) -> list:
     )
     middle = rotation @ (0.0, 0.5)
     return [
-        ("control", {"time_step": 1e-3, "steps": steps, "gravity": [0.0, -G], "settle": True}),
+        group("control", time_step=1e-3, steps=steps, gravity=[0.0, -G], settle=True),
         ("material", dict(ROCK)),
         ("joint", dict(DRY) | {"friction_angle": friction}),
-        ("block", {"name": "plane", "vertices": plane}),
-        ("block", {"name": "block", "vertices": block}),
-        *(("fixed_point", {"x": 0.9 * x, "y": 0.9 * y, "block": "plane"})
+        group("block", name="plane", vertices=plane),
+        group("block", name="block", vertices=block),
+        *(group("fixed_point", x=0.9 * x, y=0.9 * y, block="plane")
           for x, y in (plane[:2], plane[2:4], plane[6:])),
-        ("measured_point", {"name": "block", "x": middle[0], "y": middle[1]}),
-        ("output", {"file": "slide.nc"}),
+        group("measured_point", name="block", x=middle[0], y=middle[1]),
+        group("output", file="slide.nc"),
     ]  # fmt: skip
 
 
@@ -54,8 +54,10 @@ def test_gravity(write_input):
 
 
 def test_a_load_and_one_that_is_added(write_input):
-    groups = [*flying_block(steps=100), ("load", {"x": 1.0, "y": 0.5, "time": [0.0, 1.0],
-                                                  "force_x": [1000.0, 1000.0]})]  # fmt: skip
+    groups = [
+        *flying_block(steps=100),
+        group("load", x=1.0, y=0.5, time=[0.0, 1.0], force_x=[1000.0, 1000.0]),
+    ]
     with sitedda.Simulation(write_input(groups)) as run:
         run.advance(50)
         run.change({"load.force_x": (-3000.0, -3000.0)})
@@ -94,7 +96,7 @@ def test_time_step(write_input):
 
 def test_fixity(write_input):
     """Held blocks fall when they are let go, and stand where they are when they are held again."""
-    groups = [*falling(), *(("fixed_point", {"x": x, "y": y, "name": f"f{x}{y}"})
+    groups = [*falling(), *(group("fixed_point", x=x, y=y, name=f"f{x}{y}")
                             for x, y in ((0.2, 0.2), (1.8, 0.2)))]  # fmt: skip
     with sitedda.Simulation(write_input(groups)) as run:
         run.advance(10)
@@ -170,7 +172,7 @@ def test_what_cannot_be_added_is_refused(write_input):
 
 
 def test_no_point_is_added_before_those_of_fixed_edges(write_input):
-    groups = falling() + [("boundary", {"kind": "fixed", "side": "bottom"})]
+    groups = falling() + [group("boundary", kind="fixed", side="bottom")]
     with sitedda.Simulation(write_input(groups)) as run:
         before = run.coordinates
         with pytest.raises(sitedda.InputError, match="nor can fixed points be added"):
@@ -224,15 +226,15 @@ def test_a_bounce_does_not_depend_on_a_motion_along_the_ground(write_input, move
     still = {"name": "still", "quantity": "displacement", "time_step": 0.5, "values": [0.0, 0.0]}
     file = write_input(
         [
-            ("control", {"time_step": 1e-3, "steps": 460, "gravity": [0.0, -9.81]}),
-            ("contact", {"normal_stiffness": 1e9}),
+            group("control", time_step=1e-3, steps=460, gravity=[0.0, -9.81]),
+            group("contact", normal_stiffness=1e9),
             ("material", dict(ROCK, young_modulus=1e9)),
             ("joint", dict(DRY, restitution=0.5)),
-            ("block", {"name": "base", "vertices": rectangle(0.0, 0.0, 2.0, 0.5)}),
-            ("block", {"name": "stone", "vertices": rectangle(0.5, 1.5, 1.0, 1.0)}),
+            group("block", name="base", vertices=rectangle(0.0, 0.0, 2.0, 0.5)),
+            group("block", name="stone", vertices=rectangle(0.5, 1.5, 1.0, 1.0)),
             *([("motion", still)] if moved else []),
             *(("fixed_point", {"x": x, "y": 0.25, "block": "base"} | ground) for x in (0.2, 1.8)),
-            ("measured_point", {"name": "centre", "x": 1.0, "y": 2.0, "block": "stone"}),
+            group("measured_point", name="centre", x=1.0, y=2.0, block="stone"),
         ]
     )
     speed = sitedda.run(file).history.velocity.values[:, 0, 1]
@@ -284,15 +286,14 @@ def test_a_floor_that_is_hit_in_each_step_stays_in_its_supports(write_input, res
     sag, mass, stone = 1e-4, 2500.0 * 8.0 * 0.5, 0.05
     heights = {i: 0.5 * G * (1e-3 * i) ** 2 for i in range(30, 130)}  # lands in step i
     groups = [
-        ("control", {"time_step": 1e-3, "duration": 0.2, "gravity": [0.0, -G],
-                     "integration": "midpoint"}),
-        ("contact", {"normal_stiffness": 1e9, "fixed_point_ratio": mass * G / (2 * sag) / 1e9}),
+        group("control", time_step=1e-3, duration=0.2, gravity=[0.0, -G], integration="midpoint"),
+        group("contact", normal_stiffness=1e9, fixed_point_ratio=mass * G / (2 * sag) / 1e9),
         ("material", ROCK | {"density": 2500.0}),
         ("joint", DRY | {"restitution": restitution}),
-        ("block", {"name": "floor", "vertices": rectangle(0.0, -0.5, 8.0, 0.5)}),
-        *(("block", {"name": f"stone_{i}", "vertices": rectangle(0.07 * (i - 29), h, stone, stone)})
+        group("block", name="floor", vertices=rectangle(0.0, -0.5, 8.0, 0.5)),
+        *(group("block", name=f"stone_{i}", vertices=rectangle(0.07 * (i - 29), h, stone, stone))
           for i, h in heights.items()),
-        *(("fixed_point", {"block": "floor", "x": x, "y": -0.5}) for x in (0.0, 8.0)),
+        *(group("fixed_point", block="floor", x=x, y=-0.5) for x in (0.0, 8.0)),
     ]  # fmt: skip
     with sitedda.Simulation(write_input(groups)) as run:
         height = []

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from model_text import DRY, ROCK, changed, flying_block, rectangle
+from model_text import DRY, ROCK, changed, flying_block, group, rectangle
 
 import sitedda
 
@@ -15,13 +15,13 @@ GRAVITY = 9.81
 def falling(steps: int = 2000, step: float = 1e-3, **stop) -> list:
     """A free block beside two that are held, in the open air."""
     return [
-        ("control", {"time_step": step, "steps": steps, "gravity": [0.0, -GRAVITY]}),
-        ("contact", {"normal_stiffness": 1e9}),
+        group("control", time_step=step, steps=steps, gravity=[0.0, -GRAVITY]),
+        group("contact", normal_stiffness=1e9),
         ("material", dict(ROCK)),
         ("joint", dict(DRY)),
-        *(("block", {"name": f"b_{i}", "vertices": rectangle(3 * i, 0, 2, 1)}) for i in range(3)),
-        *(("fixed_point", {"x": 3 * i + x, "y": 0.5}) for i in (0, 1) for x in (0.4, 1.6)),
-        ("output", {"file": "fall.nc", "block_interval": 500}),
+        *(group("block", name=f"b_{i}", vertices=rectangle(3 * i, 0, 2, 1)) for i in range(3)),
+        *(group("fixed_point", x=3 * i + x, y=0.5) for i in (0, 1) for x in (0.4, 1.6)),
+        group("output", file="fall.nc", block_interval=500),
         ("stop", stop),
     ]
 
@@ -55,7 +55,7 @@ def test_collapse_is_a_block_that_has_moved_farther_than_it_is_large(write_input
 
 
 def test_tilt_counts_either_way(write_input):
-    groups = [*flying_block(4000), ("stop", {"tilt": 10.0})]
+    groups = [*flying_block(4000), group("stop", tilt=10.0)]
     for spin in (-0.5, 0.5):
         spun = changed(groups, "material", initial_velocity=[0.0, 0.0, spin])
         run = ended(spun, write_input)
@@ -74,16 +74,16 @@ def resting(**control) -> list:
     """A block that is dropped by a little onto a held one, which moves until 0.6 s."""
     return [
         ("control", {"time_step": 1e-3, "duration": 5.0, "gravity": [0.0, -GRAVITY], **control}),
-        ("contact", {"normal_stiffness": 1e8}),
+        group("contact", normal_stiffness=1e8),
         ("material", dict(ROCK, young_modulus=1e8)),
         ("joint", dict(DRY)),
-        ("block", {"name": "table", "vertices": rectangle(0, 0, 6, 1)}),
-        ("block", {"name": "brick", "vertices": rectangle(2, 1.01, 2, 1)}),
-        *(("fixed_point", {"x": x, "y": 0.5, "motion_x": "m"}) for x in (1, 5)),
-        ("motion", {"name": "m", "quantity": "displacement", "time_step": 0.1,
-                    "values": [0.0, 0.0, 0.0, 0.01, 0.02, 0.02, 0.02]}),
-        ("output", {"file": "rest.nc", "block_interval": 100}),
-        ("stop", {"rest_time": 0.2, "rest_movement": 1e-5}),
+        group("block", name="table", vertices=rectangle(0, 0, 6, 1)),
+        group("block", name="brick", vertices=rectangle(2, 1.01, 2, 1)),
+        *(group("fixed_point", x=x, y=0.5, motion_x="m") for x in (1, 5)),
+        group("motion", name="m", quantity="displacement", time_step=0.1,
+              values=[0.0, 0.0, 0.0, 0.01, 0.02, 0.02, 0.02]),
+        group("output", file="rest.nc", block_interval=100),
+        group("stop", rest_time=0.2, rest_movement=1e-5),
     ]  # fmt: skip
 
 
@@ -141,8 +141,8 @@ def test_a_wrong_rule_is_refused(write_input, stop, words):
 
 def test_seconds_are_steps_where_steps_are_fixed(write_input, same_bits):
     groups = changed(flying_block(100), "control", gravity=[0.0, -GRAVITY])
-    by_steps = [*groups, ("output", {"history_interval": 5, "block_interval": 20})]
-    by_time = [*groups, ("output", {"history_seconds": 5e-3, "block_seconds": 2e-2})]
+    by_steps = [*groups, group("output", history_interval=5, block_interval=20)]
+    by_time = [*groups, group("output", history_seconds=5e-3, block_seconds=2e-2)]
     one, other = (sitedda.run(write_input(g)).history for g in (by_steps, by_time))
     same_bits(one, other, ("title", "step_control"))
     assert one.sizes["frame"] == 6

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 from environment import DEADLINE
-from model_text import DRY, ROCK, changed, namelist
+from model_text import DRY, ROCK, changed, group, namelist
 
 WALL = [
-    ("control", {"time_step": 1e-3, "steps": 12, "gravity": [0.0, -9.81]}),
+    group("control", time_step=1e-3, steps=12, gravity=[0.0, -9.81]),
     ("material", dict(ROCK)),
     ("joint", dict(DRY)),
-    ("wall", {"brick_length": 1.0, "brick_height": 0.5, "bricks": 23, "courses": 23}),
-    ("fixed_point", {"x": 0.5, "y": 0.25}),
+    group("wall", brick_length=1.0, brick_height=0.5, bricks=23, courses=23),
+    group("fixed_point", x=0.5, y=0.25),
 ]
 
 

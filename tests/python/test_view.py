@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from environment import DEADLINE
-from model_text import DRY, ROCK, namelist, rectangle
+from model_text import DRY, ROCK, group, namelist, rectangle
 
 import sitedda
 from sitedda.drawing.view import view
@@ -27,29 +27,24 @@ def sliding_blocks(steps: int = 120) -> list:
     """Two blocks on a table that is thrown sideways; every name is hostile."""
     rock, joint = dict(ROCK, name="&<'\"m"), dict(DRY, name="<b>j</b>", friction_angle=5.0)
     return [
-        ("run", {"title": TITLE}),
-        ("control", {"time_step": 2e-3, "steps": steps, "gravity": [0.0, -9.81]}),
-        ("contact", {"normal_stiffness": 1e9}),
+        group("run", title=TITLE),
+        group("control", time_step=2e-3, steps=steps, gravity=[0.0, -9.81]),
+        group("contact", normal_stiffness=1e9),
         ("material", rock),
         ("joint", joint),
-        ("block", {"name": "table", "vertices": rectangle(0, 0, 8, 1)}),
-        ("block", {"name": EVIL, "vertices": [1, 1, 3, 1, 3, 2, 2, 1.6, 1, 2]}),
-        ("block", {"name": "right", "vertices": rectangle(5, 1, 1, 1)}),
-        *(
-            ("fixed_point", {"x": x, "y": 0.5, "block": "table", "motion_x": "throw"})
-            for x in (1, 7)
-        ),
-        (
+        group("block", name="table", vertices=rectangle(0, 0, 8, 1)),
+        group("block", name=EVIL, vertices=[1, 1, 3, 1, 3, 2, 2, 1.6, 1, 2]),
+        group("block", name="right", vertices=rectangle(5, 1, 1, 1)),
+        *(group("fixed_point", x=x, y=0.5, block="table", motion_x="throw") for x in (1, 7)),
+        group(
             "motion",
-            {
-                "name": "throw",
-                "quantity": "displacement",
-                "time_step": 0.05,
-                "values": [0.0, 0.0, 0.05, 0.15, 0.25, 0.3, 0.3],
-            },
+            name="throw",
+            quantity="displacement",
+            time_step=0.05,
+            values=[0.0, 0.0, 0.05, 0.15, 0.25, 0.3, 0.3],
         ),
-        ("measured_point", {"name": "top<&", "x": 5.5, "y": 2.0, "block": "right"}),
-        ("output", {"block_interval": 10}),
+        group("measured_point", name="top<&", x=5.5, y=2.0, block="right"),
+        group("output", block_interval=10),
     ]
 
 
@@ -294,7 +289,7 @@ def test_a_removed_block_is_gone_from_the_view(write_input, tmp_path, opened):
     from test_pictures import excavated
 
     groups = [pair for pair in excavated() if pair[0] != "output"]
-    run = sitedda.run(write_input([*groups, ("output", {"block_interval": 10})]))
+    run = sitedda.run(write_input([*groups, group("output", block_interval=10)]))
     page = opened(write_view(run, tmp_path / "dug.html"))
     areas = page.evaluate(
         """() => [0, blockViews[0].model.frames - 1].map((f) => { const m = blockViews[0].model;

@@ -25,7 +25,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 
 from environment import executable  # noqa: E402
-from model_text import DRY, ROCK, namelist  # noqa: E402
+from model_text import DRY, ROCK, group, namelist  # noqa: E402
 
 MEBI = 2**20
 SOLVERS = ("direct", "banded", "lagged", "jacobi")
@@ -41,11 +41,11 @@ def wall(blocks: int, solver: str, steps: int = 1) -> str:
     side = int(blocks**0.5)
     return namelist(
         [
-            ("control", {"time_step": 1e-4, "steps": steps, "solver": solver}),
+            group("control", time_step=1e-4, steps=steps, solver=solver),
             ("material", dict(ROCK)),
             ("joint", dict(DRY)),
-            ("wall", {"brick_length": 1.0, "brick_height": 0.5, "bricks": side, "courses": side}),
-            ("fixed_point", {"x": 0.5, "y": 0.25}),
+            group("wall", brick_length=1.0, brick_height=0.5, bricks=side, courses=side),
+            group("fixed_point", x=0.5, y=0.25),
         ]
     )
 

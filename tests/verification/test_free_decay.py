@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from linear_theory import FIXED_RATIO, Rock, scheme_decay, stack
-from model_text import BONDED, ROCK, namelist
+from model_text import BONDED, ROCK, group, namelist
 
 import sitedda
 from sitedda.signals import log_decrement
@@ -22,13 +22,13 @@ def column(time_step: float, steps: int, **control) -> list:
     """15 layers of table I on a base block that is held still."""
     return [
         ("control", {"time_step": time_step, "steps": steps, **control}),
-        ("contact", {"normal_stiffness": PENALTY}),
+        group("contact", normal_stiffness=PENALTY),
         ("material", dict(ROCK)),
         ("joint", dict(BONDED)),
-        ("layers", {"name": "base", "bottom": -1.0, "width": 15.0, "thickness": 1.0}),
-        ("layers", {"name": "layer", "width": 15.0, "thickness": 1.0, "count": 15}),
-        *(("fixed_point", {"x": x, "y": y}) for x, y in PLACES),
-        ("measured_point", {"name": "surface", "x": 7.5, "y": 15.0}),
+        group("layers", name="base", bottom=-1.0, width=15.0, thickness=1.0),
+        group("layers", name="layer", width=15.0, thickness=1.0, count=15),
+        *(group("fixed_point", x=x, y=y) for x, y in PLACES),
+        group("measured_point", name="surface", x=7.5, y=15.0),
     ]
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from model_text import namelist
+from model_text import group, namelist
 
 import sitedda
 
@@ -62,36 +62,30 @@ class Pile:
         pulse = self.acceleration * np.sin(np.linspace(0, 4 * np.pi, 41)) * self.shaking[axis]
         names = ("ground", "ell", "slab", "wedge")
         return [
-            (
+            group(
                 "control",
-                {
-                    "time_step": self.time_step,
-                    "steps": STEPS,
-                    "gravity": self.gravity,
-                    "max_displacement_ratio": 0.01,
-                },
+                time_step=self.time_step,
+                steps=STEPS,
+                gravity=self.gravity,
+                max_displacement_ratio=0.01,
             ),
-            ("contact", {"normal_stiffness": self.penalty}),
-            ("material", {"name": "still", **solid}),
-            ("material", {"name": "thrown", **solid, "initial_velocity": thrown}),
-            ("joint", {"name": "joint", "friction_angle": self.friction}),
-            (
+            group("contact", normal_stiffness=self.penalty),
+            group("material", name="still", **solid),
+            group("material", name="thrown", **solid, initial_velocity=thrown),
+            group("joint", name="joint", friction_angle=self.friction),
+            group(
                 "motion",
-                {
-                    "name": "pulse",
-                    "values": pulse,
-                    "time_step": 0.004 * self.second,
-                    "quantity": "acceleration",
-                },
+                name="pulse",
+                values=pulse,
+                time_step=0.004 * self.second,
+                quantity="acceleration",
             ),
             *(
-                (
+                group(
                     "block",
-                    {
-                        "name": names[number],
-                        "material": "thrown" if number > 1 else "still",
-                        "vertices": np.asarray(outline).ravel(),
-                    },
+                    name=names[number],
+                    material="thrown" if number > 1 else "still",
+                    vertices=np.asarray(outline).ravel(),
                 )
                 for number, outline in zip(self.numbers, self.blocks, strict=True)
             ),
@@ -102,18 +96,16 @@ class Pile:
                 )
                 for x, y in self.held
             ),
-            (
+            group(
                 "load",
-                {
-                    "x": self.loaded[0],
-                    "y": self.loaded[1],
-                    "block": "ell",
-                    "time": [0.0, 0.05 * self.second, 0.1 * self.second],
-                    "force_x": [0.0, self.load[0], 0.0],
-                    "force_y": [0.0, self.load[1], 0.0],
-                },
+                x=self.loaded[0],
+                y=self.loaded[1],
+                block="ell",
+                time=[0.0, 0.05 * self.second, 0.1 * self.second],
+                force_x=[0.0, self.load[0], 0.0],
+                force_y=[0.0, self.load[1], 0.0],
             ),
-            ("output", {"block_interval": 30}),
+            group("output", block_interval=30),
         ]
 
     # --- Transformed models ---

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from linear_theory import FIXED_RATIO, Blocks, Box, Rock
-from model_text import DRY, ROCK, namelist
+from model_text import DRY, ROCK, group, namelist
 
 import sitedda
 
@@ -23,8 +23,8 @@ LONGEST, SHORTEST = 2000, 40  # steps
 def column() -> tuple[list, list[Box], list]:
     """15 layers of 15 m x 1 m on a fixed base: groups, boxes, fixed points."""
     groups = [
-        ("layers", {"name": "base", "bottom": -1.0, "width": 15.0, "thickness": 1.0}),
-        ("layers", {"name": "layer", "width": 15.0, "thickness": 1.0, "count": 15}),
+        group("layers", name="base", bottom=-1.0, width=15.0, thickness=1.0),
+        group("layers", name="layer", width=15.0, thickness=1.0, count=15),
     ]
     boxes = [Box(0.0, i - 1.0, 15.0, 1.0, STONE) for i in range(16)]
     return groups, boxes, [(x, y) for x in (2.5, 12.5) for y in (-0.25, -0.75)]
@@ -34,17 +34,8 @@ def wall() -> tuple[list, list[Box], list]:
     """5 bricks x 10 courses in running bond on a fixed base."""
     length, height = 0.5, 0.25
     groups = [
-        ("layers", {"name": "base", "bottom": -0.5, "width": 2.5, "thickness": 0.5}),
-        (
-            "wall",
-            {
-                "name": "brick",
-                "brick_length": length,
-                "brick_height": height,
-                "bricks": 5,
-                "courses": 10,
-            },
-        ),
+        group("layers", name="base", bottom=-0.5, width=2.5, thickness=0.5),
+        group("wall", name="brick", brick_length=length, brick_height=height, bricks=5, courses=10),
     ]
     boxes = [Box(0.0, -0.5, 2.5, 0.5, STONE)]
     for course in range(10):
@@ -95,16 +86,13 @@ def settling(request, tmp_path_factory):
     file.write_text(
         namelist(
             [
-                (
-                    "control",
-                    {"time_step": time_step, "steps": steps, "gravity": [0.0, -GRAVITY]},
-                ),
-                ("contact", {"normal_stiffness": penalty}),
+                group("control", time_step=time_step, steps=steps, gravity=[0.0, -GRAVITY]),
+                group("contact", normal_stiffness=penalty),
                 ("material", dict(ROCK)),
                 ("joint", dict(DRY)),
                 *groups,
-                *(("fixed_point", {"x": x, "y": y}) for x, y in places),
-                ("output", {"block_interval": 1}),
+                *(group("fixed_point", x=x, y=y) for x, y in places),
+                group("output", block_interval=1),
             ]
         )
     )
@@ -201,11 +189,11 @@ def test_the_column_comes_to_rest_where_statics_say(penalty, tmp_path):
         namelist(
             [
                 ("control", control),
-                ("contact", {"normal_stiffness": penalty}),
+                group("contact", normal_stiffness=penalty),
                 ("material", dict(ROCK)),
                 ("joint", dict(DRY)),
                 *groups,
-                *(("fixed_point", {"x": x, "y": y}) for x, y in places),
+                *(group("fixed_point", x=x, y=y) for x, y in places),
             ]
         )
     )
