@@ -58,8 +58,19 @@ def caller(name: str):
             check=False,
         )
 
-    call.name = name
     call.path = path
+    return named(call, name)
+
+
+def named(call, name: str):
+    """A caller with the name of its program and `ok`, a call that has to end with status 0."""
+
+    def ok(*arguments, folder=None) -> subprocess.CompletedProcess:
+        done = call(*arguments, folder=folder)
+        assert done.returncode == 0, done.stderr
+        return done
+
+    call.name, call.ok = name, ok
     return call
 
 
@@ -79,8 +90,7 @@ def main(capfd, monkeypatch):
             status = stop.code
         return subprocess.CompletedProcess(arguments, status, *capfd.readouterr())
 
-    call.name = "sitedda"
-    return call
+    return named(call, "sitedda")
 
 
 @pytest.fixture(scope="session")

@@ -246,16 +246,15 @@ def test_a_run_that_is_there_is_not_run_again(write_input, tmp_path):
 
 def test_runs_say_it_too(write_input, python_program, tmp_path):
     file = write_input(SLIDE.replace("time_step = 2e-3", "time_step = 5e-3"))
-    done = python_program("accuracy", str(file), "--quiet", "--set", "joint.friction_angle=25")
-    assert done.returncode == 0, done.stderr
+    done = python_program.ok("accuracy", str(file), "--quiet", "--set", "joint.friction_angle=25")
     assert "largest_slip_m" in done.stdout
     assert " ± " in done.stdout
     run = sitedda.run(file, changes={"joint.friction_angle": 25.0})
     shown = next(line for line in done.stdout.splitlines() if line.startswith("largest_slip_m"))
     assert str(run.accuracy()["largest_slip_m"]) in shown
-    done = python_program("run", str(file), "--accuracy", "-q", "--no-plot", "-o",
-                          str(tmp_path / "o.nc"), "--report")  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    done = python_program.ok(
+        "run", str(file), "--accuracy", "-q", "--no-plot", "-o", str(tmp_path / "o.nc"), "--report"
+    )
     assert " ± " in done.stdout
     kept = kept_accuracy(load(tmp_path / "o.nc").attrs)
     shown = with_bar(1e3 * kept["largest_slip_m"].finest, 1e3 * kept["largest_slip_m"].bar)
@@ -450,16 +449,25 @@ def test_an_ensemble_gives_bands(write_input):
 
 def test_bands_are_kept_and_shown(write_input, python_program, tmp_path):
     file, output = write_input(SLIDE), tmp_path / "o.nc"
-    done = python_program("run", str(file), "--ensemble", "2", "-q", "--no-plot", "--report", "-o",
-                          str(output), "--set", "duration=0.5")  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    python_program.ok(
+        "run",
+        str(file),
+        "--ensemble",
+        "2",
+        "-q",
+        "--no-plot",
+        "--report",
+        "-o",
+        str(output),
+        "--set",
+        "duration=0.5",
+    )
     kept = kept_accuracy(load(output).attrs)
     band = kept.bands["largest_slip_m"]
     assert band.time[-1] == pytest.approx(0.5, abs=0.01) and len(band.time) <= 200
     assert (band.low <= band.high).all() and band.median[-1] > 0.01
     shown = str(kept["largest_slip_m"])
-    done = python_program("view", str(output), "--no-open", "-o", str(tmp_path / "v.html"))
-    assert done.returncode == 0, done.stderr
+    python_program.ok("view", str(output), "--no-open", "-o", str(tmp_path / "v.html"))
     for page in ("o.html", "v.html"):
         text = (tmp_path / page).read_text()
         assert shown in text and "Figures so far of twins" in text

@@ -82,8 +82,7 @@ def test_opening_of_a_joint_and_quantities_of_it(tmp_path, native, same_bits):
     assert len(arrays[wanted[2]].values) == run.history.sizes["time"]
     text = tmp_path / "same.nml"
     text.write_text(run.history.attrs["input_text"])
-    done = native("run", text, "-o", tmp_path / "native.nc", "-q")
-    assert done.returncode == 0, done.stderr
+    native.ok("run", text, "-o", tmp_path / "native.nc", "-q")
     same_bits(tmp_path / "out.nc", tmp_path / "native.nc")
 
 

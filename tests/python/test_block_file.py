@@ -70,8 +70,7 @@ def test_groups_keep_their_order(tmp_path):
 def test_both_programs_read_it_and_write_the_same_bits(tmp_path, native, same_bits):
     two_on_a_base().write(tmp_path / "m.nml", block_file=True)
     sitedda.run(tmp_path / "m.nml", output=tmp_path / "python.nc")
-    done = native("run", "m.nml", "-o", "native.nc", "-q", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    native.ok("run", "m.nml", "-o", "native.nc", "-q", folder=tmp_path)
     same_bits(tmp_path / "python.nc", tmp_path / "native.nc")
     output = sitedda.open_output(tmp_path / "native.nc")
     assert output.block.values.tolist() == ["base", "left", "block 3"]
@@ -83,8 +82,7 @@ def test_both_programs_read_it_and_write_the_same_bits(tmp_path, native, same_bi
 def test_build_writes_it_for_large_models_and_when_asked(tmp_path, root, main):
     arch = tmp_path / "arch.nml"
     arch.write_text((root / "inputs" / "arch.nml").read_text())
-    done = main("build", arch, "--block-file")
-    assert done.returncode == 0, done.stderr
+    main.ok("build", arch, "--block-file")
     output, built = build_file(arch, tmp_path / "text.nml")
     assert "&blocks" not in output.read_text()
     for one, other in zip(state(output), state(tmp_path / "arch_blocks.nml"), strict=True):

@@ -158,7 +158,7 @@ def test_stopping_at_every_turn_changes_nothing(write_input, tmp_path, same_bits
 def test_many_checkpoints_change_nothing(program, write_input, tmp_path, same_bits):
     for interval, name in ((0, "none.nc"), (1, "each.nc")):
         file = write_input(shaken_tower(100, interval), f"{name}.nml")
-        assert program("run", file, "-q", "-o", tmp_path / name).returncode == 0
+        program.ok("run", file, "-q", "-o", tmp_path / name)
         assert files_beside(tmp_path / name) - {".nml"} == {""}
     same_bits(tmp_path / "none.nc", tmp_path / "each.nc", attributes=("step_control",))
 
@@ -226,16 +226,14 @@ def test_each_program_resumes_what_the_other_began(
     file = write_input(shaken_tower(20_000, 50))
     interrupted(native, file, tmp_path)
     assert interrupted(python_program, file, tmp_path, command="resume").returncode in (0, 6)
-    done = native("resume", file, "-q", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    native.ok("resume", file, "-q", folder=tmp_path)
     same_bits(sitedda.run(file).history, tmp_path / "tower.nc")
 
 
 def test_a_killed_run_goes_on_from_its_last_checkpoint(program, write_input, tmp_path, same_bits):
     file = write_input(shaken_tower(20_000, 50))
     interrupted(program, file, tmp_path, signal.SIGKILL)
-    done = program("resume", file, "-q", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = program.ok("resume", file, "-q", folder=tmp_path)
     assert "resumed at step" in done.stdout
     same_bits(sitedda.run(file).history, tmp_path / "tower.nc")
 
@@ -296,8 +294,7 @@ def test_the_newest_checkpoint_is_taken(program, two_checkpoints):
 def test_the_one_before_is_taken_if_the_newest_is_damaged(program, two_checkpoints, same_bits):
     file, output = two_checkpoints
     spoil(beside(output, ".checkpoint"))
-    done = program("resume", file, "-q", "-o", output)
-    assert done.returncode == 0, done.stderr
+    done = program.ok("resume", file, "-q", "-o", output)
     assert "resumed at step 100" in done.stdout
     assert "checkpoint.previous, because" in done.stdout and "damaged" in done.stdout
     same_bits(sitedda.run(file).history, output)
@@ -411,8 +408,7 @@ def test_a_journal_that_has_lost_something_is_refused(two_checkpoints):
 
 
 def test_without_a_checkpoint_a_run_begins_at_the_start(program, write_input, tmp_path):
-    done = program("resume", write_input(tower(steps=20)), "-q", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = program.ok("resume", write_input(tower(steps=20)), "-q", folder=tmp_path)
     assert "no checkpoint of tower.nc: begun at the start" in done.stdout
     assert (tmp_path / "tower.nc").exists()
 
@@ -420,11 +416,10 @@ def test_without_a_checkpoint_a_run_begins_at_the_start(program, write_input, tm
 def test_a_complete_output_is_not_run_again(program, write_input, tmp_path):
     """A batch job that is queued once more must not compute for hours again."""
     file = write_input(tower(steps=20))
-    assert program("run", file, "-q", folder=tmp_path).returncode == 0
+    program.ok("run", file, "-q", folder=tmp_path)
     output = tmp_path / "tower.nc"
     before = output.read_bytes(), output.stat().st_mtime_ns
-    done = program("resume", file, "-q", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = program.ok("resume", file, "-q", folder=tmp_path)
     assert "tower.nc is complete" in done.stdout
     assert (output.read_bytes(), output.stat().st_mtime_ns) == before
     left = {path.name for path in tmp_path.iterdir()}
@@ -481,8 +476,7 @@ def test_a_full_disk_ends_in_one_message_and_the_run_can_be_resumed(
     assert done.returncode == 5
     assert len(done.stderr.strip().splitlines()) == 1, done.stderr
     assert "out.nc" in done.stderr and "File too large" in done.stderr
-    again = native("resume", file, "-q", "-o", tmp_path / "out.nc")
-    assert again.returncode == 0, again.stderr
+    again = native.ok("resume", file, "-q", "-o", tmp_path / "out.nc")
     assert ("resumed at step" in again.stdout) == (size > 300_000)
     same_bits(sitedda.run(file).history, tmp_path / "out.nc")
 

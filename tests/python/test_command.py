@@ -46,21 +46,18 @@ def stubborn() -> list:
 
 
 def test_version_is_that_of_the_package(program):
-    done = program("--version")
-    assert done.returncode == 0
+    done = program.ok("--version")
     assert done.stdout == f"{program.name} {importlib.metadata.version('sitedda')}\n"
 
 
 def test_help_names_the_command(program):
-    done = program("--help")
-    assert done.returncode == 0
+    done = program.ok("--help")
     assert "run" in done.stdout and "usage" in done.stdout.lower()
 
 
 def test_a_run_writes_its_output_and_says_where(program, write_input, tmp_path):
     file = write_input(tower(steps=40))
-    done = program("run", file, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = program.ok("run", file, folder=tmp_path)
     assert "40 steps" in done.stdout
     assert "output: tower.nc" in done.stdout
     found = dataset(tmp_path / "tower.nc")
@@ -69,15 +66,14 @@ def test_a_run_writes_its_output_and_says_where(program, write_input, tmp_path):
 
 
 def test_output_goes_where_it_is_asked_for(program, write_input, tmp_path):
-    done = program("run", write_input(tower(steps=5)), "--output", tmp_path / "elsewhere.nc")
-    assert done.returncode == 0, done.stderr
+    done = program.ok("run", write_input(tower(steps=5)), "--output", tmp_path / "elsewhere.nc")
     assert f"output: {tmp_path / 'elsewhere.nc'}" in done.stdout
     assert dataset(tmp_path / "elsewhere.nc").sizes["time"] == 6
 
 
 def test_an_older_output_is_replaced_when_the_new_one_is_complete(program, write_input, tmp_path):
     (tmp_path / "tower.nc").write_bytes(OLDER)
-    assert program("run", write_input(tower(steps=5)), "-q", folder=tmp_path).returncode == 0
+    program.ok("run", write_input(tower(steps=5)), "-q", folder=tmp_path)
     assert dataset(tmp_path / "tower.nc").sizes["time"] == 6
 
 
@@ -88,8 +84,7 @@ def test_amplification_is_printed_in_the_same_words_by_both(
     file = write_input([*tower(layers=4, steps=800), asked])
     lines = []
     for program in (native, python_program):
-        done = program("run", file, "-o", tmp_path / f"{program.name}.nc", "-q")
-        assert done.returncode == 0, done.stderr
+        done = program.ok("run", file, "-o", tmp_path / f"{program.name}.nc", "-q")
         lines.append(re.search(r"^amplification .*?\)$", done.stdout, re.M | re.S)[0])
         assert all(len(line) <= 80 for line in lines[-1].splitlines())
     assert lines[0] == lines[1]
@@ -112,8 +107,7 @@ def test_a_picture_is_drawn_beside_the_output_unless_unwanted(
 def test_set_changes_the_input(python_program, write_input, tmp_path):
     file = write_input(tower(steps=40))
     changes = ["--set", "time_step=5e-4", "--set", "steps=7", "--set", "title=Other"]
-    done = python_program("run", file, "-o", tmp_path / "set.nc", *changes)
-    assert done.returncode == 0, done.stderr
+    python_program.ok("run", file, "-o", tmp_path / "set.nc", *changes)
     found = dataset(tmp_path / "set.nc")
     assert found.time.values[-1] == 7 * 5e-4
     assert found.attrs["title"] == "Other"
@@ -124,8 +118,7 @@ def test_set_reaches_every_group(main, write_input, tmp_path):
     changes = ["output.file=other.nc", "joint[bedding].friction_angle=30"]
     changes.append("material[*].density=2000")
     words = [word for change in changes for word in ("--set", change)]
-    done = main("run", file, "-q", *words, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    main.ok("run", file, "-q", *words, folder=tmp_path)
     found = dataset(tmp_path / "other.nc")
     assert set(found.block_density.values) == {2000.0}
     assert "friction_angle = 30" in found.attrs["input_text"]
@@ -141,7 +134,7 @@ def test_set_of_a_name_that_cannot_be_meant_is_one_line(main, write_input, comma
 
 def test_check_sees_what_set_changes(main, write_input):
     file = write_input(tower(time_step=1e-3, steps=3))
-    assert main("check", file).returncode == 0
+    main.ok("check", file)
     assert main("check", file, "--set", "time_step=0.05").returncode == 2
     done = main("run", "--check", file, "--set", "time_step=0.05")
     assert done.returncode == 2 and "the check fails" in done.stderr
@@ -163,8 +156,7 @@ def test_python_progress_bar_reaches_the_end(python_program, write_input, tmp_pa
 
 
 def test_quiet_shows_no_progress(program, write_input, tmp_path):
-    done = program("run", write_input(tower(steps=500)), "--quiet", folder=tmp_path)
-    assert done.returncode == 0
+    done = program.ok("run", write_input(tower(steps=500)), "--quiet", folder=tmp_path)
     assert done.stderr == ""
     assert "t = " not in done.stdout
 
@@ -313,7 +305,7 @@ def test_the_kept_part_is_the_beginning_of_the_whole(
     kept = dataset(tmp_path / "tower.nc.partial")
     steps = kept.sizes["time"] - 1
     whole = changed(tower(steps=steps), "output", file="whole.nc", block_interval=0)
-    assert python_program("run", write_input(whole, "whole.nml"), folder=tmp_path).returncode == 0
+    python_program.ok("run", write_input(whole, "whole.nml"), folder=tmp_path)
     history = dataset(tmp_path / "whole.nc")
     for name in ("time", "displacement", "velocity", "acceleration", "energy_balance"):
         assert kept[name].values.tobytes() == history[name].values.tobytes(), name

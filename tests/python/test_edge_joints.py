@@ -145,7 +145,7 @@ def test_a_corner_at_the_end_of_an_edge_keeps_its_joint(write_input, offset, joi
 
 def test_output_and_simulation_know_the_joint(program, write_input, tmp_path):
     file = write_input(slider(steps=200))
-    assert program("run", file, "-q", "-o", tmp_path / "o.nc").returncode == 0
+    program.ok("run", file, "-q", "-o", tmp_path / "o.nc")
     with sitedda.Simulation(file) as run, xr.open_dataset(tmp_path / "o.nc") as out:
         run.advance(200)
         last = out.contact_frame == out.contact_frame.max()
@@ -157,7 +157,7 @@ def test_output_and_simulation_know_the_joint(program, write_input, tmp_path):
 @pytest.mark.parametrize("after", [1, 420, 600])
 def test_a_resumed_slider_has_the_same_bits(write_input, tmp_path, same_bits, native, after):
     file = write_input(slider(steps=700))
-    assert native("run", file, "-q", "-o", tmp_path / "whole.nc").returncode == 0
+    native.ok("run", file, "-q", "-o", tmp_path / "whole.nc")
     stopped(file, tmp_path / "out.nc", after)
     sitedda.resume(file, tmp_path / "out.nc")
     same_bits(tmp_path / "whole.nc", tmp_path / "out.nc")

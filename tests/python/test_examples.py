@@ -16,8 +16,7 @@ def test_all_inputs_and_studies_are_listed_with_a_sentence(main, root):
     named = {f"studies/{file.stem}" for file in (root / "inputs" / "studies").glob("*.toml")}
     assert set(STUDIES) == named
     assert all(20 < len(words) < 200 for words in examples().values())
-    done = main("example")
-    assert done.returncode == 0
+    done = main.ok("example")
     assert [line.split()[0] for line in done.stdout.splitlines()] == INPUTS + STUDIES
 
 
@@ -52,8 +51,8 @@ def test_a_file_of_the_user_is_left_alone(main, tmp_path):
     assert done.returncode == 5 and "slope.nml exists" in done.stderr
     assert [file.name for file in tmp_path.iterdir()] == ["slope.nml"]
     assert (tmp_path / "slope.nml").read_text() == "mine"
-    assert main("example", "wall", folder=tmp_path).returncode == 0
-    assert main("example", "wall", folder=tmp_path).returncode == 0  # the same content
+    main.ok("example", "wall", folder=tmp_path)
+    main.ok("example", "wall", folder=tmp_path)  # the same content
 
 
 def test_an_unknown_example_is_refused_with_the_nearest_name(main):

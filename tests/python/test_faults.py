@@ -37,80 +37,64 @@ def jammed(**control) -> list:
     return [*changed(groups, "joint", friction_angle=5.0), *more]
 
 
-# Name, input, exception, exit status, words that the message must hold.
+def fault(case: str, groups, *words: str, exception="ConvergenceError", status=3):
+    """A case: its name, the input, words of the message, the exception and the exit status."""
+    return pytest.param(groups, exception, status, words, id=case)
+
+
 FAULTS = [
-    (
-        "leaves slowly",
-        flying(500.0, **ROLLING),
-        "ConvergenceError",
-        3,
-        ["'brick' has left the model"],
-    ),
-    (
-        "leaves at once",
-        flying(1e29),
-        "ConvergenceError",
-        3,
-        ["'brick' has left the model", "step 1 "],
-    ),
-    ("leaves in leaps", flying(1e5), "ConvergenceError", 3, ["moves too far in one step"]),
-    (
+    fault("leaves slowly", flying(500.0, **ROLLING), "'brick' has left the model"),
+    fault("leaves at once", flying(1e29), "'brick' has left the model", "step 1 "),
+    fault("leaves in leaps", flying(1e5), "moves too far in one step"),
+    fault(
         "leaves in leaps, adaptive",
         flying(1e12, time_step_control="adaptive", least_time_step=1e-5),
-        "ConvergenceError",
-        3,
-        ["least_time_step"],
+        "least_time_step",
     ),
-    (
+    fault(
         "never closes",
         jammed(),
-        "ConvergenceError",
-        3,
-        ["does not converge", "worst contact", "block 1 'brick'", "time_step_control = 'adaptive'"],
+        "does not converge",
+        "worst contact",
+        "block 1 'brick'",
+        "time_step_control = 'adaptive'",
     ),
-    (
+    fault(
         "never closes, adaptive",
         jammed(time_step_control="adaptive", least_time_step=9e-4),
-        "ConvergenceError",
-        3,
-        ["does not converge", "worst contact", "least_time_step"],
+        "does not converge",
+        "worst contact",
+        "least_time_step",
     ),
-    (
+    fault(
         "never closes, original rules",
         changed(jammed(), "contact", contact_rules="original", normal_stiffness=1e12),
-        "ConvergenceError",
-        3,
-        ["does not converge by the original rules"],
+        "does not converge by the original rules",
     ),
     *(
-        (f"no pivot, {name}", hopeless(name), "SolverError", 4, ["not positive definite"])
+        fault(
+            f"no pivot, {name}",
+            hopeless(name),
+            "not positive definite",
+            exception="SolverError",
+            status=4,
+        )
         for name in SOLVERS
     ),
-    (
+    fault(
         "load beyond measure",
-        [
-            *flying_block(),
-            group("load", x=1.0, y=0.5, time=[0.0, 1.0], force_x=[1e30, 1e30]),
-        ],
-        "ConvergenceError",
-        3,
-        ["moves too far"],
+        [*flying_block(), group("load", x=1.0, y=0.5, time=[0.0, 1.0], force_x=[1e30, 1e30])],
+        "moves too far",
     ),
-    (
+    fault(
         "stress beyond measure",
         changed(flying_block(), "material", initial_stress=[1e25, 0.0, 0.0]),
-        "ConvergenceError",
-        3,
-        ["moves too far"],
+        "moves too far",
     ),
 ]
 
 
-@pytest.mark.parametrize(
-    ("groups", "exception", "status", "words"),
-    [row[1:] for row in FAULTS],
-    ids=[row[0] for row in FAULTS],
-)
+@pytest.mark.parametrize(("groups", "exception", "status", "words"), FAULTS)
 def test_a_fault_is_one_message_and_a_status(
     groups, exception, status, words, write_input, native, main, tmp_path
 ):

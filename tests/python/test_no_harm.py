@@ -91,7 +91,7 @@ def test_an_input_names_outputs_in_its_folder_only(native, main, here, name):
     assert not (here.parent / "x.nc").exists()
     for words in (["-o", "../y.nc"], ["--set", "output.file=../y.nc"]):
         for program in (native, main):
-            assert program("run", "m.nml", "-q", *words, folder=here).returncode == 0
+            program.ok("run", "m.nml", "-q", *words, folder=here)
             (here.parent / "y.nc").unlink()
     sitedda.run(here / "m.nml", True, changes={"output.file": str(here.parent / "z.nc")})
     assert (here.parent / "z.nc").exists()
@@ -104,8 +104,7 @@ def test_names_below_the_folder_are_taken(native, here, name):
     (here / "link").symlink_to("elsewhere")
     name = name.format(here=here)
     (here / "m.nml").write_text((here / "m.nml").read_text().replace("o.nc", name))
-    done = native("run", "m.nml", "-q", folder=here)
-    assert done.returncode == 0, done.stderr
+    native.ok("run", "m.nml", "-q", folder=here)
     assert (here / name).exists()
 
 
@@ -159,10 +158,9 @@ def test_what_a_killed_run_leaves_is_replaced(native, here):
     """Empty files, zeros that never got their content, and the program's own."""
     for ending in SIDE_FILES:
         (here / f"o.nc.{ending}").write_bytes(b"" if ending == "journal" else bytes(4096))
-    done = native("run", "m.nml", "-q", folder=here)
-    assert done.returncode == 0, done.stderr
+    native.ok("run", "m.nml", "-q", folder=here)
     assert sorted(os.listdir(here)) == ["m.nml", "o.nc"]
-    assert native("run", "m.nml", "-q", folder=here).returncode == 0
+    native.ok("run", "m.nml", "-q", folder=here)
 
 
 def test_an_output_does_not_replace_what_is_read_by_another_name(main, here):
@@ -207,15 +205,13 @@ def test_files_of_a_kind_replace_each_other(main, here, finished):
     for name, command in (("v.html", "view"), ("d.png", "draw"), ("r.html", "report")):
         for _ in range(2):
             more = ["--no-open"] if command == "view" else []
-            done = main(command, finished, "-o", here / name, *more)
-            assert done.returncode == 0, done.stderr
-    assert main("view", "m.nml", "--no-open", "-o", "r.html", folder=here).returncode == 0
+            main.ok(command, finished, "-o", here / name, *more)
+    main.ok("view", "m.nml", "--no-open", "-o", "r.html", folder=here)
     for ending in ("svg", "pdf", "jpg"):
         for _ in range(2):
-            assert main("draw", finished, "-o", here / f"d.{ending}").returncode == 0
+            main.ok("draw", finished, "-o", here / f"d.{ending}")
     for _ in range(2):
-        done = main("export", finished, "--vtk", here / "vtk")
-        assert done.returncode == 0, done.stderr
+        main.ok("export", finished, "--vtk", here / "vtk")
 
 
 def test_inputs_that_were_not_written_by_it_are_not_replaced(main, here):
@@ -229,10 +225,10 @@ def test_inputs_that_were_not_written_by_it_are_not_replaced(main, here):
         sitedda.Model.read(here / "wall.nml").write(hand)
     assert hand.read_bytes() == before
     for _ in range(2):  # what it wrote itself it may replace, by other content too
-        assert main("build", "wall.nml", "-o", "built.nml", folder=here).returncode == 0
+        main.ok("build", "wall.nml", "-o", "built.nml", folder=here)
         sitedda.Model.read(here / "wall.nml").write(here / "model.nml")
     sitedda.Model.read(here / "column.nml").write(here / "model.nml")
-    assert main("build", "column.nml", "-o", "built.nml", folder=here).returncode == 0
+    main.ok("build", "column.nml", "-o", "built.nml", folder=here)
 
 
 @pytest.mark.parametrize("command", ["view", "report", "draw", "movie"])
@@ -443,7 +439,7 @@ def test_good_figures_are_taken(here, root):
 @pytest.mark.parametrize("part", ["model", "dims", "coordinates", "cases", "quantities"])
 def test_a_damaged_study_is_refused_with_the_part(main, here, part):
     (here / "s.toml").write_text(STUDY)
-    assert main("study", "plan", "s.toml", "--folder", "st", folder=here).returncode == 0
+    main.ok("study", "plan", "s.toml", "--folder", "st", folder=here)
     manifest = json.loads((here / "st" / "study.json").read_text())
     for wrong in (None, 3, [1], {"x": "y"}):
         (here / "st" / "study.json").write_text(json.dumps(manifest | {part: wrong}))
@@ -455,7 +451,7 @@ def test_a_damaged_study_is_refused_with_the_part(main, here, part):
 def test_a_damaged_result_is_missing(main, here):
     (here / "s.toml").write_text(STUDY)
     words = ["study", "collect", "s.toml", "-q", "-o", "t.nc"]
-    assert main("study", "plan", "s.toml", folder=here).returncode == 0
+    main.ok("study", "plan", "s.toml", folder=here)
     folder = next((here / "s_study" / "cases").glob("*/*"))
     for wrong in ({"numbers": {"x": None}}, {"numbers": [1]}, {"seconds": "x"}, {"status": 1},
                   {"shapes": {"x": {"dims": ["time"], "shape": [-1]}}}):  # fmt: skip
@@ -466,7 +462,7 @@ def test_a_damaged_result_is_missing(main, here):
 
 def test_a_study_folder_is_no_place_for_a_table_of_something_else(main, here):
     (here / "s.toml").write_text(STUDY)
-    assert main("study", "s.toml", "-q", "-w", "1", folder=here).returncode == 0
+    main.ok("study", "s.toml", "-q", "-w", "1", folder=here)
     results = here / "results"
     results.mkdir()
     (results / "mine.txt").write_bytes(PRECIOUS)
@@ -478,6 +474,5 @@ def test_a_study_folder_is_no_place_for_a_table_of_something_else(main, here):
     assert (results / "mine.txt").read_bytes() == PRECIOUS
     assert (here / "results.zarr" / "mine.txt").exists()
     assert (here / "submit.sh").read_bytes() == PRECIOUS
-    done = main("study", "collect", "s.toml", "-q", "-o", "../t.nc", folder=here)
-    assert done.returncode == 0, done.stderr
+    main.ok("study", "collect", "s.toml", "-q", "-o", "../t.nc", folder=here)
     assert np.isfinite(collect(here / "s_study")["displacement[surface].x.largest"]).all()

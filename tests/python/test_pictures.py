@@ -465,7 +465,7 @@ def test_numbers_are_set_to_the_right_and_prose_is_not():
 
 def test_commands_write_what_they_say(main, run, write_input, tmp_path):
     file = write_input(changed(tower(steps=40), "output", block_interval=5))
-    assert main("run", file, "-o", tmp_path / "t.nc", "-q", folder=tmp_path).returncode == 0
+    main.ok("run", file, "-o", tmp_path / "t.nc", "-q", folder=tmp_path)
     assert (tmp_path / "t.png").stat().st_size > 20_000
     for words, made in (
         (("draw", tmp_path / "t.nc"), "t.blocks.png"),
@@ -474,8 +474,7 @@ def test_commands_write_what_they_say(main, run, write_input, tmp_path):
         (("report", tmp_path / "t.nc"), "t.html"),
         (("export", tmp_path / "t.nc", "--vtk", tmp_path / "vtk"), "vtk/blocks.pvd"),
     ):
-        done = main(*words, folder=tmp_path)
-        assert done.returncode == 0, done.stderr
+        done = main.ok(*words, folder=tmp_path)
         assert made in done.stdout and (tmp_path / made).stat().st_size > 100
     page = (tmp_path / "t.html").read_text(encoding="utf-8")
     assert "<h2>Check" in page and "highest frequency" in page
@@ -497,9 +496,9 @@ def test_a_report_checks_the_input_as_it_was_run(main, write_input, tmp_path):
         for changes in ({"material.density": 1234.0}, None)
     )
     words = ("-o", tmp_path / "t.nc", "-q", "--no-plot", "--set", "material.density=1234")
-    assert main("run", file, *words).returncode == 0
+    main.ok("run", file, *words)
     file.unlink()
-    assert main("report", tmp_path / "t.nc", "-o", tmp_path / "t.html").returncode == 0
+    main.ok("report", tmp_path / "t.nc", "-o", tmp_path / "t.html")
     page = (tmp_path / "t.html").read_text(encoding="utf-8")
     assert expected.split(",")[0] in page and other.split(",")[0] not in page
 

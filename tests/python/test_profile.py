@@ -154,8 +154,7 @@ def test_a_profile_runs_from_both_programs_and_beside_its_column(tmp_path, site,
 
     built, made = build_file(file)
     assert any("curves of vs.csv do not act" in one for one in made.messages)
-    done = native("run", built, "-o", tmp_path / "b.nc", "-q")
-    assert done.returncode == 0, done.stderr
+    native.ok("run", built, "-o", tmp_path / "b.nc", "-q")
     same_bits(tmp_path / "a.nc", tmp_path / "b.nc")
     found = beside(run.history)
     peak = abs(found.column_surface).max()
@@ -254,14 +253,12 @@ def test_ground_that_cannot_be_made(site, values, words):
 
 def test_the_command_prints_and_draws(tmp_path, site, main, root):
     file = site()
-    done = main("site", file)
-    assert done.returncode == 0, done.stderr
+    done = main.ok("site", file)
     assert "V_s30 = " in done.stdout
     assert (tmp_path / "vs_profile.png").stat().st_size > 1e4
     linear = site("\n".join(line.rsplit(",", 1)[0] for line in SITE.splitlines()), "linear.csv")
     record = root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
-    done = main("site", linear, "--record", record)
-    assert done.returncode == 0, done.stderr
+    done = main.ok("site", linear, "--record", record)
     assert "outcrop motion" in done.stdout
     assert (tmp_path / "linear_site.png").exists()
     assert main("site", tmp_path / "none.csv").returncode == 1

@@ -135,7 +135,7 @@ def test_boundaries_without_edges_or_length_are_not_drawn(main, tmp_path):
 
     for change in (shorter, nothing):
         file = damage(output, tmp_path / "damaged.nc", change)
-        assert main("draw", file, folder=tmp_path).returncode == 0
+        main.ok("draw", file, folder=tmp_path)
     far = damage(output, tmp_path / "far.nc", replaced("boundary_edge_to", 0, 1e36))
     done = main("draw", far, folder=tmp_path)
     assert done.returncode == 5 and "variable boundary_edge_to:" in done.stderr
@@ -243,8 +243,7 @@ def test_boundaries_of_one_name_are_drawn_by_their_number(tmp_path):
 @pytest.mark.filterwarnings("ignore:the output, of sitedda 0.1.0")
 def test_outputs_of_version_0_1_0_open(command, main, tmp_path):
     shutil.copy(OLD, tmp_path / "o.nc")
-    done = main(command, "o.nc", *SHOWN[command], folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    main.ok(command, "o.nc", *SHOWN[command], folder=tmp_path)
 
 
 def test_an_output_says_what_its_input_means(tmp_path):

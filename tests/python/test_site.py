@@ -321,8 +321,7 @@ def test_blocks_and_column_in_one_picture(root, tmp_path, python_program):
     text = text.replace("records/", f"{root}/inputs/records/")
     text = re.sub(r"steps = \d+", "steps = 12000", text)
     (tmp_path / "site.nml").write_text(text)
-    done = python_program("site", "site.nml", "-o", "both.png", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = python_program.ok("site", "site.nml", "-o", "both.png", folder=tmp_path)
     assert (tmp_path / "both.png").stat().st_size > 20_000
     rows = re.findall(r"^(surface .*?)\s{2,}([\d.e+-]+)\s+([\d.e+-]+)", done.stdout, re.M)
     assert len(rows) >= 5

@@ -237,7 +237,7 @@ def test_check_starts_from_the_same_rest(write_input):
 
 def test_native_and_python_settle_to_the_same_bits(write_input, native, tmp_path):
     file = write_input(slope(steps=30))
-    assert native("run", file, folder=tmp_path).returncode == 0
+    native.ok("run", file, folder=tmp_path)
     mine = sitedda.run(file, output=tmp_path / "python.nc")
     assert mine.complete
     with (
@@ -378,7 +378,7 @@ def test_a_run_resumes_in_every_stage_to_the_same_bits(after, write_input, tmp_p
 
 def test_native_and_python_run_stages_to_the_same_bits(write_input, native, tmp_path):
     file = write_input(beam(STAGES))
-    assert native("run", file, folder=tmp_path).returncode == 0
+    native.ok("run", file, folder=tmp_path)
     sitedda.run(file, output=tmp_path / "python.nc")
     with (
         xr.open_dataset(tmp_path / "stages.nc") as one,
@@ -547,7 +547,7 @@ def test_a_stage_holds_points_where_they_stand(write_input, tmp_path, native, sa
         assert abs(float(data.energy_balance[-1])) < 1e-9 * mass
     sitedda.run(file, output=tmp_path / "whole.nc")
     same_bits(tmp_path / "whole.nc", tmp_path / "hold.nc")
-    assert native("run", file, "-o", tmp_path / "native.nc", "-q").returncode == 0
+    native.ok("run", file, "-o", tmp_path / "native.nc", "-q")
     same_bits(tmp_path / "whole.nc", tmp_path / "native.nc")
 
 
@@ -632,8 +632,7 @@ def test_killed_in_any_stage_a_run_resumes_to_the_same_bits(
         time.sleep(0.02)
         child.send_signal(signal.SIGKILL)
         assert child.wait() == -signal.SIGKILL
-        done = native("resume", file, "-o", output, "-q")
-        assert done.returncode == 0, done.stderr
+        done = native.ok("resume", file, "-o", output, "-q")
         begun.add(int(done.stdout.split("resumed at step ")[1].split(",")[0]) // 200)
         same_bits(tmp_path / "whole.nc", output)
     assert {0, 1} <= begun

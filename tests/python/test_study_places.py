@@ -59,8 +59,7 @@ def table(study):
 
 
 def test_the_command(study, table, main, tmp_path):
-    done = main("study", study, "--workers", "1", "--quiet", "--report")
-    assert done.returncode == 0, done.stderr
+    done = main.ok("study", study, "--workers", "1", "--quiet", "--report")
     assert "9 cases: 6 complete, 3 failed" in done.stdout
     assert "failed: density = -1.0, scale = 1.0 and 2 more: " in done.stdout
     with xr.open_dataset(tmp_path / "grid_study" / "table.nc") as found:
@@ -140,12 +139,11 @@ def test_a_job_array_gives_the_same_table(study, table, main, tmp_path, monkeypa
     monkeypatch.setenv("PATH", path)
     monkeypatch.setenv("STAND_IN_SEED", "5")
     study.write_text(f"{STUDY}\n[slurm]\neach = 2\noptions = ['--partition=a b']\n")
-    done = main("study", study, "--slurm", "--program", executable("sitedda-native"))
-    assert done.returncode == 0, done.stderr
+    done = main.ok("study", study, "--slurm", "--program", executable("sitedda-native"))
     assert "Submitted batch job 7" in done.stdout
     script = (tmp_path / "grid_study" / "submit.sh").read_text()
     assert "#SBATCH --partition=a\\ b" in script and "#SBATCH --array=0-4" in script
-    assert main("study", "collect", study, "-q", "-w", "1").returncode == 0
+    main.ok("study", "collect", study, "-q", "-w", "1")
     found = collect(tmp_path / "grid_study")
     same(found, table)
 

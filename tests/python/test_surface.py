@@ -97,8 +97,7 @@ def test_the_command_prints_and_draws(main, tmp_path):
         model.measured_point(f"at {x:g}", x, 4.0 if x else 3.0)
     sitedda.run(model.write(tmp_path / "hill.nml"), output=tmp_path / "hill.nc")
     band = ("--lowest", "10", "--highest", "50")
-    done = main("surface", tmp_path / "hill.nc", *band, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = main.ok("surface", tmp_path / "hill.nc", *band, folder=tmp_path)
     assert "over the surface of free field left" in done.stdout and "at 5" in done.stdout
     assert (tmp_path / "hill_surface.png").stat().st_size > 10_000
     done = main("surface", tmp_path / "hill.nc", folder=tmp_path)
