@@ -6,7 +6,7 @@
 !> φ_r (σ ≥ JCS) and 70° [Barton and Choubey, 1977; Bandis, Lumsden and Barton, 1983].
 module dda_barton_bandis
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, add_missing
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type
    use dda_group_values, only: unset
    use dda_material, only: joint_type
    use dda_text, only: to_text
@@ -42,6 +42,7 @@ contains
    pure type(barton_bandis_type) function new_barton_bandis(joint) result(law)
       type(joint_type), intent(in) :: joint  !< as checked
 
+      law%needs(2:) = [character(len=24) :: 'jrc', 'jcs']
       law%curved = .true.
       law%max_closure = joint%max_closure
       law%roughness = joint%jrc
@@ -50,16 +51,14 @@ contains
       law%reduction = joint%strength_reduction
    end function new_barton_bandis
 
-   !> Roughness and wall strength; closure as given, or from that of the rock.
-   pure subroutine complete(law, joint, wrong)
+   !> Closure as given, or from the strength of the rock.
+   pure subroutine complete(law, joint, shear_ratio, wrong)
       class(barton_bandis_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint      !< as read
+      real(wp), intent(in) :: shear_ratio           !< k_n/k_s
       character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
 
       wrong = ''
-      call add_missing(wrong, 'jrc', joint%jrc)
-      call add_missing(wrong, 'jcs', joint%jcs)
-      if (wrong /= '') return
       associate (stiffness => joint%normal_stiffness, closure => joint%max_closure)
          if (joint%compressive_strength == unset) then
             if (.not. (stiffness > 0.0_wp .and. closure /= unset)) wrong = 'the closure of the '// &

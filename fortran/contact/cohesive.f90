@@ -13,8 +13,7 @@
 !> g(D) = ∫ e λ(D)² dD, for each mixture.
 module dda_cohesive
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle, &
-      add_missing
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
    use dda_group_values, only: unset
    use dda_material, only: joint_type
    use dda_text, only: quoted, to_text
@@ -39,7 +38,6 @@ module dda_cohesive
       procedure :: spent
       procedure :: bond_energy
       procedure :: complete
-      procedure :: refuse
    end type cohesive_type
 
    !> Opening and slip of a bond in one number.
@@ -59,19 +57,20 @@ contains
       law%strengths = [joint%tensile_strength, joint%cohesion]
       law%energies = [joint%fracture_energy, joint%shear_fracture_energy]
       law%exponential = joint%softening == 'exponential'
+      law%needs(2) = 'fracture_energy'
       law%cohesive = .true.
       law%points = 3
    end function new_cohesive
 
-   !> Fracture energies, and what they are spent from.
-   pure subroutine complete(law, joint, wrong)
+   !> Fracture energies: above what the joint holds at its strength, from which they are spent.
+   pure subroutine complete(law, joint, shear_ratio, wrong)
       class(cohesive_type), intent(in) :: law   !< of the joint
       type(joint_type), intent(inout) :: joint  !< as read
+      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, where the joint has none of its own
       character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
+      real(wp) :: shear_stiffness
 
       wrong = ''
-      call add_missing(wrong, 'fracture_energy', joint%fracture_energy)
-      if (wrong /= '') return
       if (joint%shear_fracture_energy == unset) joint%shear_fracture_energy = &
          10*joint%fracture_energy
       if (.not. min(joint%cohesion, joint%tensile_strength) > 0.0_wp) then
@@ -81,16 +80,7 @@ contains
          wrong = 'a joint of law = '//quoted(trim(joint%law))//' needs '// &
             'normal_stiffness_per_area: how far it opens up to its strength follows from that'
       end if
-   end subroutine complete
-
-   !> A joint must hold less energy at its strength than it takes to spend it.
-   pure function refuse(law, joint, shear_ratio) result(wrong)
-      class(cohesive_type), intent(in) :: law  !< of the joint
-      type(joint_type), intent(in) :: joint    !< completed
-      real(wp), intent(in) :: shear_ratio      !< k_n/k_s, where the joint has none of its own
-      character(len=:), allocatable :: wrong
-      real(wp) :: shear_stiffness
-
+      if (wrong /= '') return
       shear_stiffness = joint%normal_stiffness/shear_ratio
       if (joint%shear_stiffness > 0.0_wp) shear_stiffness = joint%shear_stiffness
       wrong = too_brittle('fracture_energy', joint%fracture_energy, joint%tensile_strength, &
@@ -112,7 +102,7 @@ contains
             'or the stiffness per area'
       end function too_brittle
 
-   end function refuse
+   end subroutine complete
 
    !> Largest shear force of the contact beside the bond, N/m.
    pure real(wp) function strength(law, state, normal_force)

@@ -9,11 +9,10 @@
 !> of the contact.
 module dda_joint_law
    use dda_kinds, only: wp, pi
-   use dda_group_values, only: unset
    use dda_material, only: joint_type
    implicit none
    private
-   public :: joint_law_type, joint_state_type, strength_type, reduced_angle, add_missing
+   public :: joint_law_type, joint_state_type, strength_type, reduced_angle
 
    real(wp), parameter :: steepest = 89.0_wp  !< friction angle that an input may have, degrees
 
@@ -46,6 +45,8 @@ module dda_joint_law
       logical :: has_centre = .false.        !< slip from a centre and slip back to it differ
       logical :: cohesive = .false.          !< a bond beside the contact is damaged step by step
       integer :: points = 2                  !< contact points of an overlap, if not given
+      !> variables of &joint that it cannot do without
+      character(len=24) :: needs(3) = [character(len=24) :: 'friction_angle', '', '']
    contains
       procedure :: initial_spring
       procedure :: shear_spring
@@ -63,7 +64,6 @@ module dda_joint_law
       procedure :: spent => nothing_spent
       procedure :: bond_energy => no_bond
       procedure :: complete => complete_nothing
-      procedure :: refuse => refuse_nothing
    end type joint_law_type
 
    abstract interface
@@ -87,34 +87,16 @@ module dda_joint_law
 
 contains
 
-   !> Say that a variable of &joint is missing, unless it is given or something is wrong already.
-   pure subroutine add_missing(wrong, name, value)
-      character(len=:), allocatable, intent(inout) :: wrong  !< so far; blank: nothing
-      character(len=*), intent(in) :: name                   !< of the variable
-      real(wp), intent(in) :: value                          !< as read
-
-      if (wrong == '' .and. value == unset) wrong = name//' is missing'
-   end subroutine add_missing
-
    !> Set what follows from other variables of &joint, and say what is wrong with those of the law;
    !> blank: nothing.
-   pure subroutine complete_nothing(law, joint, wrong)
+   pure subroutine complete_nothing(law, joint, shear_ratio, wrong)
       class(joint_law_type), intent(in) :: law       !< of the joint
-      type(joint_type), intent(inout) :: joint       !< as read
+      type(joint_type), intent(inout) :: joint       !< as read, with what the law needs
+      real(wp), intent(in) :: shear_ratio            !< k_n/k_s, where the joint has none of its own
       character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
 
       wrong = ''
    end subroutine complete_nothing
-
-   !> What is wrong beside the stiffness of the contacts; blank: nothing.
-   pure function refuse_nothing(law, joint, shear_ratio) result(wrong)
-      class(joint_law_type), intent(in) :: law  !< of the joint
-      type(joint_type), intent(in) :: joint     !< completed
-      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, where the joint has none of its own
-      character(len=:), allocatable :: wrong
-
-      wrong = ''
-   end function refuse_nothing
 
    !> Friction angle whose tangent is divided by a factor, degrees.
    pure real(wp) function reduced_angle(angle, factor)

@@ -52,9 +52,10 @@ contains
    end function new_mohr_coulomb
 
    !> Residual strength, which is at most the peak strength; weakening and dilation.
-   pure subroutine complete(law, joint, wrong)
+   pure subroutine complete(law, joint, shear_ratio, wrong)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint     !< as read
+      real(wp), intent(in) :: shear_ratio          !< k_n/k_s
       character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
 
       if (joint%residual_friction_angle == unset) joint%residual_friction_angle = &

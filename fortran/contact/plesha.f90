@@ -10,8 +10,7 @@
 !> N = k_n [x ± tan α (t − τ/k_s)] and τ = N tan(φ ± α).
 module dda_plesha
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle, &
-      add_missing
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
    use dda_material, only: joint_type
    use dda_text, only: quoted, to_text
    implicit none
@@ -32,7 +31,6 @@ module dda_plesha
       procedure :: lift
       procedure :: sliding_force
       procedure :: complete
-      procedure :: refuse
    end type plesha_type
 
 contains
@@ -44,19 +42,23 @@ contains
       law%friction = joint%friction_angle*(pi/180.0_wp)
       law%asperity = joint%asperity_angle*(pi/180.0_wp)
       law%wear = joint%asperity_wear
+      law%needs(2) = 'asperity_angle'
       law%dilates = .true.
       law%has_centre = .true.
    end function new_plesha
 
-   !> Asperities that can be climbed, and do not slip back by themselves.
-   pure subroutine complete(law, joint, wrong)
+   !> Asperities that can be climbed, do not slip back by themselves, and come down without a jump.
+   pure subroutine complete(law, joint, shear_ratio, wrong)
       class(plesha_type), intent(in) :: law     !< of the joint
       type(joint_type), intent(inout) :: joint  !< as read
+      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, where the joint has none of its own
       character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
+      real(wp) :: ratio
 
       wrong = ''
-      call add_missing(wrong, 'asperity_angle', joint%asperity_angle)
-      if (wrong /= '') return
+      ratio = shear_ratio
+      if (joint%normal_stiffness > 0.0_wp .and. joint%shear_stiffness > 0.0_wp) &
+         ratio = joint%normal_stiffness/joint%shear_stiffness
       associate (angle => joint%asperity_angle, friction => joint%friction_angle)
          if (angle > friction) then
             wrong = 'asperity_angle = '//to_text(angle)//' is above friction_angle = '// &
@@ -68,27 +70,13 @@ contains
          else if (joint%shear_stiffness > 0.0_wp .and. .not. joint%normal_stiffness > 0.0_wp) then
             wrong = 'shear_stiffness_per_area of a joint of law = '//quoted(trim(joint%law))// &
                ' needs normal_stiffness_per_area too'
+         else if (ratio >= steepest_return(joint)) then
+            wrong = 'the normal stiffness is '//to_text(ratio)//' of the shear stiffness: from '// &
+               to_text(steepest_return(joint))//' on the joint would jump back to its centre; '// &
+               'give a larger shear_stiffness_per_area, or less asperity_angle'
          end if
       end associate
    end subroutine complete
-
-   !> Slip back to the centre must be stable.
-   pure function refuse(law, joint, shear_ratio) result(wrong)
-      class(plesha_type), intent(in) :: law   !< of the joint
-      type(joint_type), intent(in) :: joint   !< completed
-      real(wp), intent(in) :: shear_ratio     !< k_n/k_s, where the joint has none of its own
-      character(len=:), allocatable :: wrong
-      real(wp) :: ratio
-
-      wrong = ''
-      ratio = shear_ratio
-      if (joint%normal_stiffness > 0.0_wp .and. joint%shear_stiffness > 0.0_wp) &
-         ratio = joint%normal_stiffness/joint%shear_stiffness
-      if (ratio >= steepest_return(joint)) wrong = 'the normal stiffness is '//to_text(ratio)// &
-         ' of the shear stiffness: from '//to_text(steepest_return(joint))//' on the joint '// &
-         'would jump back to its centre; give a larger shear_stiffness_per_area, or less '// &
-         'asperity_angle'
-   end function refuse
 
    !> Largest k_n/k_s at which slip back to the centre is stable, whatever the wear: beyond it the
    !> normal force, and strength with it, would fall faster by the descent than the shear spring

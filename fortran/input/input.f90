@@ -27,7 +27,6 @@ module dda_input
    use dda_input_stages, only: read_stages
    use dda_input_stop, only: read_stop
    use dda_input_welds, only: check_bodies
-   use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
    use dda_model, only: model_type, default_stiffness
    use dda_settings, only: contact_settings_type
@@ -227,7 +226,7 @@ contains
       allocate (model%joints(size(own)))
       if (size(own) == 0) call missing(error, file, 'the group &joint')
       do i = 1, size(own)
-         call read_joint(groups(own(i)), model%joints(i), error)
+         call read_joint(groups(own(i)), model%contact%shear_ratio, model%joints(i), error)
          call check_rules(groups(own(i)), model%joints(i), model%contact, error)
          call require_new_name(error, groups(own(i)), model%joints(i)%name, &
             model%joints(:i - 1)%name)
@@ -252,8 +251,6 @@ contains
       type(joint_type), intent(in) :: joint  !< as read
       type(contact_settings_type), intent(in) :: contact  !< of the model
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(law_slot_type) :: slot
-      character(len=:), allocatable :: wrong
 
       if (allocated(error)) return
       if (joint%is_plain()) return
@@ -263,9 +260,6 @@ contains
       if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, 'a joint with '// &
          'a law, stiffness or contact_points of its own cannot be combined with '// &
          'penetration_tolerance: its closure follows from its load')
-      call new_joint_law(slot, joint, contact%normal_stiffness, contact%shear_ratio)
-      wrong = slot%law%refuse(joint, contact%shear_ratio)
-      if (wrong /= '') call input_error(error, group, wrong)
    end subroutine check_rules
 
    !> Restitution and dashpots of a joint need contacts of the own rules with springs.

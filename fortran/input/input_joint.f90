@@ -15,15 +15,19 @@ module dda_input_joint
    private
    public :: read_joint, reduced_strengths
 
+   real(wp), parameter :: any_ratio = 1.0e-6_wp  !< k_n/k_s that every law takes
+
 contains
 
    !> &joint
-   subroutine read_joint(group, new, error)
+   subroutine read_joint(group, shear_ratio, new, error)
       type(group_type), intent(in) :: group  !< of the input
+      real(wp), intent(in) :: shear_ratio    !< k_n/k_s of contacts without stiffness of their own
       type(joint_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(law_slot_type) :: slot
       character(len=:), allocatable :: wrong
+      integer :: k
 
       call read_values(group, new%joint_values, error)
       if (allocated(error)) return
@@ -38,7 +42,13 @@ contains
       if (.not. given(group, 'contact_points')) new%contact_points = slot%law%points
       if (all(new%contact_points /= [2, 3, 5])) call input_error(error, group, &
          'contact_points = '//to_text(new%contact_points)//' must be 2, 3 or 5')
-      call slot%law%complete(new, wrong)
+      do k = 1, count(slot%law%needs /= '')
+         if (.not. given(group, trim(slot%law%needs(k)))) call input_error(error, group, &
+            trim(slot%law%needs(k))//' is missing')
+      end do
+      if (allocated(error)) return
+      if (.not. given(group, 'friction_angle')) new%friction_angle = 0.0_wp  ! the weaker of two
+      call slot%law%complete(new, shear_ratio, wrong)
       if (wrong /= '') call input_error(error, group, wrong)
    end subroutine read_joint
 
@@ -63,7 +73,7 @@ contains
          call reduce_solid(groups(1), factor, strengths, error)
          return
       end if
-      call read_joint(groups(1), joint, error)
+      call read_joint(groups(1), any_ratio, joint, error)
       if (allocated(error)) return
       call new_joint_law(slot, joint, 1.0_wp, 1.0_wp)
       strengths = slot%law%reduced(joint, factor)
