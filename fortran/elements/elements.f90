@@ -20,6 +20,7 @@ module dda_elements
    use dda_motion, only: motion_type
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
+   use dda_spring_beds, only: new_spring_beds
    use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, &
       bounds_are_off, largest_plastic_strain, worst_point
    use dda_ties, only: ties_type, new_ties
@@ -61,9 +62,13 @@ contains
          if (any(abs(control%gravity) > 0.0_wp) .or. any(control%base_motion > 0)) &
             call register(elements, body_force_type(control%gravity, control%base_motion))
          if (size(model%loads) > 0) call register(elements, point_loads_type(model%loads))
-         if (size(model%fixed_points) > 0) call register(elements, &
-            new_fixed_points(model%fixed_points, model%motions, &
-            contact%fixed_point_ratio*contact%normal_stiffness, time))
+         associate (points => model%fixed_points, soft => model%fixed_points%stiffness > 0.0_wp)
+            if (.not. all(soft)) call register(elements, new_fixed_points( &
+               pack(points, .not. soft), model%motions, &
+               contact%fixed_point_ratio*contact%normal_stiffness, time))
+            if (any(soft)) call register(elements, &
+               new_spring_beds(pack(points, soft), model%motions, time))
+         end associate
          if (size(model%boundaries) > 0) call register(elements, &
             new_absorbing_boundaries(model%boundaries, &
             contact%fixed_point_ratio*contact%normal_stiffness))

@@ -20,7 +20,6 @@ module dda_fixed_points
    !> All fixed points of a model.
    type, extends(spring_element_type) :: fixed_points_type
       type(fixed_point_type), allocatable :: point(:)
-      real(wp) :: stiffness = 0.0_wp          !< k of each, N/m per metre of thickness
       real(wp), allocatable :: rate(:,:)      !< [2,points] velocity of their motions, m/s
    contains
       procedure :: get_spring
@@ -37,14 +36,14 @@ contains
       time) result(self)
       type(fixed_point_type), intent(in) :: points(:)  !< [points]
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      real(wp), intent(in) :: stiffness  !< of each, N/m per metre of thickness
+      real(wp), intent(in) :: stiffness  !< of those that have none, N/m per metre of thickness
       real(wp), intent(in) :: time       !< s
       integer :: i, axis
 
       allocate (self%point, source=points)
       self%n = size(points)
       self%instant = at_end
-      self%stiffness = stiffness
+      where (self%point%stiffness <= 0.0_wp) self%point%stiffness = stiffness
       allocate (self%rate(2, size(points)), source=0.0_wp)
       do i = 1, size(points)
          do axis = 1, 2
@@ -64,7 +63,7 @@ contains
 
       associate (point => self%point(i), axes => self%point(i)%axes)
          spring%block(1) = point%block
-         spring%stiffness = merge(self%stiffness, 0.0_wp, point%held)
+         spring%stiffness = merge(point%stiffness, 0.0_wp, point%held)
          spring%place = place_of(blocks, point%block, point%reference)
          offset = spring%place - point%place
          spring%stretch = [dot_product(offset, axes(:, 1)), dot_product(offset, axes(:, 2))]
@@ -116,7 +115,7 @@ contains
       integer :: i
       logical :: done(size(self%point))
 
-      if (step%scheme%chi >= 1.0_wp) return
+      if (step%scheme%chi >= 1.0_wp .or. self%instant /= at_end) return
       do i = 1, size(self%point)
          call self%get_spring(i, blocks, spring)
          wanted(:, i) = self%rate(:, i) - (spring%stretch - wanted_displacement(spring%motion, &

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups &boundary: edges of the outline that are fixed, on rollers, or absorb waves.
+!> The groups &boundary: edges of the outline that are held, by springs if need be, or absorb waves.
 !>
-!> Fixed edges and rollers become fixed points at the Gauss points of the edges; the others become
+!> Edges that are held become fixed points at the Gauss points of the edges; the others become
 !> boundaries or free fields of the model.  What comes in through these is noted for the output.
 module dda_input_boundaries
    use dda_kinds, only: wp
@@ -35,12 +35,14 @@ module dda_input_boundaries
       logical :: holds              !< becomes fixed points
       logical :: absorbs            !< by a half-space with dashpots along the edges
       logical :: moves              !< may have a motion
+      character(len=24) :: needs = ''  !< a variable that it cannot do without
    end type kind_type
 
    !> Here a new kind is registered.
-   type(kind_type), parameter :: boundary_kinds(6) = [ &
+   type(kind_type), parameter :: boundary_kinds(7) = [ &
       kind_type('fixed', 'fixed', .true., .false., .true.), &
       kind_type('roller', 'roller', .true., .false., .false.), &
+      kind_type('springs', 'springs', .true., .false., .true., 'stiffness_per_area'), &
       kind_type('viscous', 'fixed', .false., .true., .false.), &
       kind_type('compliant', 'fixed', .false., .true., .true.), &
       kind_type('tied', 'tied', .false., .false., .false.), &
@@ -168,7 +170,9 @@ contains
          'density, shear_velocity and pressure_velocity are those of the half-space behind a '// &
          "boundary of kind = 'viscous' or 'compliant'")
       if (has_motion(reading) .and. .not. reading%is%moves) call input_error(error, group, &
-         "a motion needs kind = 'compliant', or 'fixed', which follows it")
+         "a motion needs kind = 'compliant', or 'fixed' or 'springs', which follow it")
+      if (reading%is%needs /= '' .and. .not. given(group, trim(reading%is%needs))) &
+         call input_error(error, group, trim(reading%is%needs)//' is missing')
       if (given(group, 'motion_is') .and. .not. (reading%kind == 'compliant' .and. &
          has_motion(reading))) call input_error(error, group, 'motion_is says what the motion '// &
          "of a boundary of kind = 'compliant' is")
@@ -176,9 +180,8 @@ contains
          reading%kind == 'roller')
       if (reading%kind == 'roller' .and. reading%direction == 'xy') call input_error(error, group, &
          "a roller is held in one direction: 'normal', 'x' or 'y'; kind = 'fixed' holds both")
-      if (reading%direction == 'normal' .and. has_motion(reading) .and. &
-         (reading%kind == 'fixed' .or. reading%motion_is == 'within')) call input_error(error, &
-         group, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
+      if (reading%direction == 'normal' .and. has_motion(reading) .and. is_held(reading)) &
+         call input_error(error, group, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
       if (reading%is%absorbs) call require_analysis(error, group, model%control, &
          'dashpots for waves')
       if (reading%is%absorbs .and. model%control%dynamic_factor < 1.0_wp) call input_error(error, &
@@ -321,7 +324,7 @@ contains
          do i = 1, size(points)
             points(i)%motion = motion
          end do
-         if (reading%kind == 'fixed' .and. any(motion > 0 .and. .not. points(1)%held)) &
+         if (reading%is%holds .and. any(motion > 0 .and. .not. points(1)%held)) &
             call input_error(error, group, 'a motion is given in a direction that is not held')
          model%fixed_points = [model%fixed_points, points]
          return
@@ -377,6 +380,8 @@ contains
                point%block = pieces(i)%block
                point%reference = reference(:, g)
                point%place = place_of(model%blocks, point%block, point%reference)
+               point%stiffness = 0.5_wp*piece_length(model%blocks, pieces(i)) &
+                  *value_or(reading%stiffness_per_area, 0.0_wp)
                point%held = [index(reading%direction, 'x') > 0, index(reading%direction, 'y') > 0]
                if (reading%direction == 'normal') then
                   point%held = [.true., .false.]

@@ -7,7 +7,7 @@ module dda_support
    private
    public :: fixed_point_type, load_type, point_type, load_at
 
-   !> A material point held by a stiff spring to its first place plus a prescribed displacement.
+   !> A material point held by a spring to its first place plus a prescribed displacement.
    type :: fixed_point_type
       character(len=64) :: name = ''
       integer :: block = 0
@@ -16,6 +16,7 @@ module dda_support
       !> [2,2] directions that count in its columns, unit vectors: x and y, or of an edge
       real(wp) :: axes(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
       logical :: held(2) = .true.                   !< along each of them
+      real(wp) :: stiffness = 0.0_wp                !< N/m per metre of thickness; 0: rigid
       !> along each of them, as soon as the stage begins that holds the point
       logical :: waiting(2) = .false.
       integer :: motion(2) = 0                      !< motion along each of them; 0: stays

@@ -14,7 +14,7 @@ module dda_resolved_band
 
 contains
 
-   !> The frequency, Hz.  Blocks that fixed points hold carry no wave.
+   !> The frequency, Hz.  Blocks that rigid supports hold carry no wave.
    pure real(wp) function resolved_frequency(model) result(frequency)
       type(model_type), intent(in) :: model  !< of the run
       logical :: held(model%blocks%n)
@@ -22,7 +22,7 @@ contains
       integer :: b
 
       held = .false.
-      held(model%fixed_points%block) = .true.
+      held(pack(model%fixed_points%block, model%fixed_points%stiffness <= 0.0_wp)) = .true.
       if (all(held)) held = .false.
       frequency = sampling_share/sampling_interval(model)
       associate (blocks => model%blocks)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from lattices import DENSITY, MODULUS, POISSON, ROCK, SPEED, lattice, moved
 from scipy.integrate import cumulative_trapezoid
+from scipy.linalg import eigvalsh
 
 import sitedda
 
@@ -346,3 +347,83 @@ def test_a_layer_between_two_half_spaces_lets_through_what_the_closed_form_says(
     )
     found = sitedda.transfer(model, frequencies, "surface", None)
     assert max(abs(found - exact)) < 1e-3 * max(abs(exact))
+
+
+BED, WIDTH, HEIGHT = 3e9, 3.0, 2.0  # Pa/m, m
+
+
+def on_springs(turn: float = 0.0, time_step: float = 1e-4, **more) -> sitedda.Model:
+    """A block, all but rigid, on a bed of springs, turned about its lower left corner, degrees."""
+    cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    corners = [[0.0, 0.0], [WIDTH, 0.0], [WIDTH, HEIGHT], [0.0, HEIGHT], [WIDTH / 2, HEIGHT / 2]]
+    *corners, centre = np.array(corners) @ [[cos, sin], [-sin, cos]]
+    model = soil(gravity=(0.0, 0.0), time_step=time_step, **more)
+    model["material"][0].young_modulus = 1e15
+    model.block(np.ravel(corners), name="block")
+    model.boundary("bed", "springs", blocks="block", edges=1, stiffness_per_area=BED)
+    model.measured_point("centre", *centre, block="block")
+    return model
+
+
+def bed_matrices() -> tuple[np.ndarray, np.ndarray]:
+    """Stiffness and mass of a rigid block on the bed: x and y of the centre, rotation."""
+    spring, arm = BED * WIDTH, HEIGHT / 2
+    stiffness = spring * np.array([[1.0, 0.0, arm], [0.0, 1.0, 0.0], [arm, 0.0, 0.0]])
+    stiffness[2, 2] = spring * (arm**2 + WIDTH**2 / 12)
+    mass = DENSITY * WIDTH * HEIGHT
+    return stiffness, np.diag([mass, mass, mass * (WIDTH**2 + HEIGHT**2) / 12])
+
+
+@pytest.mark.parametrize("gravity", [(0.0, -9.81), (3.0, -9.0)])
+def test_a_block_settles_on_a_bed_of_springs(gravity):
+    """By W/k; a load that is tilted turns it, too."""
+    model = on_springs(steps=None)
+    model.control.gravity = gravity
+    model.stage(name="rest", kind="static")
+    history = model.run().history
+    stiffness, mass = bed_matrices()
+    moved = np.linalg.solve(stiffness, mass[0, 0] * np.array([*gravity, 0.0]))
+    np.testing.assert_allclose(history.displacement[-1, 0], moved[:2], rtol=3e-5, atol=1e-12)
+
+
+@pytest.mark.parametrize("turn", [0.0, 25.0])
+def test_the_frequencies_of_a_block_on_a_bed_are_those_of_its_springs(turn):
+    stiffness, mass = bed_matrices()
+    exact = np.sqrt(eigvalsh(stiffness, mass)) / (2 * np.pi)
+    found = sitedda.modes(on_springs(turn), count=3).frequency
+    np.testing.assert_allclose(found, exact, rtol=1e-6)
+
+
+@pytest.mark.parametrize("integration", ["dda", "midpoint"])
+def test_a_block_on_a_bed_that_moves_follows_the_transfer_function(integration):
+    """1/(1 − (f/f₀)²) upwards; steps of a run book every joule."""
+    model = on_springs(duration=0.2, integration=integration)
+    model.motion("rock", [0.0, 20.0, -20.0, 0.0], 0.05, "acceleration")
+    model["boundary"][0].motion_y = "rock"
+    own = np.sqrt(BED * WIDTH / bed_matrices()[1][0, 0]) / (2 * np.pi)
+    frequencies = own * np.array([0.1, 0.7, 3.0])
+    if integration == "midpoint":
+        found = sitedda.transfer(model, frequencies, "centre", None, "y")
+        seen = np.tan(np.pi * frequencies * 1e-4) / (np.pi * 1e-4)  # by steps of 1e-4 s
+        np.testing.assert_allclose(found, 1 / (1 - (seen / own) ** 2), rtol=1e-5)
+    history = model.run().history
+    assert abs(history.energy_input.values[-1]) > 1.0
+    balance = abs(history.energy_balance.values).max()
+    assert balance < 1e-7 * abs(history.energy_input.values).max()
+    assert (np.diff(history.energy_algorithmic.values) >= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"kind": "springs"}, "stiffness_per_area is missing"),
+        ({"kind": "fixed", "stiffness_per_area": BED}, "stiffness_per_area"),
+        ({"kind": "springs", "stiffness_per_area": BED, "density": 2000.0}, "half-space"),
+        ({"kind": "springs", "stiffness_per_area": 0.0}, "stiffness_per_area = 0"),
+    ],
+)
+def test_bad_beds_are_refused_in_words(values, words):
+    model = lattice("free", columns=1)
+    model.boundary(side="right", **values)
+    with pytest.raises(sitedda.InputError, match=words):
+        model.check()

@@ -9,6 +9,7 @@ import pytest
 import sitedda
 from sitedda.errors import InputError
 from sitedda.masonry import Arch
+from sitedda.stability import Limit
 
 LEFT, RIGHT = (-1.0, 0.0), (1.0, 0.0)
 
@@ -35,7 +36,7 @@ def box(left: float, bottom: float, width: float, height: float) -> list:
 BASE = box(-5, -1, 20, 1)
 
 
-def check_forces(found: sitedda.stability.Limit, friction: float, model: sitedda.Model, direction):
+def check_forces(found: Limit, friction: float, model: sitedda.Model, direction):
     """The forces balance each block but the base, within friction."""
     normal, shear = found.normal_force, found.shear_force
     assert (normal >= 0).all()
@@ -231,3 +232,13 @@ def test_what_it_does_not_know_is_an_error(change, words):
 def test_a_direction_has_two_numbers(direction):
     with pytest.raises(InputError, match="direction"):
         sitedda.limit_analysis(assembly({"base": BASE}, 0.6), direction=direction)
+
+
+@pytest.mark.parametrize(("sides", "factor"), [(("left",), 0.5), ((), 0.0)])
+def test_boundaries_hold_in_their_direction(sides, factor):
+    model = assembly({"base": BASE, "block": box(1, 0, 2, 1)}, 0.5, held=())
+    model.boundary(kind="springs", side="bottom", direction="y", stiffness_per_area=1e9)
+    for side in sides:
+        model.boundary(kind="fixed", side=side, direction="x")
+    found = sitedda.limit_analysis(model, direction=RIGHT)
+    assert found.upper.factor == pytest.approx(factor, abs=1e-6)

@@ -7,7 +7,6 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
 
-from ..base.errors import InputError
 from ..output.scene import Scene
 from ..report.style import BLUE, GOLD, GREEN, INK
 
@@ -18,6 +17,7 @@ _TURN = np.linspace(0.0, 2.0 * np.pi, 13)
 SIGNS = {
     "fixed": ("fixed", HELD, [[[0.5, 0.0], [-0.2, 1.0]], [[-0.2, 0.0], [-0.9, 1.0]]]),
     "roller": ("roller", HELD, [np.column_stack([np.cos(_TURN), 1 + np.sin(_TURN)]) / 2]),
+    "springs": ("springs", HELD, [[[0, 0], [0.4, 0.3], [-0.4, 0.7], [0.4, 1.1], [0, 1.4]]]),
     "viscous": (
         "viscous",
         ABSORBS,
@@ -54,15 +54,13 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
     shown = {}
     for boundary in scene.boundaries(frame):
         kind = boundary["kind"]
-        if kind not in SIGNS:
-            raise InputError(f"boundary of kind {kind!r} has no sign in {__name__}.SIGNS")
-        words, color, sign = SIGNS[kind]
+        words, color, sign = SIGNS.get(kind, (kind, HELD, [[[0.0, 0.0], [0.0, 1.0]]]))
         edges = np.stack([boundary["start"], boundary["end"]], axis=1)
         edges = edges[np.any(edges[:, 0] != edges[:, 1], axis=1)]
         if not len(edges):  # its blocks are gone
             continue
         if boundary["moved"]:
-            held = kind == "fixed"
+            held = color == HELD
             words += ", moved" if held else ", a wave comes in"
             color = MOVED if held else color
         look = {"colors": color, "capstyle": "round", "zorder": 5}

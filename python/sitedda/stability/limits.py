@@ -36,6 +36,8 @@ _SETTLED, _TIMES = 1e-4, 5  # relative changes of the factor, one after the othe
 _PROGRAMMES = 300  # at most in a sequence
 _SLIDES = 0.5  # of the work of the body force, taken by slip
 _CORNER = 1e-6  # of its length: what is nearer to the end of an edge is at a corner
+_AXES = {"x": [(1.0, 0.0)], "y": [(0.0, 1.0)], "xy": [(1.0, 0.0), (0.0, 1.0)], "none": []}
+_USUAL = {"fixed": "xy", "springs": "xy", "roller": "normal"}  # direction of a boundary that holds
 _OTHERS = ("load", "traction", "water", "bolt")  # groups of what this analysis does not know
 
 
@@ -268,10 +270,9 @@ class _Programme:
         return self._columns(np.array(block), np.array(place), np.array(force))
 
     def _fixed_points(self):
-        axes = {"x": [(1.0, 0.0)], "y": [(0.0, 1.0)], "xy": [(1.0, 0.0), (0.0, 1.0)], "none": []}
         for group in self.scene.groups.get("fixed_point", []):
             place = np.array([group["x"], group["y"]], dtype=float)
-            for force in axes[str(group.get("direction", "xy")).strip()]:
+            for force in _AXES[str(group.get("direction", "xy")).strip()]:
                 yield self._block_at(place, str(group.get("block", "")).strip()), place, force
 
     def _block_at(self, place: np.ndarray, name: str) -> int:
@@ -290,13 +291,14 @@ class _Programme:
         if not groups:
             return
         edge, number = (self.scene.data[f"boundary_{n}"].values for n in ("edge", "edge_group"))
-        for i, shown in enumerate(self.scene.boundaries(0)):
+        for i, (shown, group) in enumerate(zip(self.scene.boundaries(0), groups, strict=True)):
             kind = at_rest.get(shown["kind"], shown["kind"])
-            if kind not in ("fixed", "roller"):
+            direction = str(group.get("direction", "")).strip() or _USUAL.get(kind)
+            if direction is None:
                 raise InputError(f"limit analysis does not know what a {kind} boundary holds")
             for begin, end, e in zip(shown["start"], shown["end"], edge[number == i], strict=True):
                 along = (end - begin) / np.linalg.norm(end - begin)
-                forces = [(along[1], -along[0])] + [tuple(along)] * (kind == "fixed")
+                forces = _AXES.get(direction, [(along[1], -along[0])])
                 yield from ((self.scene.owner[e], p, f) for p in (begin, end) for f in forces)
 
     @cached_property
