@@ -201,7 +201,8 @@ def test_asperities_wear():
     assert shear == pytest.approx([0.9875e6, 0.9579e6, 0.9311e6], rel=1e-3)
     assert 15.0 * (1.0 - worn) == pytest.approx([14.639, 13.769, 12.957], rel=1e-3)
     assert lift[per_cycle // 4] - lift[0] == pytest.approx(1.297e-3, rel=1e-3)
-    assert (np.diff(data.energy_friction - data.energy_dilation) >= 0).all()
+    lost = data.energy_friction - data.energy_dilation
+    assert np.diff(lost).min() >= -1e-15 * lost[-1]  # but for rounding
     assert residual(data) < 1e-6
 
 
