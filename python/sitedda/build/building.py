@@ -84,10 +84,6 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
         All groups of an input: name, variables, and where the group stands, for messages.
     folder : path
         That file names are relative to.
-
-    Returns
-    -------
-    Built
     """
     built = Built()
     pieces: list[dict] = []

@@ -167,10 +167,6 @@ def read_soil_profile(file) -> SoilProfile:
         ``density (kg/m3)`` or ``unit weight (kN/m3)``, ``damping (%)``, ``curve``, ``name``.
         Lines that begin with # are comments.
 
-    Returns
-    -------
-    SoilProfile
-
     Raises
     ------
     InputError

@@ -44,10 +44,6 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, f
     file : path
         Where the text is from, for messages.
 
-    Returns
-    -------
-    str
-
     Raises
     ------
     InputError

@@ -145,10 +145,6 @@ def beside(
         Damping ratio of the column's layers; by default the damping of the run: that of its time
         integration and of its materials.  Soil that yields has its own.
 
-    Returns
-    -------
-    Beside
-
     Raises
     ------
     ValueError

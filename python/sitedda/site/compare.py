@@ -101,10 +101,6 @@ def analyses(
     **options
         Of :func:`nonlinear`.
 
-    Returns
-    -------
-    Analyses
-
     Raises
     ------
     ValueError

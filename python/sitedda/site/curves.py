@@ -99,10 +99,6 @@ def hyperbolic(
     least_damping : float
         Damping ratio at small strain, added.
 
-    Returns
-    -------
-    SoilCurves
-
     Raises
     ------
     ValueError
@@ -126,10 +122,6 @@ def mkz(reference_strain: float, beta: float = 1.0, power: float = 1.0) -> SoilC
         β.
     power : float
         s, at most 1, so that the stress never falls.
-
-    Returns
-    -------
-    SoilCurves
 
     Raises
     ------
@@ -160,10 +152,6 @@ def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
         γ_r = τ_max/G_max: the shear strength over the modulus at small strain.
     theta : array_like, shape (5,)
         θ₁ … θ₅.
-
-    Returns
-    -------
-    SoilCurves
 
     Raises
     ------
@@ -217,10 +205,6 @@ def darendeli(
     cycles : float
         Number of cycles.
 
-    Returns
-    -------
-    SoilCurves
-
     Raises
     ------
     ValueError
@@ -263,10 +247,6 @@ def curves_of(material: Mapping, shear_modulus: float) -> SoilCurves:
         Its variables, as they stand in the input.
     shear_modulus : float
         Of small strains, Pa.
-
-    Returns
-    -------
-    SoilCurves
 
     Raises
     ------

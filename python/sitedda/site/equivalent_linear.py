@@ -89,10 +89,6 @@ def equivalent_linear(
         last change c and the one before: c r/(1 − r) with their ratio r, and c at least.
     most_iterations : int
 
-    Returns
-    -------
-    EquivalentLinear
-
     Raises
     ------
     ValueError

@@ -55,10 +55,6 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
     time_step : float, optional
         s between samples of an array.
 
-    Returns
-    -------
-    Intensity
-
     Raises
     ------
     ValueError

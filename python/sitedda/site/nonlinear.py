@@ -318,10 +318,6 @@ def nonlinear(
     compare : bool
         Run once more in cells and steps of twice the size, so that figures have a bar.
 
-    Returns
-    -------
-    NonlinearResponse
-
     Raises
     ------
     ValueError

@@ -103,10 +103,6 @@ def surface(
     lowest, highest : float
         Band of the amplification, Hz.
 
-    Returns
-    -------
-    Surface
-
     Raises
     ------
     ValueError

@@ -120,10 +120,6 @@ def limit_analysis(source, *, direction=(1.0, 0.0), changes: Mapping | None = No
     changes : mapping, optional
         Variables of an input to change first, see `Simulation`.
 
-    Returns
-    -------
-    Limits
-
     Raises
     ------
     InputError

@@ -180,10 +180,6 @@ def pushover(
     changes : mapping, optional
         Variables to change first, see `Simulation`.
 
-    Returns
-    -------
-    Pushover
-
     Raises
     ------
     InputError

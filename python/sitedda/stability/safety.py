@@ -285,10 +285,6 @@ def safety(
     changes : mapping, optional
         Variables to change in the input, see `Simulation`.
 
-    Returns
-    -------
-    Safety
-
     Raises
     ------
     InputError

@@ -139,10 +139,6 @@ def solve_for(
     changes, **more
         Variables to change in the input first, see `Simulation`.
 
-    Returns
-    -------
-    Root
-
     Raises
     ------
     NoRootError

@@ -63,10 +63,6 @@ def accuracy(
     output : path, optional
         Complete, of the run itself by this build, which then is not run again.
 
-    Returns
-    -------
-    Accuracy
-
     Raises
     ------
     InputError
