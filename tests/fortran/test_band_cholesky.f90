@@ -5,22 +5,12 @@ module test_band_cholesky
    use dda_band_cholesky, only: band_cholesky_type, analyse_band, factorise_band, solve_band
    use dda_block_matrix, only: block_matrix_type, set_pattern
    use dda_errors, only: error_type, error_input, error_solver
+   use dda_lapack, only: dposv
    use dda_rank_one, only: rank_one_type
    use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_names, solver_type
    use models, only: random, random_vector
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
-
-   interface
-      !> LAPACK: dense Cholesky solution.
-      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
-         import :: wp
-         character(len=1), intent(in) :: uplo
-         integer, intent(in) :: n, nrhs, lda, ldb
-         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
-         integer, intent(out) :: info
-      end subroutine dposv
-   end interface
 
 contains
 

@@ -8,22 +8,12 @@ module test_block_cholesky
    use dda_cholesky_double, only: factor_type, analyse, factorise, solve
    use dda_cholesky_single, only: single_factor_type => factor_type, analyse_single => analyse, &
       factorise_single => factorise, solve_single => solve
+   use dda_lapack, only: dposv
    use dda_ordering, only: bandwidth_order, dissection_order, fill_order, minimum_degree_order
    use dda_text, only: to_text
    use testing, only: case, check, check_close, check_fails, check_no_error
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    implicit none
-
-   interface
-      !> LAPACK: dense Cholesky solution.
-      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
-         import :: wp
-         character(len=1), intent(in) :: uplo
-         integer, intent(in) :: n, nrhs, lda, ldb
-         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
-         integer, intent(out) :: info
-      end subroutine dposv
-   end interface
 
 contains
 

@@ -7,6 +7,7 @@ module test_open_close
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type
    use dda_errors, only: error_type, error_convergence
    use dda_friction, only: laws_type
+   use dda_lapack, only: dposv
    use dda_open_close, only: solve_contacts, open_close_type
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
@@ -14,17 +15,6 @@ module test_open_close
    use systems, only: flat, gap_row, linear_matrix, random_system, slip_row, stiffness, unknowns
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
-
-   interface
-      !> LAPACK: dense Cholesky solution.
-      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
-         import :: wp
-         character(len=1), intent(in) :: uplo
-         integer, intent(in) :: n, nrhs, lda, ldb
-         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
-         integer, intent(out) :: info
-      end subroutine dposv
-   end interface
 
 contains
 

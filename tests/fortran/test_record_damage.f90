@@ -70,48 +70,35 @@ contains
    end subroutine not_text
 
    subroutine wrong_counts()
-      character(len=:), allocatable :: smc, at2, knet, esm, cosmos
-
       call case('counts that do not fit')
-      smc = contents(data_file('sine.smc'))
-      at2 = contents(data_file('sine.at2'))
-      knet = contents(data_file('sine.knet'))
-      esm = contents(data_file('sine.esm'))
-      cosmos = contents(data_file('sine.v2c'))
-      call damaged(smc, '       100    -32768', '       101    -32768', 'after 100 of the 101')
-      call damaged(smc, '       100    -32768', '        95    -32768', 'more than the 95')
-      call damaged(smc, '       100    -32768', '1000000000000 -32768', '1000000000000 samples')
-      call damaged(smc, '       100    -32768', '         1    -32768', 'at least 2')
-      call damaged(at2, 'NPTS=    100', 'NPTS=     95', 'follows the 95')
-      call damaged(at2, 'NPTS=    100', 'NPTS=   1e12', '1000000000000 samples')
-      call damaged(at2, 'NPTS=    100', 'NPTS=  100.5', '100.5')
-      call damaged(at2, 'NPTS=    100', 'NPTS=    -10', '-10')
-      call damaged(knet, 'Time(s)  2', 'Time(s)  3', 'after 100 of the 150')
-      call damaged(knet, 'Time(s)  2', 'Time(s)  1', 'the 50')
-      call damaged(knet, 'Time(s)  2', 'Time(s)  1e300', '1e300')
-      call damaged(esm, 'NDATA: 100', 'NDATA: 99', 'follows the 99')
-      call damaged(esm, 'DURATION_S: 2.000', 'DURATION_S: 3.000', '3 s')
-      call damaged(cosmos, '     100 acceleration pts', '99999999 acceleration pts', '99999999')
-      call damaged(cosmos, ' 100 Integer-header', '9999 Integer-header', 'Real-header')
+      call damaged('.smc', '       100    -32768', '       101    -32768', 'after 100 of the 101')
+      call damaged('.smc', '       100    -32768', '        95    -32768', 'more than the 95')
+      call damaged('.smc', '       100    -32768', '1000000000000 -32768', '1000000000000 samples')
+      call damaged('.smc', '       100    -32768', '         1    -32768', 'at least 2')
+      call damaged('.at2', 'NPTS=    100', 'NPTS=     95', 'follows the 95')
+      call damaged('.at2', 'NPTS=    100', 'NPTS=   1e12', '1000000000000 samples')
+      call damaged('.at2', 'NPTS=    100', 'NPTS=  100.5', '100.5')
+      call damaged('.at2', 'NPTS=    100', 'NPTS=    -10', '-10')
+      call damaged('.knet', 'Time(s)  2', 'Time(s)  3', 'after 100 of the 150')
+      call damaged('.knet', 'Time(s)  2', 'Time(s)  1', 'the 50')
+      call damaged('.knet', 'Time(s)  2', 'Time(s)  1e300', '1e300')
+      call damaged('.esm', 'NDATA: 100', 'NDATA: 99', 'follows the 99')
+      call damaged('.esm', 'DURATION_S: 2.000', 'DURATION_S: 3.000', '3 s')
+      call damaged('.v2c', '     100 acceleration pts', '99999999 acceleration pts', '99999999')
+      call damaged('.v2c', ' 100 Integer-header', '9999 Integer-header', 'Real-header')
    end subroutine wrong_counts
 
    subroutine wrong_numbers()
-      character(len=:), allocatable :: at2, smc, knet, text
-
       call case('numbers that are none')
-      knet = contents(data_file('sine.knet'))
-      at2 = contents(data_file('sine.at2'))
-      smc = contents(data_file('sine.smc'))
-      text = contents(data_file('sine_time.csv'))
-      call damaged(at2, '0.0000000E+00', '          NaN', "line 5: 'NaN'")
-      call damaged(at2, '0.0000000E+00', '       1e400 ', "'1e400' is too large")
-      call damaged(at2, '0.0000000E+00', '   3*5       ', "'3*5'")
-      call damaged(at2, '0.0000000E+00', '*************', "'****")
-      call damaged(at2, '0.0000000E+00', '        1e200', 'beyond any motion')
-      call damaged(smc, ' 0.0000E+0 1.2533E+1', ' Infinity  1.2533E+1', "'Infinity'")
-      call damaged(smc, ' 0.0000E+0 1.2533E+1', '12.345678901.2533E+1', '12.34567890')
-      call damaged(text, '12.533323', '12.53,3323', 'more than two columns')
-      call damaged(knet, '   52569 ', '   52569e12 ', 'counts')
+      call damaged('.at2', '0.0000000E+00', '          NaN', "line 5: 'NaN'")
+      call damaged('.at2', '0.0000000E+00', '       1e400 ', "'1e400' is too large")
+      call damaged('.at2', '0.0000000E+00', '   3*5       ', "'3*5'")
+      call damaged('.at2', '0.0000000E+00', '*************', "'****")
+      call damaged('.at2', '0.0000000E+00', '        1e200', 'beyond any motion')
+      call damaged('.smc', ' 0.0000E+0 1.2533E+1', ' Infinity  1.2533E+1', "'Infinity'")
+      call damaged('.smc', ' 0.0000E+0 1.2533E+1', '12.345678901.2533E+1', '12.34567890')
+      call damaged('_time.csv', '12.533323', '12.53,3323', 'more than two columns')
+      call damaged('.knet', '   52569 ', '   52569e12 ', 'counts')
    end subroutine wrong_numbers
 
    subroutine wrong_columns()
@@ -129,47 +116,39 @@ contains
    end subroutine wrong_columns
 
    subroutine wrong_headers()
-      character(len=:), allocatable :: smc, at2, knet, esm, cosmos
-
       call case('headers that do not fit')
-      smc = contents(data_file('sine.smc'))
-      at2 = contents(data_file('sine.at2'))
-      knet = contents(data_file('sine.knet'))
-      esm = contents(data_file('sine.esm'))
-      cosmos = contents(data_file('sine.v2c'))
-      call damaged(smc, '  0.5000000E+02', '  0.1700000E+39', 'sampling rate')
-      call damaged(smc, 'CORRECTED ACCELEROGRAM', 'RESPONSE SPECTRA      ', 'not a time series')
-      call damaged(smc, '| 100 sin', '  100 sin', 'is not a comment')
-      call damaged(smc, '    -32768    -32768    -32768', '    -32768    -32768', &
+      call damaged('.smc', '  0.5000000E+02', '  0.1700000E+39', 'sampling rate')
+      call damaged('.smc', 'CORRECTED ACCELEROGRAM', 'RESPONSE SPECTRA      ', 'not a time series')
+      call damaged('.smc', '| 100 sin', '  100 sin', 'is not a comment')
+      call damaged('.smc', '    -32768    -32768    -32768', '    -32768    -32768', &
          'integers of an SMC header')
-      call damaged(at2, 'DT=   .0200', 'DT=      -1', 'time step -1')
-      call damaged(at2, 'DT=   .0200', 'DX=   .0200', 'dt= number')
-      call damaged(at2, 'UNITS OF G', 'UNITS OF H', 'does not state its unit')
-      call damaged(contents(data_file('sine_old.at2')), '     100   .02000', '     100  unknown', &
-         'does not begin with')
+      call damaged('.at2', 'DT=   .0200', 'DT=      -1', 'time step -1')
+      call damaged('.at2', 'DT=   .0200', 'DX=   .0200', 'dt= number')
+      call damaged('.at2', 'UNITS OF G', 'UNITS OF H', 'does not state its unit')
+      call damaged('_old.at2', '     100   .02000', '     100  unknown', 'does not begin with')
       call write_scratch(repeat('a line without numbers'//nl, 20))
       call expect_error('at2', 'none of the first lines states NPTS')
-      call damaged(knet, '2000(gal)/8388608', '2000(gal)/0      ', 'scale factor')
-      call damaged(knet, '2000(gal)/8388608', '2000 gal          ', 'scale factor')
-      call damaged(knet, '50Hz', 'many', "'many'")
-      call damaged(esm, 'UNITS: cm/s^2', 'UNITS: cm/s^3', 'cm/s^3')
-      call damaged(esm, 'UNITS: cm/s^2', 'UNITS: cm/s', 'not one of acceleration')
-      call damaged(esm, 'DATA_TYPE: ACC', 'DATA_TYPE: ABC', 'ABCELERATION')
-      call damaged(esm, 'NDATA', 'MDATA', 'NDATA')
-      call damaged(cosmos, '      20.000000', '    -999.000000', 'time step')
-      call damaged(smc, 'CORRECTED ACCELEROGRAM', 'CORRECTED SEISMOGRAM  ', 'does not say')
-      call damaged(smc, '    -32768         2', '    -32768        -2', '-2 comment lines')
-      call damaged(smc, '  0.1700000E+39  0.5000000E+02', '  0.1700000E+39'//nl// &
+      call damaged('.knet', '2000(gal)/8388608', '2000(gal)/0      ', 'scale factor')
+      call damaged('.knet', '2000(gal)/8388608', '2000 gal          ', 'scale factor')
+      call damaged('.knet', '50Hz', 'many', "'many'")
+      call damaged('.esm', 'UNITS: cm/s^2', 'UNITS: cm/s^3', 'cm/s^3')
+      call damaged('.esm', 'UNITS: cm/s^2', 'UNITS: cm/s', 'not one of acceleration')
+      call damaged('.esm', 'DATA_TYPE: ACC', 'DATA_TYPE: ABC', 'ABCELERATION')
+      call damaged('.esm', 'NDATA', 'MDATA', 'NDATA')
+      call damaged('.v2c', '      20.000000', '    -999.000000', 'time step')
+      call damaged('.smc', 'CORRECTED ACCELEROGRAM', 'CORRECTED SEISMOGRAM  ', 'does not say')
+      call damaged('.smc', '    -32768         2', '    -32768        -2', '-2 comment lines')
+      call damaged('.smc', '  0.1700000E+39  0.5000000E+02', '  0.1700000E+39'//nl// &
          '  0.5000000E+02', 'lines instead of')
-      call damaged(knet, '50Hz', '0Hz ', 'positive numbers')
-      call damaged(esm, 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: RESPONSE SPECTRUM', &
+      call damaged('.knet', '50Hz', '0Hz ', 'positive numbers')
+      call damaged('.esm', 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: RESPONSE SPECTRUM', &
          'not a time series')
-      call damaged(esm, 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: VELOCITY', 'not one of velocity')
-      call damaged(esm, 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: DISPLACEMENT', &
+      call damaged('.esm', 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: VELOCITY', 'not one of velocity')
+      call damaged('.esm', 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: DISPLACEMENT', &
          'not one of displacement')
-      call damaged(cosmos, ' 100 Integer-header', '-100 Integer-header', 'announced')
-      call damaged(cosmos, 'units=cm/sec2', 'units=counts ', "'counts'")
-      call damaged(cosmos, '       2.000000', '       9.000000', '9 s')
+      call damaged('.v2c', ' 100 Integer-header', '-100 Integer-header', 'announced')
+      call damaged('.v2c', 'units=cm/sec2', 'units=counts ', "'counts'")
+      call damaged('.v2c', '       2.000000', '       9.000000', '9 s')
    end subroutine wrong_headers
 
    !> A file that ends anywhere is an error, except where only a line end is lost.
@@ -215,10 +194,12 @@ contains
    end subroutine line_ends
 
    !> Replace the first occurrence in a good file; the damage must be found and named.
-   subroutine damaged(bytes, old, new, names)
-      character(len=*), intent(in) :: bytes, old, new, names
+   subroutine damaged(ending, old, new, names)
+      character(len=*), intent(in) :: ending, old, new, names
+      character(len=:), allocatable :: bytes
       integer :: at
 
+      bytes = contents(data_file('sine'//ending))
       at = index(bytes, old)
       call check(at > 0, "the file has '"//old//"'")
       if (at == 0) return
