@@ -13,8 +13,6 @@ from .errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Range", "file_name", "first_of", "not_negative", "picture_name", "positive"]
-
 
 @dataclass(frozen=True)
 class Range:

@@ -21,18 +21,6 @@ from .._core import (  # noqa: E402
 )  # fmt: skip
 from .errors import SiteddaError  # noqa: E402
 
-__all__ = [
-    "FILES",
-    "api",
-    "checked",
-    "commit",
-    "engine_names",
-    "printing_rules",
-    "reduced_group",
-    "version",
-    "wrapped",
-]
-
 api = SimpleNamespace()  # the routines of `api/`, of all topics
 for _topic in (api_host, api_inputs, api_modes, api_motions, api_runs, api_schemes, api_soils):
     vars(api).update((name, getattr(_topic, name)) for name in dir(_topic) if name[0] != "_")

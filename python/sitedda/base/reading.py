@@ -7,8 +7,6 @@ from pathlib import Path
 
 from .errors import InputError, OutputError
 
-__all__ = ["check_readable", "read_bounded"]
-
 
 def check_readable(file) -> int:
     """The size of a file that can be read, bytes: a pipe or a device might never end.

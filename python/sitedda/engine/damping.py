@@ -14,8 +14,6 @@ from ..base.arguments import not_negative, positive
 from ..base.core import api, checked
 from .scheme import Scheme, SteadyFactors
 
-__all__ = ["Body", "ConstantRatio", "MaterialDamping", "Rayleigh", "damping_of"]
-
 Factors = tuple[NDArray[np.complex128], NDArray[np.complex128]]
 
 

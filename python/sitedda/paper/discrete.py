@@ -23,8 +23,6 @@ from ..engine.simulation import Simulation
 from ..input.changes import changed_input
 from ..input.input_text import groups_by_name
 
-__all__ = ["DiscreteModel"]
-
 _TOUCHING = 1e-6  # m, a vertex nearer to an edge touches it
 
 

@@ -6,8 +6,6 @@ from scipy.signal import butter, sosfiltfilt
 
 from ..engine.signals import Decrement, log_decrement
 
-__all__ = ["first_mode_decay", "sub_sample_maximum"]
-
 _ORDER = 6  # of the Butterworth filter that takes away the higher modes, applied to and fro
 
 

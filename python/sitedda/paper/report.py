@@ -5,8 +5,6 @@ from ..report import Bullets, Page, Paragraph, Picture, Section, Table, provenan
 from ..report.page import Part
 from .rows import Row, Study, per_cent, show
 
-__all__ = ["paper_page"]
-
 _LEAD = (
     "Every table and figure of “Site response analysis with two-dimensional numerical discontinuous"
     " deformation analysis method” (2013) that holds a result, run anew with sitedda. Paper values"

@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 
 from matplotlib.figure import Figure
 
-__all__ = ["Picture", "Requirement", "Row", "Study", "Table", "deviation", "per_cent", "show"]
-
 Value = float | tuple[float, float] | str | None
 
 

@@ -11,8 +11,6 @@ from typing import Any
 
 from ..base.errors import InputError
 
-__all__ = ["Task", "input_file", "run_all"]
-
 _CORES = 2
 _FOLDER = Path("inputs") / "paper"
 

@@ -24,10 +24,6 @@ def response_figure(response) -> Figure:
     Parameters
     ----------
     response : ColumnResponse
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     figure = empty_figure((11, 7.2))
     axes = figure.subplot_mosaic(
@@ -67,10 +63,6 @@ def profile_figure(profile) -> Figure:
     Parameters
     ----------
     profile : Profile
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     figure = empty_figure((9, 5))
     left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=[2, 1, 1])
@@ -101,10 +93,6 @@ def nonlinear_figure(response) -> Figure:
     Parameters
     ----------
     response : NonlinearResponse
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     figure = empty_figure((14.5, 7.2))
     axes = figure.subplot_mosaic(
@@ -123,10 +111,6 @@ def analyses_figure(analyses) -> Figure:
     Parameters
     ----------
     analyses : Analyses
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     figure = empty_figure((14.5, 4.8))
     axes = figure.subplot_mosaic([["spectra", "acceleration", "strain", "stress", "loop"]])
@@ -190,10 +174,6 @@ def beside_figure(beside) -> Figure:
     Parameters
     ----------
     beside : Beside
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     if beside.yields:
         return _beside_analyses(beside)
@@ -275,10 +255,6 @@ def surface_figure(surface) -> Figure:
     Parameters
     ----------
     surface : Surface
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     low, high = view_box(surface.scene)
     tall = _WIDTH * (high - low)[1] / (high - low)[0]

@@ -8,17 +8,6 @@ import numpy as np
 from ..base.errors import InputError
 from .axes import Points
 
-__all__ = [
-    "distribution",
-    "latin_hypercube",
-    "lognormal",
-    "normal",
-    "one_at_a_time",
-    "saltelli",
-    "sobol",
-    "uniform",
-]
-
 
 def uniform(low: float, high: float):
     """Equally likely between two values; of `scipy.stats`."""
