@@ -134,6 +134,21 @@ def bolted(tmp_path_factory):
     return model.run(output=tmp_path_factory.mktemp("bolted") / "roof.nc")
 
 
+@pytest.fixture
+def in_parts(tmp_path):
+    """History of a run that is closed after so many steps, and resumed."""
+    import sitedda
+
+    def run(file, steps: int) -> xr.Dataset:
+        with sitedda.Simulation(file, tmp_path / "parts.nc") as first:
+            first.advance(steps)
+        rest = sitedda.resume(file, tmp_path / "parts.nc")
+        assert rest.complete
+        return rest.history
+
+    return run
+
+
 @pytest.fixture(scope="session")
 def same_bits():
     """Assert that two output files, or datasets, hold the same bits in every variable."""
