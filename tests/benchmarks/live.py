@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "python"))
 
-from conftest import ARGUMENTS, BROWSER  # noqa: E402
+from environment import ARGUMENTS, BROWSER  # noqa: E402
 from live_server import Client, live, talk  # noqa: E402
 from playwright.sync_api import sync_playwright  # noqa: E402
 from test_live_page import drawn, until  # noqa: E402

@@ -89,7 +89,7 @@ def cpu_of(root: int) -> float:
 
 def in_browser(page_file: Path) -> str:
     """First frame, decoding, and frames a second of a page with a view."""
-    from conftest import ARGUMENTS, BROWSER
+    from environment import ARGUMENTS, BROWSER
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:

@@ -5,6 +5,10 @@ import shutil
 import sys
 from pathlib import Path
 
+BROWSER = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""
+)
+ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 DEADLINE = 900  # s of the clock: what hangs takes so long, nothing else, on a busy machine too
 
 

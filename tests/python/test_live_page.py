@@ -31,29 +31,19 @@ def served(tmp_path):
 
 
 @pytest.fixture
-def opened(chromium):
+def opened(new_page):
     """Enter a server as a browser does that opens its file; what complains is kept."""
-    contexts = []
 
     def enter(server: LiveProcess, **options):
-        context = chromium.new_context(**{"viewport": {"width": 1400, "height": 900}} | options)
-        contexts.append(context)
-        context.set_default_timeout(1000 * DEADLINE)  # ms
-        page = context.new_page()
-        page.complaints = []
-        page.on("console", lambda message: page.complaints.append(message.text))
-        page.on("pageerror", lambda error: page.complaints.append(str(error)))
-        known = (server.address, "file:", "data:")
-        page.on("request", lambda request: None if request.url.startswith(known)
-                else page.complaints.append(request.url))  # fmt: skip
+        options = {"viewport": {"width": 1400, "height": 900}} | options
+        page = new_page((server.address, "file:", "data:"), **options)
+        page.set_default_timeout(1000 * DEADLINE)  # ms
         page.goto(server.entrance.as_uri())
         until(page, "window.page && (page.view.state.decoded || "
                     "!document.getElementById('start').hidden)")  # fmt: skip
         return page
 
-    yield enter
-    for context in contexts:
-        context.close()
+    return enter
 
 
 def until(page, condition: str) -> None:

@@ -64,26 +64,11 @@ def pages(run, tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def opened(chromium):
-    """Open a page; every message, dialogue and request that is not the file itself is kept."""
-    contexts = []
+def opened(new_page):
+    """Open a page, which asks for nothing but itself."""
 
     def open_page(file: Path, **options):
-        context = chromium.new_context(**options)
-        contexts.append(context)
-        page = context.new_page()
-        page.complaints = []
-        page.on("console", lambda message: page.complaints.append(message.text))
-        page.on("pageerror", lambda error: page.complaints.append(str(error)))
-        page.on("dialog", lambda dialog: (page.complaints.append("dialog"), dialog.dismiss()))
-        page.on(
-            "request",
-            lambda request: (
-                page.complaints.append(request.url[:80])
-                if not request.url.startswith(("file:", "data:", "blob:"))
-                else None
-            ),
-        )
+        page = new_page(("file:", "data:", "blob:"), **options)
         page.goto(file.as_uri())
         deadline = time.monotonic() + DEADLINE
         while not page.evaluate("window.blockViews.every(v => v.state.decoded || v.state.trouble)"):
@@ -91,9 +76,7 @@ def opened(chromium):
             time.sleep(0.05)
         return page
 
-    yield open_page
-    for context in contexts:
-        context.close()
+    return open_page
 
 
 def wait_until_decoded(page) -> None:

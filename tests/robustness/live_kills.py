@@ -20,7 +20,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 
-from conftest import ARGUMENTS, BROWSER  # noqa: E402
+from environment import ARGUMENTS, BROWSER  # noqa: E402
 from live_server import LiveProcess  # noqa: E402
 from playwright.sync_api import sync_playwright  # noqa: E402
 from test_live import COMPARED, PILE  # noqa: E402

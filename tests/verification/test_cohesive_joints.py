@@ -2,12 +2,12 @@
 """Cohesive joints: strength, fracture energy, friction that comes in with damage."""
 
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.text import Text
+from test_points_of_contact import bracket
 
 import sitedda
 from sitedda.engine import reduced_group
@@ -27,9 +27,6 @@ from sitedda.validation.model import (
     rectangle,
     residual,
 )
-
-sys.path.append(str(Path(__file__).parents[1] / "python"))
-from test_points_of_contact import bracket  # noqa: E402
 
 GRAVITY = 10.0  # m/s²
 HEIGHT = 0.1  # m, of the bar

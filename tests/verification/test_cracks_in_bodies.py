@@ -2,23 +2,19 @@
 """Cohesive joints between bodies, and faces of one that break into them: arms that are peeled off
 each other or shear, beams that bend, plates that tear."""
 
-import sys
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
+from strain_points import Body, displacement
+from test_bodies import cells_of
+from test_meshing import part
 
 import sitedda
 from sitedda.meshing.body import mesh_body
-
-sys.path.append(str(Path(__file__).parents[1] / "python"))
-from strain_points import Body, displacement  # noqa: E402
-from test_bodies import cells_of  # noqa: E402
-from test_meshing import part  # noqa: E402
 
 SUPPORT = 5e9  # N/m, of the pins: their stretch tells the force
 

@@ -1,22 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tests of the package and of the executable share."""
+"""What the tests of the package, of the executable and of verification share."""
 
 import os
-import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from environment import DEADLINE, executable
-from model_text import namelist
 
-ROOT = Path(__file__).parents[2]
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""
-)
-ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests" / "python"))
+
+from environment import ARGUMENTS, BROWSER, DEADLINE, executable  # noqa: E402
+from model_text import namelist  # noqa: E402
 
 
 @pytest.fixture(scope="session")
@@ -104,6 +102,28 @@ def chromium():
         browser = playwright.chromium.launch(executable_path=BROWSER, args=ARGUMENTS)
         yield browser
         browser.close()
+
+
+@pytest.fixture
+def new_page(chromium):
+    """An empty page that keeps every message, dialogue and request but to these addresses."""
+    contexts = []
+
+    def enter(known: tuple[str, ...], **options):
+        context = chromium.new_context(**options)
+        contexts.append(context)
+        page = context.new_page()
+        page.complaints = []
+        page.on("console", lambda message: page.complaints.append(message.text))
+        page.on("pageerror", lambda error: page.complaints.append(str(error)))
+        page.on("dialog", lambda dialog: (page.complaints.append("dialog"), dialog.dismiss()))
+        page.on("request", lambda request: None if request.url.startswith(known)
+                else page.complaints.append(request.url[:80]))  # fmt: skip
+        return page
+
+    yield enter
+    for context in contexts:
+        context.close()
 
 
 @pytest.fixture
