@@ -13,6 +13,11 @@ from ..input.groups import nearest
 _QUOTED = re.compile(r"'([^'\n]+)'|\"([^\"\n]+)\"")
 
 
+def inputs() -> Path:
+    """The folder of inputs of the installed package."""
+    return Path(str(files("sitedda") / "inputs"))
+
+
 def examples() -> dict[str, str]:
     """What examples there are.
 
@@ -29,15 +34,14 @@ def examples() -> dict[str, str]:
 
 def example_files() -> dict[str, tuple[str, Path]]:
     """First sentence and file of each example that is an input, by name."""
-    folder = Path(str(_inputs()))
-    return {name: (words, folder / f"{name}.nml") for name, words in examples().items()
+    return {name: (words, inputs() / f"{name}.nml") for name, words in examples().items()
             if "/" not in name}  # fmt: skip
 
 
 def record_files() -> dict[str, Path]:
     """The records that are shipped, by name."""
-    folder = Path(str(_inputs())) / "records"
-    return {file.name: file for file in sorted(folder.iterdir()) if file.suffix != ".md"}
+    found = sorted((inputs() / "records").iterdir())
+    return {file.name: file for file in found if file.suffix != ".md"}
 
 
 def copy_example(name: str, folder=".") -> list[Path]:
@@ -77,22 +81,16 @@ def copy_example(name: str, folder=".") -> list[Path]:
     return list(targets)
 
 
-def _inputs():
-    """The folder of inputs of the installed package."""
-    return files("sitedda") / "inputs"
-
-
 def _paths() -> dict[str, str]:
     """Paths in the folder of inputs, by the names of the examples."""
-    inputs = [one.name for one in _inputs().iterdir() if one.name.endswith(".nml")]
-    studies = [one.name for one in (_inputs() / "studies").iterdir() if one.name.endswith(".toml")]
-    paths = inputs + [posixpath.join("studies", name) for name in studies]
+    found = [*inputs().glob("*.nml"), *inputs().glob("studies/*.toml")]
+    paths = [file.relative_to(inputs()).as_posix() for file in found]
     return {posixpath.splitext(path)[0]: path for path in paths}
 
 
 def _content(path: str) -> bytes:
     """Of a file of the folder of inputs."""
-    return (_inputs() / path).read_bytes()
+    return (inputs() / path).read_bytes()
 
 
 def _with_named_files(path: str) -> dict[str, bytes]:
@@ -100,7 +98,7 @@ def _with_named_files(path: str) -> dict[str, bytes]:
     found = {path: _content(path)}
     for one, other in _QUOTED.findall(found[path].decode("utf-8", "ignore")):
         named = posixpath.normpath(posixpath.join(posixpath.dirname(path), one or other))
-        if posixpath.splitext(named)[1] and (_inputs() / named).is_file():
+        if posixpath.splitext(named)[1] and (inputs() / named).is_file():
             found |= (
                 _with_named_files(named) if named.endswith(".nml") else {named: _content(named)}
             )

@@ -9,10 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..base.errors import InputError
+from ..input.examples import inputs
 
 _CORES = 2
-_FOLDER = Path("inputs") / "paper"
 
 
 @dataclass(frozen=True)
@@ -38,27 +37,8 @@ class Task:
 
 
 def input_file(name: str) -> Path:
-    """An input of the reproduction, from the folder inputs/paper.
-
-    It is looked for in ``$SITEDDA_INPUTS``, from the working folder and from this package upwards.
-
-    Raises
-    ------
-    InputError
-        If there is no such file.
-    """
-    named = os.environ.get("SITEDDA_INPUTS")
-    here, package = Path.cwd(), Path(__file__).resolve()
-    folders = [Path(named) / "paper"] if named else []
-    folders += [place / _FOLDER for place in (here, *here.parents, *package.parents)]
-    folders += [place / "share" / "sitedda" / _FOLDER for place in package.parents]
-    for folder in folders:
-        if (folder / name).is_file():
-            return folder / name
-    raise InputError(
-        f"{_FOLDER / name} is not found from {here}: run inside the repository, or set"
-        " SITEDDA_INPUTS to its folder inputs"
-    )
+    """An input of the reproduction."""
+    return inputs() / "paper" / name
 
 
 def run_all(

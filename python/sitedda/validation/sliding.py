@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import InputError
+from ..input.examples import inputs
 from ..report import style
 from . import model as nml
 from .case import Outcome, Table, at_most, case, observed_order, relative
@@ -217,14 +217,8 @@ def _interpolated(time: np.ndarray, values: np.ndarray, step: float, finer: int 
 
 
 def record_file() -> Path:
-    """The shipped record, beside the package or in the repository."""
-    here = Path(__file__).resolve()
-    folders = [here.parent / "records", *(p / "inputs" / "records" for p in here.parents)]
-    folders += [Path.cwd() / "inputs" / "records"]
-    for folder in folders:
-        if (folder / RECORD).is_file():
-            return folder / RECORD
-    raise InputError(f"the record {RECORD} is neither beside the package nor in inputs/records")
+    """The shipped record."""
+    return inputs() / "records" / RECORD
 
 
 def read_smc(file: Path) -> tuple[np.ndarray, np.ndarray]:
