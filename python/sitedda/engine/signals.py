@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..base.arguments import positive
 from ..base.core import api
 
 __all__ = [
@@ -250,12 +251,12 @@ def smooth_konno_ohmachi(
         )
     if frequencies.size == 0 or frequencies[0] < 0 or np.any(np.diff(frequencies) <= 0):
         raise ValueError("frequency must hold increasing values >= 0")
-    width = _positive("bandwidth", bandwidth)
+    width = float(positive("bandwidth", bandwidth))
     targets = frequencies if centres is None else _vector("centres", centres)
     if np.any(targets < 0):
         raise ValueError(f"centres must not be negative, got {targets.min():g} Hz")
-    positive = frequencies > 0
-    place, amplitude = np.log10(frequencies[positive]), amplitudes[positive]
+    above = frequencies > 0
+    place, amplitude = np.log10(frequencies[above]), amplitudes[above]
     smoothed = np.full(targets.size, amplitudes[0])
     wanted = np.flatnonzero(targets > 0)
     for some in np.array_split(wanted, wanted.size * place.size // _MOST_WEIGHTS + 1):
@@ -358,7 +359,7 @@ def response_spectrum(
     ground = _vector("acceleration", acceleration)
     if ground.size < 2:
         raise ValueError(f"acceleration must hold at least two samples, got {ground.size}")
-    step = _positive("time_step", time_step)
+    step = float(positive("time_step", time_step))
     naturals = _naturals(periods, frequencies)
     if not np.all(naturals * step <= _FASTEST):
         raise ValueError(
@@ -409,7 +410,7 @@ def spectral_acceleration(
         If an argument is not finite or out of range.
     """
     longest = 1 / _naturals(periods, None).min()
-    rest = np.zeros(int(np.ceil(longest / _positive("time_step", time_step))) + 1)
+    rest = np.zeros(int(np.ceil(longest / float(positive("time_step", time_step)))) + 1)
     ground = np.concatenate([_vector("acceleration", acceleration), rest])
     return response_spectrum(ground, time_step, periods, damping).pseudo_acceleration
 
@@ -501,7 +502,7 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     from scipy.signal.windows import hann
 
     values = _vector("x", x)
-    step = _positive("dt", dt)
+    step = float(positive("dt", dt))
     if values.size < 8:
         raise ValueError(f"x must hold at least 8 samples, got {values.size}")
     low, high = _band(band, 0.5 / step)
@@ -535,13 +536,6 @@ def _vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
         bad = int(np.flatnonzero(~np.isfinite(values))[0])
         raise ValueError(f"{name} must be finite, got {values[bad]} at index {bad}")
     return values
-
-
-def _positive(name: str, value: float) -> float:
-    number = float(value)
-    if not (np.isfinite(number) and number > 0):
-        raise ValueError(f"{name} must be finite and positive, got {value!r}")
-    return number
 
 
 def _band(band: tuple[float, float] | None, nyquist: float) -> tuple[float, float]:
