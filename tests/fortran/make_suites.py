@@ -2,7 +2,7 @@
 """The module that runs suites by name: python make_suites.py OUTPUT test_NAME.f90 …
 
 The tests of a suite are the subroutines without arguments that its module makes public, in the
-order of the file; each begins with the same random numbers.
+order of the file; each is a case of its name, and begins with the same random numbers.
 """
 
 import re
@@ -38,9 +38,17 @@ def tests_of(file: Path) -> list[str]:
 def suite(name: str, tests: list[str]) -> str:
     """The subroutine that runs the tests of a suite."""
     uses = "".join(f"      use test_{name}, only: {test}\n" for test in tests)
-    calls = "".join(f"      call sow(1)\n      call {test}()\n" for test in tests)
-    end = f"   end subroutine run_{name}\n"
-    return f"\n   subroutine run_{name}()\n      use models, only: sow\n{uses}\n{calls}{end}"
+    calls = "".join(
+        f"      call sow(1)\n      call case('{test.replace('_', ' ')}')\n      call {test}()\n"
+        for test in tests
+    )
+    return f"""
+   subroutine run_{name}()
+      use models, only: sow
+      use testing, only: case
+{uses}
+{calls}   end subroutine run_{name}
+"""
 
 
 found = {Path(file).stem.removeprefix("test_"): tests_of(Path(file)) for file in sys.argv[2:]}

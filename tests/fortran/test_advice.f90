@@ -7,13 +7,13 @@ module test_advice
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type
    use check_models, only: layered_site, drum_column, brick_wall, loose_blocks, linear_of
-   use testing, only: case, check, check_close, check_no_error, check_fails
+   use testing, only: check, check_close, check_no_error, check_fails
    implicit none
 
 contains
 
    !> The paper finds the penalty of its column by trial (§3.2).
-   subroutine calibration()
+   subroutine penalty_that_matches_a_frequency()
       type(linear_model_type) :: linear
       type(penalty_type) :: penalty
       type(error_type), allocatable :: error
@@ -21,7 +21,6 @@ contains
       real(wp) :: frequency
       integer :: i
 
-      call case('penalty that matches a frequency')
       call linear_of(linear, drum_column('1.0e8', ''), 'closed')
       do i = 1, size(targets)
          call penalty_for_frequency(linear, targets(i), penalty, error)
@@ -40,15 +39,14 @@ contains
       call check_no_error(error, 'too low')
       call check(.not. penalty%found .and. index(penalty%words, 'does not follow') > 0, &
          'too low, in words')
-   end subroutine calibration
+   end subroutine penalty_that_matches_a_frequency
 
-   subroutine shifts()
+   subroutine penalty_within_a_shift()
       type(linear_model_type) :: linear
       type(penalty_type) :: penalty
       type(error_type), allocatable :: error
       real(wp) :: limit, frequency
 
-      call case('penalty within a shift')
       call linear_of(linear, layered_site(), 'closed')
       call stiff_limit(linear, limit, error)
       call check_no_error(error, 'limit')
@@ -65,14 +63,13 @@ contains
       call penalty_for_shift(linear, 5.0_wp, penalty, error)
       call check_no_error(error, 'wall')
       call check_close(penalty%frequency, 0.95_wp*penalty%limit, 'wall', relative=1.0e-6_wp)
-   end subroutine shifts
+   end subroutine penalty_within_a_shift
 
-   subroutine refusals()
+   subroutine questions_without_an_answer()
       type(linear_model_type) :: linear
       type(penalty_type) :: penalty
       type(error_type), allocatable :: error
 
-      call case('questions without an answer')
       call linear_of(linear, layered_site(), 'closed')
       call penalty_for_frequency(linear, 0.0_wp, penalty, error)
       call check_fails(error, 'not positive')
@@ -81,6 +78,6 @@ contains
       call linear_of(linear, loose_blocks(), 'closed')
       call penalty_for_frequency(linear, 5.0_wp, penalty, error)
       call check_fails(error, 'no effect')
-   end subroutine refusals
+   end subroutine questions_without_an_answer
 
 end module test_advice

@@ -45,13 +45,12 @@ contains
    end subroutine converge
 
    !> More unknowns than memory: faster than the plain iteration.
-   subroutine long_contraction()
+   subroutine more_unknowns_than_memory()
       integer, parameter :: n = 40
       type(anderson_type) :: memory
       real(wp) :: x(n), plain(n), rate(n), solution(n)
       integer :: i
 
-      call case('more unknowns than memory')
       rate = [(0.95_wp*real(i, wp)/real(n, wp), i=1, n)]
       solution = random_vector(n)
       x = 0.0_wp
@@ -62,21 +61,20 @@ contains
       end do
       call check(norm2(x - solution) < 1.0e-3_wp*norm2(plain - solution), &
          'a thousand times nearer in 40 iterations')
-   end subroutine long_contraction
+   end subroutine more_unknowns_than_memory
 
-   subroutine solved_already()
+   subroutine begun_at_the_solution()
       type(anderson_type) :: memory
       real(wp) :: x(3), solution(3)
       integer :: i
 
-      call case('begun at the solution')
       solution = [1.0_wp, -2.0_wp, 3.0_wp]
       x = solution
       do i = 1, 4
          call accelerate(memory, x, solution)
       end do
       call check_close(x, solution, 'it stays', relative=1.0e-15_wp)
-   end subroutine solved_already
+   end subroutine begun_at_the_solution
 
    !> After `forget`, other sizes and other maps leave no trace.
    subroutine used_again()
@@ -84,7 +82,6 @@ contains
       real(wp) :: x(2), y(2), long(30)
       integer :: i
 
-      call case('forget')
       long = 1.0_wp
       do i = 1, 9
          call accelerate(used, long, 0.5_wp*cos(long))

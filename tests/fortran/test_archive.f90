@@ -69,7 +69,6 @@ contains
       type(archive_type) :: archive, again
       type(state_type) :: state
 
-      call case('there and back')
       call write_full(archive)
       call read_archive(archive)
       state%text = ''
@@ -89,7 +88,6 @@ contains
       type(state_type) :: state
       integer :: length
 
-      call case('cut short')
       call write_full(archive)
       do length = 0, int(archive%at) - 1
          part%bytes = archive%bytes(:length)
@@ -104,7 +102,6 @@ contains
       type(archive_type) :: archive
       real(wp) :: four(4), five(5)
 
-      call case('misfits')
       four = 1.0_wp
       five = 2.0_wp
       call write_archive(archive)
@@ -124,7 +121,6 @@ contains
       type(archive_type) :: archive
       integer :: list(3), count
 
-      call case('limits')
       list = [1, 2, 9]
       count = 1000000
       call write_archive(archive)

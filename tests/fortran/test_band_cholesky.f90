@@ -14,12 +14,11 @@ module test_band_cholesky
 
 contains
 
-   subroutine patterns()
+   subroutine against_dense_lapack_the_same_factor_used_again()
       type(band_cholesky_type) :: factor
       integer :: i, n, p
       integer, allocatable :: pairs(:,:)
 
-      call case('against dense LAPACK, the same factor used again')
       call compare(factor, 1, reshape([integer ::], [2, 0]))
       call compare(factor, 4, reshape([integer ::], [2, 0]))
       call compare(factor, 4, reshape([1, 2, 3, 4], [2, 2]))
@@ -34,18 +33,17 @@ contains
          call compare(factor, n, pairs)
          deallocate (pairs)
       end do
-   end subroutine patterns
+   end subroutine against_dense_lapack_the_same_factor_used_again
 
    !> Any numbering of a chain has a band one block wide.
-   subroutine band_of_a_chain()
+   subroutine a_chain_numbered_at_random()
       type(band_cholesky_type) :: factor
       type(block_matrix_type) :: matrix
 
-      call case('a chain numbered at random')
       call set_pattern(matrix, 7, reshape([4, 1, 1, 6, 6, 2, 2, 7, 7, 3, 3, 5], [2, 6]))
       call analyse_band(factor, matrix)
       call check(factor%half_width == 11, 'half width 11')
-   end subroutine band_of_a_chain
+   end subroutine a_chain_numbered_at_random
 
    subroutine compare(factor, n, pairs)
       type(band_cholesky_type), intent(inout) :: factor
@@ -103,13 +101,12 @@ contains
       count_row = matrix%row_start(i + 1) - matrix%row_start(i) + count(matrix%column == i)
    end function count_row
 
-   subroutine not_definite()
+   subroutine not_positive_definite()
       type(band_cholesky_type) :: factor
       type(block_matrix_type) :: matrix
       type(error_type), allocatable :: error
       real(wp) :: dense(12, 12)
 
-      call case('not positive definite')
       call set_pattern(matrix, 2, reshape([1, 2], [2, 1]))
       call fill_definite(matrix, dense)
       matrix%diagonal(3, 3, 2) = -1.0_wp
@@ -117,7 +114,7 @@ contains
       call factorise_band(factor, matrix, error)
       call check_fails(error, 'positive definite')
       if (allocated(error)) call check(error%kind == error_solver, 'its kind')
-   end subroutine not_definite
+   end subroutine not_positive_definite
 
    !> Every solver gives the same solution, with new values too.
    subroutine solver_interface()

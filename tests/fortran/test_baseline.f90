@@ -9,7 +9,7 @@ module test_baseline
    use dda_record, only: record_type, read_record
    use dda_taper, only: cosine_taper
    use record_files, only: data_file
-   use testing, only: case, check, check_close, check_no_error, check_fails
+   use testing, only: check, check_close, check_no_error, check_fails
    implicit none
 
    integer, parameter :: samples = 201
@@ -24,7 +24,6 @@ contains
       type(motion_curve_type) :: curve
       real(wp), parameter :: t = 1.2345_wp
 
-      call case('constant and ramp')
       curve = made('acceleration', 3.0_wp + 0.0_wp*times(), as_is)
       call check_close(displacement_at(curve, t), 1.5_wp*t**2, 'displacement, constant', &
          relative=1.0e-13_wp)
@@ -46,18 +45,16 @@ contains
       type(motion_curve_type) :: curve
       real(wp), parameter :: precision = (omega*step)**2/6.0_wp
 
-      call case('sine')
       curve = made('acceleration', cos(omega*times()), as_is)
       call check_close(curve%velocity, sin(omega*times())/omega, 'velocity', relative=precision)
       call check_close(curve%displacement, (1.0_wp - cos(omega*times()))/omega**2, 'displacement', &
          relative=precision)
    end subroutine sine_of_accelerations
 
-   subroutine drift_is_gone()
+   subroutine an_offset_and_a_trend_leave_no_trace()
       type(motion_curve_type) :: clean, drifting
       real(wp) :: motion(samples)
 
-      call case('an offset and a trend leave no trace')
       motion = sin(omega*times())*exp(-times())
       clean = made('acceleration', motion)
       drifting = made('acceleration', motion + 0.3_wp - 0.2_wp*times())
@@ -73,36 +70,34 @@ contains
       call check_close(drifting%displacement, clean%displacement, 'offset only', &
          absolute=1.0e-13_wp)
       call check(index(clean%method, 'least squares') > 0, clean%method)
-   end subroutine drift_is_gone
+   end subroutine an_offset_and_a_trend_leave_no_trace
 
-   subroutine correction_is_a_projection()
+   subroutine a_corrected_record_needs_no_correction()
       type(motion_curve_type) :: once, twice
 
-      call case('a corrected record needs no correction')
       once = made('acceleration', sin(3.0_wp*times()) + 0.1_wp)
       twice = made('acceleration', once%acceleration)
       call check_close(twice%acceleration, once%acceleration, 'acceleration', absolute=1.0e-14_wp)
       once = made('velocity', sin(3.0_wp*times()) + 0.1_wp*times())
       twice = made('velocity', once%velocity)
       call check_close(twice%velocity, once%velocity, 'velocity', absolute=1.0e-14_wp)
-   end subroutine correction_is_a_projection
+   end subroutine a_corrected_record_needs_no_correction
 
    !> Velocity and acceleration are the central differences of displacement and velocity: at the
    !> samples, between them, and outside the record; of whatever record and correction.
-   subroutine derivatives_agree()
+   subroutine velocity_and_acceleration_are_derivatives()
       character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', &
          'velocity', 'displacement']
       type(baseline_type), parameter :: baseline(3) = [baseline_type(), as_is, free_end]
       integer :: i, k
 
-      call case('velocity and acceleration are derivatives')
       do i = 1, size(quantity)
          do k = 1, size(baseline)
             call check_derivatives(made(trim(quantity(i)), 0.3_wp + sin(omega*times()) &
                + 0.2_wp*cos(17.0_wp*times()), baseline(k)), trim(quantity(i)))
          end do
       end do
-   end subroutine derivatives_agree
+   end subroutine velocity_and_acceleration_are_derivatives
 
    !> Four times in each interval, both ends, and as many times outside.
    subroutine check_derivatives(curve, quantity)
@@ -146,10 +141,9 @@ contains
          curve%acceleration, 'nor of the acceleration', absolute=1.0e-11_wp*jerk + 1.0e-9_wp)
    end subroutine check_derivatives
 
-   subroutine before_and_after()
+   subroutine before_the_start_and_after_the_end()
       type(motion_curve_type) :: curve
 
-      call case('before the start and after the end')
       curve = made('acceleration', sin(5.0_wp*times()))
       call check_close(displacement_at(curve, -1.0_wp), 0.0_wp, 'nothing moves before')
       call check_close(velocity_at(curve, -1.0e-9_wp) + acceleration_at(curve, -1.0_wp), 0.0_wp, &
@@ -162,7 +156,7 @@ contains
       call check_close(displacement_at(curve, duration), curve%displacement(samples), &
          'the last sample')
       call check(abs(curve%displacement(samples)) > 1.0e-3_wp, 'a displacement remains')
-   end subroutine before_and_after
+   end subroutine before_the_start_and_after_the_end
 
    !> With the velocity that is left, unless it is rounding or to be stopped.
    subroutine after_the_end()
@@ -171,7 +165,6 @@ contains
       type(baseline_type), parameter :: on = baseline_type(order=0, after_end='continue')
       real(wp) :: v, d
 
-      call case('after the end')
       curve = made('acceleration', push, as_is)
       v = 3.0_wp*duration
       d = 1.5_wp*duration**2
@@ -205,11 +198,10 @@ contains
       call check_close(velocity_at(curve, 0.0_wp), 0.0_wp, 'from rest')
    end subroutine after_the_end
 
-   subroutine velocities()
+   subroutine records_of_velocity()
       type(motion_curve_type) :: curve
       real(wp), parameter :: t = 0.7777_wp
 
-      call case('records of velocity')
       curve = made('velocity', times()**2, as_is)
       call check_close(displacement_at(curve, t), t**3/3.0_wp, 'a parabola is exact', &
          relative=1.0e-12_wp)
@@ -221,13 +213,12 @@ contains
          relative=1.0e-4_wp)
       curve = made('velocity', times() - 0.1_wp*times()**2)
       call check_close(curve%displacement, 0.0_wp*times(), 'drift is removed', absolute=1.0e-14_wp)
-   end subroutine velocities
+   end subroutine records_of_velocity
 
-   subroutine displacements()
+   subroutine records_of_displacement()
       type(motion_curve_type) :: curve
       real(wp), parameter :: t = 0.7777_wp
 
-      call case('records of displacement')
       curve = made('displacement', 2.0_wp + times()**2, as_is)
       call check_close(displacement_at(curve, t), t**2, 'a parabola is exact, and begins at zero', &
          relative=1.0e-12_wp)
@@ -242,13 +233,12 @@ contains
       call check_close(velocity_at(curve, duration), 0.0_wp, 'at rest at the end', &
          absolute=1.0e-12_wp)
       call check(index(curve%method, 'no drift removed') > 0, curve%method)
-   end subroutine displacements
+   end subroutine records_of_displacement
 
    subroutine taper_and_scale()
       type(motion_curve_type) :: curve, twice
       real(wp) :: motion(samples)
 
-      call case('taper and scale')
       call check_close(cosine_taper(5, 1.0_wp), [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp, 0.0_wp], 'Hann', &
          absolute=1.0e-15_wp)
       call check_close(cosine_taper(5, 0.0_wp), [1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp], 'none')
@@ -265,7 +255,7 @@ contains
    end subroutine taper_and_scale
 
    !> The shortest records and every option: no division by zero, at rest where asked.
-   subroutine two_samples()
+   subroutine two_samples_and_a_few()
       character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', &
          'velocity', 'displacement']
       type(motion_curve_type) :: curve
@@ -273,7 +263,6 @@ contains
       real(wp), parameter :: few(6) = [0.0_wp, 1.0_wp, -2.0_wp, 4.0_wp, 0.0_wp, 1.0_wp]
       integer :: i, n, order
 
-      call case('two samples and a few')
       do i = 1, 3
          do n = 2, 6
             do order = 0, 2
@@ -285,15 +274,14 @@ contains
             end do
          end do
       end do
-   end subroutine two_samples
+   end subroutine two_samples_and_a_few
 
    !> The record of the project: what the correction does to it stays within what is known of it.
-   subroutine real_record()
+   subroutine a_real_record()
       type(record_type) :: record
       type(motion_curve_type) :: curve
       type(error_type), allocatable :: error
 
-      call case('a real record')
       call read_record(record, &
          data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), 'auto', &
          'acceleration', '', error)
@@ -306,12 +294,11 @@ contains
       call check_close(curve%velocity(7183), 0.0_wp, 'it ends at rest', absolute=1.0e-12_wp)
       call check(maxval(abs(curve%velocity)) < 1.0_wp, 'velocity of a strong earthquake')
       call check(maxval(abs(curve%displacement)) < 1.0_wp, 'displacement of a strong earthquake')
-   end subroutine real_record
+   end subroutine a_real_record
 
-   subroutine wrong_requests()
+   subroutine requests_that_make_no_motion()
       real(wp), parameter :: few(3) = [0.0_wp, 1.0_wp, 0.0_wp]
 
-      call case('requests that make no motion')
       call refused('jerk', few, 0.1_wp, baseline_type(), 'jerk')
       call refused('acceleration', few(:1), 0.1_wp, baseline_type(), '2 samples')
       call refused('acceleration', few, 0.0_wp, baseline_type(), 'time step')
@@ -323,7 +310,7 @@ contains
       call refused('acceleration', few*1.0e300_wp, 0.1_wp, baseline_type(), 'beyond')
       call refused('acceleration', [0.0_wp, ieee_value(0.0_wp, ieee_quiet_nan)], 0.1_wp, &
          baseline_type(), 'finite')
-   end subroutine wrong_requests
+   end subroutine requests_that_make_no_motion
 
    subroutine refused(quantity, values, time_step, baseline, names)
       character(len=*), intent(in) :: quantity, names

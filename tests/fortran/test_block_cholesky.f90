@@ -18,13 +18,12 @@ module test_block_cholesky
 contains
 
    !> Each order is a permutation; Cuthill–McKee narrows the band of a grid.
-   subroutine test_orders()
+   subroutine orders_of_elimination()
       type(block_matrix_type) :: matrix
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
       logical :: done
 
-      call case('orders of elimination')
       call grid_graph(30, 20, graph)
       call fill_order(graph, order)
       call check_permutation(order, 'fill')
@@ -41,7 +40,7 @@ contains
       call graph_of(matrix, graph)
       call bandwidth_order(graph, order)
       call check_permutation(order, 'bandwidth without couplings')
-   end subroutine test_orders
+   end subroutine orders_of_elimination
 
    !> Patterns of one idea each.
    subroutine test_small_patterns()
@@ -69,18 +68,16 @@ contains
       call check_against_dense(25, all_pairs(25))
    end subroutine test_small_patterns
 
-   subroutine test_random_graphs()
+   subroutine random_graphs()
       integer :: degree
 
-      call case('random graphs')
       do degree = 1, 6
          call check_against_dense(60, random_pairs(60, 30*degree))
       end do
-   end subroutine test_random_graphs
+   end subroutine random_graphs
 
    !> Wide fronts: several strips, tiles and products.
    subroutine test_grid()
-      call case('grid')
       call check_against_dense(150, grid_pairs(15, 10))
       call check_against_dense(120, all_pairs(120))
    end subroutine test_grid
@@ -90,19 +87,17 @@ contains
       integer, parameter :: trees = 2500
       integer :: i, j
 
-      call case('forest')
       call check_residuals(5*trees, reshape([((5*j + i, 5*j + i + 1, i=1, 4), j=0, trees - 1)], &
          [2, 4*trees]))
    end subroutine test_forest
 
    !> A factor serves again, with and without a new analysis.
-   subroutine test_new_numbers_and_new_pattern()
+   subroutine new_numbers_and_new_pattern()
       type(block_matrix_type) :: matrix
       type(factor_type) :: factor
       type(error_type), allocatable :: error
       integer :: i
 
-      call case('a factor used again')
       do i = 1, 2
          call set_pattern(matrix, 20*i, random_pairs(20*i, 40*i))
          call fill_definite(matrix)
@@ -114,16 +109,15 @@ contains
          call check_no_error(error, 'new numbers')
          call check(residual(matrix, factor) < 1.0e-12_wp, 'residual after new numbers')
       end do
-   end subroutine test_new_numbers_and_new_pattern
+   end subroutine new_numbers_and_new_pattern
 
    !> b and x may hold the same values.
-   subroutine test_solution_in_place()
+   subroutine solution_in_place()
       type(block_matrix_type) :: matrix
       type(factor_type) :: factor
       type(error_type), allocatable :: error
       real(wp) :: b(6, 30), x(6, 30)
 
-      call case('solution')
       call set_pattern(matrix, 30, random_pairs(30, 60))
       call fill_definite(matrix)
       call analyse(factor, matrix)
@@ -132,17 +126,16 @@ contains
       call solve(factor, b, x)
       call solve(factor, (b), b)
       call check(all(abs(b - x) <= 0.0_wp), 'the same values whether or not x was b')
-   end subroutine test_solution_in_place
+   end subroutine solution_in_place
 
    !> A pivot that is not positive is an error that names the row of blocks.
-   subroutine test_not_positive_definite()
+   subroutine not_positive_definite()
       type(block_matrix_type) :: matrix
       type(factor_type) :: factor
       type(single_factor_type) :: single_factor
       type(error_type), allocatable :: error
       integer :: bad
 
-      call case('not positive definite')
       do bad = 1, 400, 57
          call set_pattern(matrix, 1600, grid_pairs(40, 40))
          call fill_definite(matrix)
@@ -163,14 +156,13 @@ contains
       call fill_definite(matrix)
       call factorise(factor, matrix, error)
       call check_no_error(error, 'the same factor with better numbers')
-   end subroutine test_not_positive_definite
+   end subroutine not_positive_definite
 
-   subroutine test_unknown_pattern()
+   subroutine pattern_not_analysed()
       type(block_matrix_type) :: matrix
       type(factor_type) :: factor
       type(error_type), allocatable :: error
 
-      call case('pattern not analysed')
       call set_pattern(matrix, 3, reshape([1, 2], [2, 1]))
       call fill_definite(matrix)
       call factorise(factor, matrix, error)
@@ -180,21 +172,20 @@ contains
       call fill_definite(matrix)
       call factorise(factor, matrix, error)
       call check_fails(error, 'analysed')
-   end subroutine test_unknown_pattern
+   end subroutine pattern_not_analysed
 
    !> Threads share the work but not the order of sums, whatever the widths of the fronts on top.
-   subroutine test_same_bits()
+   subroutine the_same_bits_on_1_to_4_threads()
       integer, parameter :: width(6) = [2, 4, 6, 9, 14, 40]
       type(block_matrix_type) :: matrix
       integer :: i
 
-      call case('the same bits on 1 to 4 threads')
       do i = 1, size(width)
          call set_pattern(matrix, 60*width(i)*(60/width(i)), grid_pairs(width(i), 60*(60/width(i))))
          call fill_definite(matrix)
          call check_same_bits(matrix)
       end do
-   end subroutine test_same_bits
+   end subroutine the_same_bits_on_1_to_4_threads
 
    subroutine check_same_bits(matrix)
       type(block_matrix_type), intent(in) :: matrix

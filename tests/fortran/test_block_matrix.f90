@@ -93,10 +93,9 @@ contains
          relative=1.0e-14_wp)
    end subroutine try_product
 
-   subroutine pattern_again()
+   subroutine another_pattern_in_the_same_matrix()
       type(block_matrix_type) :: matrix
 
-      call case('another pattern in the same matrix')
       call set_pattern(matrix, 3, reshape([1, 2, 2, 3], [2, 2]))
       matrix%diagonal = 1.0_wp
       matrix%lower = 1.0_wp
@@ -106,6 +105,6 @@ contains
       call check(entry_of(matrix, 1, 2) == 0 .and. entry_of(matrix, 4, 1) == 1, 'its entries')
       call check_close(sum(abs(matrix%diagonal)) + sum(abs(matrix%lower)), 0.0_wp, &
          'its values are zero')
-   end subroutine pattern_again
+   end subroutine another_pattern_in_the_same_matrix
 
 end module test_block_matrix

@@ -8,7 +8,7 @@ module test_blocks
    use dda_outlines, only: add_outline, outlines_type
    use dda_polygon, only: area_of
    use models, only: blocks_of, fan, random, random_vector, rectangle, shifted, star
-   use testing, only: case, check, check_close
+   use testing, only: check, check_close
    implicit none
 
 contains
@@ -32,7 +32,6 @@ contains
       real(wp) :: m(6, 6), v(6), t(2, 6), centre(2)
       integer :: i, k, pass
 
-      call case('mass matrix')
       do i = 1, 50
          call make_star(blocks, vertices, 3 + modulo(i, 10))
          centre = blocks%position(1:2, 1)
@@ -62,7 +61,6 @@ contains
       real(wp) :: t(2, 6), expected(2, 6), reference(2), q(6), ahead(2), behind(2)
       integer :: i, k
 
-      call case('shape matrix')
       do i = 1, 50
          call make_star(blocks, vertices, 5)
          q = random_vector(6)*[3.0_wp, 3.0_wp, 9.0_wp, 0.1_wp, 0.1_wp, 0.2_wp]
@@ -92,7 +90,6 @@ contains
       real(wp) :: place(2)
       integer :: i, v
 
-      call case('places and references')
       do i = 1, 50
          call make_star(blocks, vertices, 6)
          call check_close(blocks%vertex, vertices, 'vertices at the start')
@@ -111,13 +108,12 @@ contains
    end subroutine places_and_references
 
    !> A thousand large increments of rotation: no growth of area or edges.
-   subroutine rotations()
+   subroutine a_thousand_large_rotations()
       type(blocks_type) :: blocks
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: worst
       integer :: i
 
-      call case('a thousand large rotations')
       call make_star(blocks, vertices, 8)
       worst = 0.0_wp
       do i = 1, 1000
@@ -128,7 +124,7 @@ contains
       call check_close(worst, 0.0_wp, 'area', absolute=1.0e-13_wp)
       call check_close(norm2(blocks%vertex(:, 2:) - blocks%vertex(:, :7), 1), &
          norm2(vertices(:, 2:) - vertices(:, :7), 1), 'edges', relative=1.0e-13_wp)
-   end subroutine rotations
+   end subroutine a_thousand_large_rotations
 
    !> Strain changes the area by det(I + ε).
    subroutine strained_area()
@@ -136,7 +132,6 @@ contains
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: e(3)
 
-      call case('strain')
       call make_star(blocks, vertices, 7)
       e = [0.1_wp, -0.05_wp, 0.08_wp]
       blocks%position(3, 1) = 2.0_wp
@@ -153,7 +148,6 @@ contains
       real(wp) :: own(3), angle, mean, half
       integer :: i
 
-      call case('stress')
       call make_star(blocks, vertices, 5)
       blocks%initial_stress(:, 1) = [-1.0e6_wp, 2.0e6_wp, 3.0e5_wp]
       blocks%position(4:6, 1) = [1.0e-4_wp, -3.0e-4_wp, 2.0e-4_wp]
@@ -177,11 +171,10 @@ contains
       end do
    end subroutine stresses
 
-   subroutine rings()
+   subroutine rings_of_vertices()
       type(blocks_type) :: blocks
       type(outlines_type) :: outlines
 
-      call case('rings of vertices')
       call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), 1, 1, 1, '')
       call add_outline(outlines, reshape([4, 0, 6, 0, 6, 2, 5, 2, 5, 1, 4, 1]*1.0_wp, [2, 6]), 1, &
          1, 1, '')
@@ -193,6 +186,6 @@ contains
       call check(.not. is_convex(blocks, 9), 'the inner corner')
       call check(is_convex(blocks, 4) .and. is_convex(blocks, 5) .and. is_convex(blocks, 8) .and. &
          is_convex(blocks, 10), 'the others')
-   end subroutine rings
+   end subroutine rings_of_vertices
 
 end module test_blocks

@@ -83,7 +83,6 @@ contains
       real(wp) :: length
       integer :: bonds, order, c
 
-      call case('joints of edges')
       joints = " &joint name = 'none' friction_angle = 5.0 / &joint name = 'left' "// &
          "friction_angle = 30.0 cohesion = 1.0e5 / &joint name = 'right' friction_angle = 20.0 "// &
          "cohesion = 2.0e5 / &joint name = 'strong' friction_angle = 40.0 cohesion = 9.0e5 /"
@@ -115,7 +114,6 @@ contains
       real(wp) :: length
       integer :: bonds
 
-      call case('no bond')
       call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
          rectangle(0.0_wp, 1.001_wp, 2.0_wp, 2.0_wp), joint_text(30.0_wp, cohesion, tension))
       call count_bonds(simulation, bonds, length)
@@ -133,13 +131,11 @@ contains
 
    !> A slow ramp pulls the upper block off: the bond holds tensile strength × length, no more.
    subroutine breaks_in_tension()
-      call case('tension')
       call pull_until(tension*1.5_wp, 'force_y')
    end subroutine breaks_in_tension
 
    !> Without normal force, cohesion × length.
    subroutine breaks_in_shear()
-      call case('shear')
       call pull_until(cohesion*1.5_wp, 'force_x')
    end subroutine breaks_in_shear
 

@@ -60,13 +60,12 @@ contains
    end function masing_ratio
 
    !> Loaded once, they follow G_s/G, with any damping curve; small strains have all of G.
-   subroutine backbone()
+   subroutine backbone_of_branches()
       type(branches_type) :: branches
       type(point_type) :: point
       real(wp) :: x
       integer :: i
 
-      call case('backbone of branches')
       call make(.false., 0.0_wp, branches)
       call check_close(sum(branches%modulus), 1.0_wp, 'all of the modulus', absolute=1.0e-14_wp)
       call check(all(branches%modulus >= 0.0_wp), 'no negative modulus')
@@ -77,7 +76,7 @@ contains
          call check(abs(point%stress/(reference*x/(1.0_wp + x)) - 1.0_wp) <= 0.005_wp, &
             'stress at x = '//to_text(x))
       end do
-   end subroutine backbone
+   end subroutine backbone_of_branches
 
    !> Closed loops at 1 Hz, driven by a sine, against the curves and the closed form of the fit.
    subroutine loops(masing, least)
@@ -110,13 +109,12 @@ contains
    end subroutine loops
 
    !> Random paths: work is what is stored and lost, and no step gains.
-   subroutine losses()
+   subroutine losses_of_branches()
       type(branches_type) :: branches
       type(point_type) :: point
       real(wp) :: change(1), stored
       integer :: i, path
 
-      call case('losses of branches')
       call make(.false., 0.02_wp, branches)
       do path = 1, 20
          point = point_type()
@@ -130,10 +128,10 @@ contains
          call check_close(stored + point%lost, point%work, 'work', absolute=1.0e-12_wp*point%lost)
          call check(abs(point%stress) <= 1.0_wp*reference, 'stress is bounded')
       end do
-   end subroutine losses
+   end subroutine losses_of_branches
 
    !> Tangents are derivatives of what acts.
-   subroutine tangents()
+   subroutine tangents_of_branches()
       type(branches_type) :: branches
       type(point_type) :: point
       type(response_type) :: low, high, soil, body
@@ -141,7 +139,6 @@ contains
       real(wp), parameter :: h = 1.0e-12_wp
       integer :: i, wrong
 
-      call case('tangents of branches')
       call make(.false., 0.02_wp, branches)
       wrong = 0
       do i = 1, 500
@@ -159,7 +156,7 @@ contains
          call step(branches, change(1), 0.01_wp, point)
       end do
       call check(wrong <= 2, 'tangents, but at kinks')
-   end subroutine tangents
+   end subroutine tangents_of_branches
 
    !> Take a step.
    subroutine step(branches, change, time_step, point)

@@ -5,21 +5,20 @@ module test_checksum
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_checksum, only: checksum_type, begin_checksum, add_bytes, checksum_of
    use dda_kinds, only: long
-   use testing, only: case, check
+   use testing, only: check
    implicit none
 
 contains
 
    !> CRC-64/XZ of "123456789", from the catalogue of parametrised CRC algorithms.
-   subroutine published_value()
+   subroutine check_value_of_crc_64_xz()
       integer(int8), parameter :: digits(9) = [49_int8, 50_int8, 51_int8, 52_int8, 53_int8, &
          54_int8, 55_int8, 56_int8, 57_int8]
       integer(int8) :: nothing(0)
 
-      call case('check value of CRC-64/XZ')
       call check(checksum_of(digits) == -7395533204333446662_long, '995DC9BBDF1939FA')
       call check(checksum_of(nothing) == 0_long, 'nothing has the sum 0')
-   end subroutine published_value
+   end subroutine check_value_of_crc_64_xz
 
    !> The remainder of the division itself, one bit at a time.
    pure integer(long) function by_bits(bytes) result(rest)
@@ -45,21 +44,19 @@ contains
       bytes = [(int(modulo(i*i*37 + 11*i, 256) - 128, int8), i=1, n)]
    end function sown
 
-   subroutine every_length()
+   subroutine eight_bytes_at_a_time_and_one_by_one()
       integer :: n
 
-      call case('eight bytes at a time and one by one')
       do n = 0, 40
          call check(checksum_of(sown(n)) == by_bits(sown(n)), 'the same as bit by bit')
       end do
-   end subroutine every_length
+   end subroutine eight_bytes_at_a_time_and_one_by_one
 
    subroutine in_pieces()
       type(checksum_type) :: checksum
       integer(int8) :: bytes(100)
       integer :: cut
 
-      call case('in pieces')
       bytes = sown(100)
       do cut = 0, 100, 7
          call begin_checksum(checksum)
@@ -74,7 +71,6 @@ contains
       integer(long) :: whole
       integer :: i, bit
 
-      call case('single bits')
       bytes = sown(50)
       whole = checksum_of(bytes)
       do i = 1, 50

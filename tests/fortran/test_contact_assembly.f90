@@ -106,7 +106,6 @@ contains
       integer, parameter :: n = 12
       integer :: c, i, j
 
-      call case('against dense sums')
       call random_contacts(system, contacts, n)
       call assemble_all(system, contacts)
       allocate (k(6*n, 6*n), gap_row(6*n), slip_row(6*n), source=0.0_wp)
@@ -164,7 +163,6 @@ contains
       type(contacts_type) :: contacts
       integer :: before, threads
 
-      call case('any number of threads')
       call random_contacts(system, contacts, 520)
       before = 1
       !$ before = omp_get_max_threads()
@@ -268,7 +266,6 @@ contains
       type(contacts_type) :: contacts
       integer :: c
 
-      call case('nothing else')
       call random_contacts(system, contacts, 40)
       call assemble_all(system, contacts)
       system%matrix%diagonal = untouched

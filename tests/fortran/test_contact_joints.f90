@@ -9,7 +9,7 @@ module test_contact_joints
    use dda_material, only: joint_type
    use dda_simulation, only: simulation_type
    use models, only: begin, block_text, contact_text, control_text, rectangle, rock, turned
-   use testing, only: case, check, check_close
+   use testing, only: check, check_close
    implicit none
 
    !> A wrong edge would give the weak joint, or one that is too strong.
@@ -23,12 +23,11 @@ module test_contact_joints
 contains
 
    !> Friction, then cohesion, then tensile strength, then the number; both ways round.
-   subroutine weaker()
+   subroutine the_weaker_of_two()
       type(laws_type) :: laws
       type(joint_type) :: list(6)
       integer :: i, j
 
-      call case('the weaker of two')
       list%friction_angle = [10.0_wp, 20.0_wp, 20.0_wp, 20.0_wp, 20.0_wp, 30.0_wp]
       list%cohesion = [9.0_wp, 1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp, 0.0_wp]
       list%tensile_strength = [9.0_wp, 9.0_wp, 3.0_wp, 4.0_wp, 4.0_wp, 0.0_wp]
@@ -38,7 +37,7 @@ contains
             call check(weaker_joint(laws, i, j) == min(i, j), 'the first of the two')
          end do
       end do
-   end subroutine weaker
+   end subroutine the_weaker_of_two
 
    !> All contacts of two faces have the weaker joint of these faces, at any inclination, with
    !> either block first and with vertices of either.
@@ -49,7 +48,6 @@ contains
       real(wp) :: left, angle
       integer :: i, k
 
-      call case('faces')
       do i = 0, 6
          angle = 0.45_wp*i
          do k = 1, 5
@@ -110,12 +108,11 @@ contains
    end function joint_at
 
    !> Without history the nearer parallel counts; both where neither is.
-   subroutine corner_between_edges()
+   subroutine a_corner_between_two_edges()
       type(simulation_type) :: simulation
       type(contacts_type) :: contacts
       integer :: i, k
 
-      call case('a corner between two edges')
       call tilted(simulation, contacts)
       do k = 1, 2
          do i = -80, -10, 5
@@ -125,7 +122,7 @@ contains
                'the edge more nearly parallel')
          end do
       end do
-   end subroutine corner_between_edges
+   end subroutine a_corner_between_two_edges
 
    !> A block that rocks on its corner keeps its joint until sin(90° − α) < sin(α)/2, on the way
    !> back likewise; a bonded one keeps it.
@@ -135,7 +132,6 @@ contains
       real(wp) :: limit
       integer :: i
 
-      call case('toppling')
       limit = atan(2.0_wp)*180.0_wp/pi
       call tilted(simulation, contacts)
       contacts%joint(1) = base
@@ -154,14 +150,13 @@ contains
    !> The vertex passes from the edge `floor` to the next one, `next`, and back: it changes its
    !> joint where it is twice the penetration beyond the end if it slides, a corner's size if it
    !> sticks.
-   subroutine end_of_edge()
+   subroutine the_end_of_an_edge()
       type(simulation_type) :: simulation
       type(contacts_type) :: contacts
       real(wp), parameter :: depth = 1.0e-4_wp
       real(wp) :: x, tolerance
       integer :: i, pass, way, expected
 
-      call case('the end of an edge')
       do pass = 1, 2
          call tilted(simulation, contacts)
          simulation%detection%depth(contact_vertex) = depth
@@ -183,6 +178,6 @@ contains
          end do
       end do
       call check_close(simulation%blocks%length(lower_edge), 9.0_wp, 'the edges in line')
-   end subroutine end_of_edge
+   end subroutine the_end_of_an_edge
 
 end module test_contact_joints

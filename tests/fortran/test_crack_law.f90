@@ -8,7 +8,7 @@ module test_crack_law
    use dda_material_law, only: strain_point_type, losses, loss_plastic, loss_scheme
    use dda_scheme, only: scheme_type, step_type
    use models, only: random_vector
-   use testing, only: case, check
+   use testing, only: check
    implicit none
 
    real(wp), parameter :: tension = 2.0e6_wp, cohesion = 5.0e6_wp, energies(2) = [60.0_wp, 400.0_wp]
@@ -35,7 +35,7 @@ contains
    end function law_of
 
    !> s·Δw = Δψ + losses to rounding, whatever is held, and damage never falls.
-   subroutine each_step_balances()
+   subroutine steps_of_a_broken_face_balance()
       type(crack_law_type) :: law
       type(strain_point_type) :: point
       type(step_type) :: step
@@ -43,7 +43,6 @@ contains
       real(wp) :: before, damage, worst, work, least
       integer :: i, k
 
-      call case('steps of a broken face balance')
       do k = 1, 3
          step = step_type(scheme_type(0.25_wp + 0.25_wp*k, 1.0_wp), 0.0_wp, 0.01_wp)
          law = law_of(merge('linear     ', 'exponential', k < 3))
@@ -72,7 +71,7 @@ contains
          call check(least >= -1.0e-12_wp*work, 'fracture and scheme lose')
          call check(state(1) > 0.1_wp, 'it is damaged')
       end do
-   end subroutine each_step_balances
+   end subroutine steps_of_a_broken_face_balance
 
    !> Opened, or sheared without pressure, in steps that are solved for D*.
    subroutine opening_and_slip_spend_the_fracture_energy()
@@ -82,7 +81,6 @@ contains
       real(wp) :: state(2), strain(3), change(3), stress(3), tangent(3, 3), loss(losses), spent
       integer :: mode, i, k
 
-      call case('opening and slip spend their energies')
       step = step_type(scheme_type(0.5_wp, 0.5_wp), 0.0_wp, 0.01_wp)
       do mode = 1, 2
          law = law_of('linear')
@@ -111,7 +109,6 @@ contains
    subroutine damage_begins_at_the_strength()
       type(crack_law_type) :: law
 
-      call case('damage begins at the strength')
       law = law_of('linear')
       call check(abs(law%traction_ratio([tension, 0.0_wp]) - 1.0_wp) <= 1.0e-14_wp, 'tension')
       call check(abs(law%traction_ratio([-1.0e6_wp, cohesion + 1.0e6_wp/sqrt(3.0_wp)]) - 1.0_wp) &

@@ -6,7 +6,7 @@ module test_crossings
    use dda_simulation, only: simulation_type
    use models, only: begin, block_text, contact_text, control_text, joint_text, number, rectangle, &
       rock, run, turned
-   use testing, only: case, check
+   use testing, only: check
    implicit none
 
 contains
@@ -46,7 +46,6 @@ contains
       type(simulation_type) :: simulation
       integer :: across, contacts, i
 
-      call case('four blocks')
       do i = 0, 7
          call lattice(simulation, 0.0_wp, 0.0_wp, 0.4_wp*i)
          call run(simulation, 2)
@@ -61,17 +60,16 @@ contains
    end subroutine four_blocks
 
    !> Where the joint is offset, two of the four share a face.
-   subroutine a_step()
+   subroutine an_offset()
       type(simulation_type) :: simulation
       integer :: across, contacts
 
-      call case('an offset')
       call lattice(simulation, 0.3_wp, 0.0_wp, 0.0_wp)
       call run(simulation, 2)
       call count_across(simulation, across, contacts, 2, 3)
       call check(across == 0, 'nothing across')
       call check(contacts == 2, 'the face has contacts')
-   end subroutine a_step
+   end subroutine an_offset
 
    !> Each corner has two neighbours and three across.
    subroutine six_triangles()
@@ -81,7 +79,6 @@ contains
       real(wp) :: from, to
       integer :: across, contacts, i
 
-      call case('six triangles')
       text = control_text(1.0e-3_wp, 10, '')//contact_text(1.0e9_wp, '')//rock// &
          joint_text(30.0_wp, 0.0_wp, 0.0_wp)
       do i = 1, 6
@@ -97,22 +94,20 @@ contains
    end subroutine six_triangles
 
    !> Corners that do not touch are not joined, so that nothing lies across.
-   subroutine open_joint()
+   subroutine an_open_joint()
       type(simulation_type) :: simulation
       integer :: across, contacts
 
-      call case('an open joint')
       call lattice(simulation, 0.0_wp, 1.0e-4_wp, 0.0_wp)
       call count_across(simulation, across, contacts, 1, 4)
       call check(across == 0, 'nothing across')
-   end subroutine open_joint
+   end subroutine an_open_joint
 
    !> Once block c is taken away, a and d can meet, and b has nothing across.
    subroutine a_block_is_removed()
       type(simulation_type) :: simulation
       integer :: across, contacts
 
-      call case('a block is removed')
       call lattice(simulation, 0.0_wp, 0.0_wp, 0.0_wp)
       associate (list => simulation%contacts(simulation%now))
          call part_corners(simulation%detection%across, list, [.false., .false., .true., .false.])
@@ -125,7 +120,6 @@ contains
       type(simulation_type) :: simulation
       integer :: across, contacts
 
-      call case('corners move apart')
       call lattice(simulation, 0.0_wp, 0.0_wp, 0.0_wp)
       call forget_parted(simulation%detection%across, simulation%blocks, 0.01_wp)
       call count_across(simulation, across, contacts, 1, 4)

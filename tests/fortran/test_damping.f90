@@ -33,11 +33,10 @@ contains
    end subroutine every_member
 
    !> The conditions of Karush, Kuhn and Tucker: x ≥ 0, slope ≤ 0 where x = 0, slope 0 elsewhere.
-   subroutine least_squares()
+   subroutine least_squares_without_negative_unknowns()
       real(wp) :: a(12, 5), b(12), x(5), slope(5)
       integer :: trial, j
 
-      call case('least squares without negative unknowns')
       do trial = 1, 50
          do j = 1, 5
             a(:, j) = random_vector(12)
@@ -49,7 +48,7 @@ contains
          call check(all(slope <= 1.0e-10_wp), 'nothing can enter')
          call check_close(x*slope, 0.0_wp*x, 'complementary', absolute=1.0e-10_wp)
       end do
-   end subroutine least_squares
+   end subroutine least_squares_without_negative_unknowns
 
    !> ζ over the band, the given modulus at the reference frequency, Σ Y_l < 1.
    subroutine fitted_bodies()
@@ -92,11 +91,10 @@ contains
       call check(damping%misfit < 1.0e-3_wp, 'over a narrower band')
    end subroutine fitted_bodies
 
-   subroutine refused_bodies()
+   subroutine bodies_that_cannot_be()
       type(damping_type) :: damping
       type(error_type), allocatable :: error
 
-      call case('bodies that cannot be')
       damping = damping_type(ratio=0.05_wp, reference=1.0_wp, n=3)
       call fit_body(damping, huge(1.0_wp), error)
       call check_fails(error, 'more mechanisms')
@@ -104,20 +102,19 @@ contains
       damping = damping_type(ratio=0.05_wp, reference=1.0_wp, band=[0.1_wp, 50.0_wp])
       call fit_body(damping, highest_relaxation(1.0_wp, 0.1_wp), error)
       call check_fails(error, 'smaller time_step')
-   end subroutine refused_bodies
+   end subroutine bodies_that_cannot_be
 
    !> 5 % at 2 and 12 Hz.
-   subroutine rayleigh()
+   subroutine rayleigh_damping()
       type(damping_type) :: damping
 
-      call case('Rayleigh damping')
       call set_rayleigh(damping, 0.05_wp, [2.0_wp, 12.0_wp])
       call check(.not. has_body(damping), 'no body')
       call check_close(damping%alpha, 1.0771175_wp, 'α', relative=1.0e-7_wp)
       call check_close(damping%beta, 1.136821e-3_wp, 'β', relative=1.0e-6_wp)
       call check_close(rayleigh_ratio(damping, [1.0_wp, 2.0_wp, 4.89898_wp, 12.0_wp, 24.0_wp]), &
          [8.92857e-2_wp, 0.05_wp, 3.49927e-2_wp, 0.05_wp, 8.92857e-2_wp], 'ζ', relative=1.0e-6_wp)
-   end subroutine rayleigh
+   end subroutine rayleigh_damping
 
    !> Two bonded blocks with first rates: no energy without a name; what the material loses never
    !> falls, nor does it together with the scheme's loss, at the longest step that mechanisms admit.

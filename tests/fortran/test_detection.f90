@@ -35,7 +35,6 @@ contains
       type(contacts_type) :: contacts
       integer :: i, c, met
 
-      call case('rows, vertex on edge')
       met = 0
       do i = 1, 60
          call vertex_near_edge(blocks, random(-0.01_wp, 0.015_wp), random(0.2_wp, 0.8_wp))
@@ -49,12 +48,11 @@ contains
    end subroutine rows_of_vertex_on_edge
 
    !> Corner near corner, at random: whatever is listed has exact rows.
-   subroutine rows_of_corners()
+   subroutine rows_corner_to_corner()
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       integer :: i, c, met
 
-      call case('rows, corner to corner')
       met = 0
       do i = 1, 60
          call vertex_near_edge(blocks, random(-0.004_wp, 0.004_wp), random(-0.003_wp, 0.003_wp))
@@ -65,7 +63,7 @@ contains
          end do
       end do
       call check(met >= 30, 'corners met')
-   end subroutine rows_of_corners
+   end subroutine rows_corner_to_corner
 
    !> Block 1 a strained star; block 2 a strained needle with its tip at `part` of an edge and `gap`
    !> off it.
@@ -158,13 +156,12 @@ contains
    end subroutine check_rows
 
    !> Two contacts per joint, one at each end, at any inclination.
-   subroutine equal_width_stack()
+   subroutine a_stack_of_equal_width()
       type(outlines_type) :: outlines, tilted
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       integer :: i, k
 
-      call case('a stack of equal width')
       call add_layers(outlines, 0.0_wp, 0.0_wp, 15.0_wp, 1.0_wp, 8, 1, 1, 1, '')
       do k = 0, 10
          tilted = outlines
@@ -179,7 +176,7 @@ contains
             'all touch', absolute=1.0e-13_wp)
          call check(spread_along(blocks, contacts, 1) > 14.9_wp, 'one at each end')
       end do
-   end subroutine equal_width_stack
+   end subroutine a_stack_of_equal_width
 
    integer function count_pair(contacts, a, b) result(found)
       type(contacts_type), intent(in) :: contacts
@@ -220,7 +217,6 @@ contains
       type(contacts_type) :: contacts
       integer :: k
 
-      call case('running bond')
       call add_wall(outlines, 0.0_wp, 0.0_wp, [0.6_wp, 0.3_wp], 3, 3, 1, 1, 1, '', 0.0_wp)
       do k = 0, 5
          if (k > 0) outlines%vertices = turned(outlines%vertices, 0.61_wp)
@@ -240,14 +236,13 @@ contains
    end subroutine running_bond
 
    !> A corner in a right-angled notch touches both of its faces.
-   subroutine notch()
+   subroutine a_corner_in_a_notch()
       type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       real(wp) :: shape(2, 7), tip(2, 3), facing
       integer :: k, c
 
-      call case('a corner in a notch')
       shape = reshape([-2, -2, 2, -2, 2, 1, 1, 1, 0, 0, -1, 1, -2, 1]*1.0_wp, [2, 7])
       tip = reshape([0.0_wp, 0.001_wp, 0.5_wp, 1.5_wp, -0.5_wp, 1.5_wp], [2, 3])
       do k = 0, 9
@@ -268,11 +263,11 @@ contains
                'gap', absolute=1.0e-13_wp)
          end do
       end do
-   end subroutine notch
+   end subroutine a_corner_in_a_notch
 
    !> A block slides over the end of an equal one: vertex on edge, corner to corner, vertex on edge.
    !> Two contacts push up all the way, and none has another gap than the penetration.
-   subroutine over_the_end()
+   subroutine over_the_end_of_a_block()
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       type(outlines_type) :: outlines
@@ -280,7 +275,6 @@ contains
       real(wp) :: x
       integer :: i, corners
 
-      call case('over the end of a block')
       call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), 1, 1, 1, '')
       call add_outline(outlines, rectangle(0.0_wp, 1.0_wp, 2.0_wp, 2.0_wp), 1, 1, 1, '')
       call blocks_of(outlines, blocks)
@@ -299,7 +293,7 @@ contains
          call check_close(abs(contacts%normal(2, 1:2)), [1.0_wp, 1.0_wp], 'up', absolute=1.0e-12_wp)
       end do
       call check(corners > 10 .and. corners < 790, 'both kinds occur')
-   end subroutine over_the_end
+   end subroutine over_the_end_of_a_block
 
    !> The tip of a needle goes round a blunt corner a little off it: the gap follows the distance
    !> without jumps.
@@ -310,7 +304,6 @@ contains
       real(wp) :: corner(2), normal(2), tip(2), angle, gap, last, step, jump
       integer :: i
 
-      call case('round a corner')
       call add_outline(outlines, reshape([-1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp, 0.0_wp, &
          -1.0_wp, 0.4_wp], [2, 4]), 1, 1, 1, '')
       call add_outline(outlines, reshape([0.0_wp, 0.0_wp, 0.9_wp, 0.6_wp, 0.6_wp, 0.9_wp], &
@@ -338,14 +331,13 @@ contains
    end subroutine round_a_corner
 
    !> A slab thinner than the contact distance is entered from its near face only.
-   subroutine thin_slab()
+   subroutine a_thin_slab()
       type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       real(wp) :: depth
       integer :: i, c
 
-      call case('a thin slab')
       call add_outline(outlines, rectangle(-5.0_wp, -0.005_wp, 5.0_wp, 0.0_wp), 1, 1, 1, '')
       call add_outline(outlines, rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp), 1, 1, 1, '')
       call blocks_of(outlines, blocks)
@@ -360,7 +352,7 @@ contains
             call check_close(contacts%gap(c), -depth, 'gap', absolute=1.0e-13_wp)
          end do
       end do
-   end subroutine thin_slab
+   end subroutine a_thin_slab
 
    !> The tip of a needle off a corner, deep behind the far edge alone: it is not in the block,
    !> convex or with a reentrant corner.  One in it, beyond the line of another edge or not, is.
@@ -371,7 +363,6 @@ contains
          0.4_wp, 1.5_wp, 1.0_wp, 0.5_wp, 1.0_wp], [2, 5])
       real(wp), parameter :: outside(2) = [0.41_wp, 1.285_wp], barely(2) = [0.499_wp, 1.003_wp]
 
-      call case('behind a block')
       call check(.not. is_pressed(convex, outside), 'outside a convex block')
       call check(.not. is_pressed(dented, outside), 'outside a block with a dent')
       call check(.not. is_pressed(convex, barely), 'hardly outside a convex block')
@@ -403,14 +394,13 @@ contains
    end function is_pressed
 
    !> Which of two blocks is first makes no difference to how many contacts there are, and how deep.
-   subroutine symmetry()
+   subroutine either_block_first()
       type(outlines_type) :: forth, back
       type(blocks_type) :: blocks
       type(contacts_type) :: one, other
       real(wp) :: first(2, 4), second(2, 5)
       integer :: i, met
 
-      call case('either block first')
       met = 0
       do i = 1, 100
          first = turned(rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp), 3.0_wp*random(-1.0_wp, 1.0_wp))
@@ -435,7 +425,7 @@ contains
             absolute=1.0e-12_wp)
       end do
       call check(met > 20, 'some meet')
-   end subroutine symmetry
+   end subroutine either_block_first
 
    !> Two blocks that pass each other, corner by corner, so fast that a step leads beyond the
    !> corner: as long as an edge line separates them, none of what is listed is deep in.
@@ -487,7 +477,7 @@ contains
    end subroutine pass_by
 
    !> Two corners in vibrating contact keep the edge that they press on.
-   subroutine vibrating_corners()
+   subroutine corners_in_vibrating_contact()
       integer, parameter :: vertex(2) = [11, 4], edge(2) = [4, 10]
       type(outlines_type) :: outlines
       type(blocks_type) :: blocks
@@ -497,7 +487,6 @@ contains
       real(wp) :: first(2, 5), second(2, 6)
       integer :: i, k
 
-      call case('corners in vibrating contact')
       first = reshape([-0.0134_wp, -0.1047_wp, 0.1038_wp, -0.0785_wp, 0.0670_wp, -0.0503_wp, &
          0.0_wp, 0.0_wp, -0.0139_wp, -0.0517_wp], [2, 5])
       second = reshape([-0.1408_wp, 0.0662_wp, -0.1890_wp, -0.0403_wp, -0.1689_wp, -0.1029_wp, &
@@ -528,7 +517,7 @@ contains
          call check(contacts%vertex(1) == vertex(k) .and. contacts%edge(1) == edge(k), &
             'the edge pressed on')
       end do
-   end subroutine vibrating_corners
+   end subroutine corners_in_vibrating_contact
 
    !> Distance of two convex outlines along the best of their edges' normals, < 0 where they
    !> overlap.
@@ -557,7 +546,6 @@ contains
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
 
-      call case('apart')
       call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), 1, 1, 1, '')
       call add_outline(outlines, rectangle(0.0_wp, 1.0_wp + 1.01_wp*distance, 1.0_wp, 2.0_wp), 1, &
          1, 1, '')

@@ -194,7 +194,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i
 
-      call case('one block')
       do i = 1, 20
          k = random_definite(1.0e6_wp)
          m = random_definite(3.0_wp)
@@ -217,7 +216,6 @@ contains
       real(wp), allocatable :: values(:)
       integer :: b
 
-      call case('multiple eigenvalues')
       call set_pattern(matrix, n, reshape([integer ::], [2, 0]))
       matrix%diagonal = spread(random_definite(1.0e5_wp), 3, n)
       mass = spread(random_definite(1.0_wp), 3, n)
@@ -233,17 +231,16 @@ contains
 
    !> 1 − (i/n)²: the two largest differ by n⁻² of the whole.  3,000 restarts took minutes where
    !> there are many blocks.
-   subroutine bound_of_work()
+   subroutine eigenvalues_that_an_iteration_cannot_tell_apart()
       integer, parameter :: n = 20000
       type(crowded_type) :: operator
       type(error_type), allocatable :: error
       real(wp), allocatable :: values(:), vectors(:,:), residuals(:)
 
-      call case('eigenvalues that an iteration cannot tell apart')
       call largest_pairs(operator, n, 1, 1.0e-10_wp, values, vectors, residuals, error)
       call check_fails(error, 'they lie too close together')
       call check(operator%products < 5000, 'the work is bound by the size')
-   end subroutine bound_of_work
+   end subroutine eigenvalues_that_an_iteration_cannot_tell_apart
 
    subroutine apply_crowded(self, x, y)
       class(crowded_type), intent(inout) :: self
@@ -257,7 +254,7 @@ contains
    end subroutine apply_crowded
 
    !> A null space that is given is left out, dense or not.
-   subroutine known_null_space()
+   subroutine a_known_null_space()
       type(block_matrix_type) :: matrix
       type(null_space_type) :: known
       type(eigenpairs_type) :: pairs
@@ -266,7 +263,6 @@ contains
       real(wp) :: k(6, 6)
       integer :: n, i, b
 
-      call case('a known null space')
       do n = 3, 15, 12
          call sow(n)
          call set_pattern(matrix, n, reshape([integer ::], [2, 0]))
@@ -296,30 +292,28 @@ contains
          call check(pairs%n == 4*n .and. pairs%value(1) > 2.9e3_wp, 'all others')
          deallocate (mass, known%basis)
       end do
-   end subroutine known_null_space
+   end subroutine a_known_null_space
 
-   subroutine repeatable()
+   subroutine to_the_last_bit()
       type(block_matrix_type) :: matrix
       type(eigenpairs_type) :: first, second
       type(error_type), allocatable :: error
       real(wp), allocatable :: mass(:,:,:)
 
-      call case('to the last bit')
       call random_system(30, .true., matrix, mass)
       call largest_eigenvalue(matrix, mass, 1.0e-10_wp, first, error)
       call lowest_eigenvalues(matrix, mass, 3, second, error)
       call largest_eigenvalue(matrix, mass, 1.0e-10_wp, second, error)
       call check(all(first%vector == second%vector) .and. all(first%value == second%value), &
          'the same again')
-   end subroutine repeatable
+   end subroutine to_the_last_bit
 
-   subroutine refusals()
+   subroutine what_cannot_be_solved()
       type(block_matrix_type) :: matrix
       type(eigenpairs_type) :: pairs
       type(error_type), allocatable :: error
       real(wp), allocatable :: mass(:,:,:)
 
-      call case('what cannot be solved')
       call random_system(12, .true., matrix, mass)
       mass(3, 3, 7) = -1.0_wp
       call largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
@@ -327,6 +321,6 @@ contains
       call random_system(310, .true., matrix, mass)
       call lowest_eigenvalues(matrix, mass, 1000, pairs, error)
       call check_fails(error, 'too many')
-   end subroutine refusals
+   end subroutine what_cannot_be_solved
 
 end module test_eigen

@@ -333,7 +333,6 @@ contains
       real(wp), allocatable :: first(:,:), moved(:,:)
       integer :: i
 
-      call case('linear solvers')
       do i = 1, size(names)
          call begin_heap(simulation, "solver = '"//trim(names(i))//"'")
          first = simulation%blocks%position
@@ -345,14 +344,13 @@ contains
    end subroutine linear_solvers
 
    !> The lowest mode with stiffness of two free blocks on a bolt.
-   subroutine bolted_modes()
+   subroutine modes_of_two_blocks_on_a_bolt()
       type(simulation_type) :: simulation
       type(linear_model_type) :: linear
       type(modes_type) :: modes
       type(error_type), allocatable :: error
       type(bolt_type) :: bolt
 
-      call case('modes of two blocks on a bolt')
       call begin_pair(simulation, '', 1.0e-3_wp, '')
       bolt%stiffness = 1.0e6_wp
       bolt%viscosity = 1.0e3_wp
@@ -366,7 +364,7 @@ contains
       call check(modes%rigid + modes%mechanisms == 5, 'all other rigid motions are free')
       call check_close(modes%damping(1) - modes%of_scheme(1), bolt%viscosity &
          /(mass*modes%omega(1)), 'damping ratio c/(mω) by the dashpot', relative=1.0e-9_wp)
-   end subroutine bolted_modes
+   end subroutine modes_of_two_blocks_on_a_bolt
 
    !> A block on a bolt to one that supports move: H = (k + w_c c)/(k + w_c c + w_m m), with the
    !> spring at the end of the step w_e k in place of k.  A bolt is no support.

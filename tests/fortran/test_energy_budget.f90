@@ -71,7 +71,6 @@ contains
    subroutine free_fall()
       type(simulation_type) :: simulation
 
-      call case('free fall')
       call begin(simulation, control_text(1.0e-3_wp, 1000, gravity)//rock// &
          joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, &
          1.0_wp)))
@@ -103,7 +102,6 @@ contains
    subroutine sliding()
       type(simulation_type) :: simulation
 
-      call case('sliding')
       call begin(simulation, control_text(1.0e-3_wp, 600, gravity)//contact_text(1.0e9_wp, '')// &
          joint_text(20.0_wp, 0.0_wp, 0.0_wp)// &
          " &material name = 'still' density = 2500.0 young_modulus = 5.0e9 poisson_ratio = "// &
@@ -122,7 +120,6 @@ contains
    subroutine tumbling()
       type(simulation_type) :: simulation
 
-      call case('tumbling')
       call begin(simulation, control_text(2.0e-4_wp, 5000, gravity)//contact_text(1.0e9_wp, '')// &
          rock//joint_text(35.0_wp, 0.0_wp, 0.0_wp)// &
          floor_and(turned(rectangle(0.9_wp, 0.9_wp, 1.6_wp, 1.4_wp), 0.9_wp)))
@@ -165,7 +162,6 @@ contains
    subroutine shaken_base()
       type(simulation_type) :: simulation
 
-      call case('shaken base')
       call begin(simulation, control_text(1.0e-3_wp, 500, gravity)//contact_text(1.0e9_wp, '')// &
          rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
          block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
@@ -187,22 +183,20 @@ contains
    end function shake
 
    !> The same shaking as acceleration of the base, in its frame.
-   subroutine body_force()
+   subroutine base_acceleration()
       type(simulation_type) :: simulation
 
-      call case('base acceleration')
       call begin(simulation, control_text(1.0e-3_wp, 500, gravity//"base_motion_x = 'shake'")// &
          contact_text(1.0e9_wp, '')//rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
          floor_and(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp)))
       call audit(simulation, 500, .false.)
       call check(abs(simulation%energy%value(energy_input)) > 0.0_wp, 'it works')
-   end subroutine body_force
+   end subroutine base_acceleration
 
    !> Force times way of a free block.
    subroutine load()
       type(simulation_type) :: simulation
 
-      call case('load')
       call begin(simulation, control_text(1.0e-3_wp, 1000, '')//rock//joint_text(0.0_wp, 0.0_wp, &
          0.0_wp)//block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
          ' &load x = 0.0 y = 0.0 time = 0.0 2.0 force_x = 5000.0 5000.0 /')
@@ -216,7 +210,6 @@ contains
    subroutine breaking_bonds()
       type(simulation_type) :: simulation
 
-      call case('breaking bonds')
       call begin(simulation, control_text(1.0e-4_wp, 3000, gravity)//contact_text(1.0e9_wp, '')// &
          rock//joint_text(20.0_wp, 1.0e4_wp, 1.0e4_wp)// &
          floor_and(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))// &
@@ -230,7 +223,6 @@ contains
    subroutine dynamic_factor()
       type(simulation_type) :: simulation
 
-      call case('dynamic factor')
       call begin(simulation, control_text(1.0e-3_wp, 500, gravity//'dynamic_factor = 0.97')// &
          contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
          floor_and(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))

@@ -8,7 +8,7 @@ module test_friction
    use dda_joint_contact, only: response_type
    use dda_material, only: joint_type
    use models, only: random
-   use testing, only: case, check, check_close
+   use testing, only: check, check_close
    implicit none
 
    real(wp), parameter :: stiffness = 1.0e9_wp, length = 0.5_wp
@@ -26,7 +26,6 @@ contains
       type(laws_type) :: laws
       type(coulomb_contact_type) :: law
 
-      call case('constants')
       call make_laws(laws)
       call check_close(laws%shear_stiffness, stiffness/2.5_wp, 'shear stiffness', &
          relative=1.0e-15_wp)
@@ -44,7 +43,6 @@ contains
       type(coulomb_contact_type) :: law
       type(response_type) :: response
 
-      call case('states')
       call make_laws(laws)
       law = law_of(laws, 2, .false., length, 0.0_wp)
       call respond(law, 1.0e-12_wp, 1.0_wp, response)
@@ -67,13 +65,12 @@ contains
    end subroutine states
 
    !> N = max(0, −k g) or, with a multiplier p, max(0, p − k g); |S| ≤ μN; S elastic inside.
-   subroutine random_answers()
+   subroutine random_gaps_and_stretches()
       type(laws_type) :: laws
       type(response_type) :: response
       real(wp) :: gap, stretch, pressure, normal, bound, worst(2), mu
       integer :: i, joint
 
-      call case('random gaps and stretches')
       call make_laws(laws)
       worst = 0.0_wp
       do i = 1, 2000
@@ -90,7 +87,7 @@ contains
             abs(response%shear_force - max(-bound, min(bound, stiffness/2.5_wp*stretch))))
       end do
       call check_close(worst, [0.0_wp, 0.0_wp], 'normal and shear force', absolute=1.0e-8_wp)
-   end subroutine random_answers
+   end subroutine random_gaps_and_stretches
 
    !> No dead band, no jump: forces are Lipschitz in gap and stretch.
    subroutine continuity()
@@ -101,7 +98,6 @@ contains
       real(wp), parameter :: h = 1.0e-9_wp
       integer :: i
 
-      call case('continuity')
       call make_laws(laws)
       law = law_of(laws, 2, .false., length, 0.0_wp)
       worst = 0.0_wp
@@ -123,7 +119,6 @@ contains
       type(coulomb_contact_type) :: law
       type(response_type) :: response
 
-      call case('bonds')
       call make_laws(laws)
       law = law_of(laws, 2, .true., length, 0.0_wp)
       call respond(law, 4.0e-4_wp, 0.0_wp, response)
@@ -149,7 +144,6 @@ contains
       logical :: over
       integer :: i, wrong
 
-      call case('strength_ratio')
       call make_laws(laws)
       wrong = 0
       do i = 1, 2000

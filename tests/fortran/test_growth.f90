@@ -4,7 +4,7 @@ module test_growth
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_growth, only: grow
    use dda_kinds, only: wp, long
-   use testing, only: case, check
+   use testing, only: check
    implicit none
 
 contains
@@ -15,7 +15,6 @@ contains
       logical, allocatable :: flag(:)
       integer(int8), allocatable :: byte(:)
 
-      call case('lists that grow')
       call grow(whole, 0)
       call check(size(whole) == 0, 'an empty list exists')
       whole = [1, 2, 3]
@@ -37,12 +36,11 @@ contains
          'bytes are kept, new ones zero')
    end subroutine numbers_and_flags
 
-   subroutine texts_and_columns()
+   subroutine texts_and_columns_that_grow()
       character(len=5), allocatable :: name(:)
       real(wp), allocatable :: value(:,:)
       integer, allocatable :: whole(:,:)
 
-      call case('texts and columns that grow')
       name = [character(len=5) :: 'stone', 'sand']
       call grow(name, 7)
       call check(all(name(:2) == [character(len=5) :: 'stone', 'sand']) &
@@ -57,7 +55,7 @@ contains
       call grow(whole, 3, 4)
       call check(all(whole(:, :2) == reshape([1, 2, 3, 4, 5, 6], [3, 2])) &
          .and. all(whole(:, 3:4) == 0), 'integer columns too')
-   end subroutine texts_and_columns
+   end subroutine texts_and_columns_that_grow
 
    !> The number of times that the array moves grows as log2 of its length.
    subroutine appended_one_by_one()
@@ -65,7 +63,6 @@ contains
       integer, allocatable :: list(:)
       integer :: i, before, moves
 
-      call case('a list appended to')
       moves = 0
       allocate (list(0))
       do i = 1, n

@@ -5,7 +5,7 @@ module test_history
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
    use dda_history, only: history_type, inherit, prepare_history
    use models, only: random, random_vector
-   use testing, only: case, check, check_close
+   use testing, only: check, check_close
    implicit none
 
    integer, parameter :: vertices = 40
@@ -68,10 +68,9 @@ contains
       call inherit(new, old, history, .true.)
    end subroutine transfer
 
-   subroutine same_contact()
+   subroutine the_same_contact()
       type(contacts_type) :: old, new
 
-      call case('the same contact')
       call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
       call put(old, 2, 5, 0, 1, 2, up, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
@@ -81,12 +80,11 @@ contains
       call transfer(new, old)
       call expect(new, 1, contact_stick, -2.0e-3_wp, 'second, whatever its normal')
       call expect(new, 2, contact_slide, 1.0e-3_wp, 'first')
-   end subroutine same_contact
+   end subroutine the_same_contact
 
-   subroutine new_contact()
+   subroutine no_predecessor()
       type(contacts_type) :: old, new
 
-      call case('no predecessor')
       call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
       call put(new, 3, 9, 0, 1, 3, up, 1.0e-6_wp)
@@ -97,13 +95,12 @@ contains
       call expect(new, 1, contact_open, 0.0_wp, 'apart: open, old marks wiped')
       call expect(new, 2, contact_stick, 0.0_wp, 'penetrating: sticks')
       call expect(new, 3, contact_open, 0.0_wp, 'same vertex on another block')
-   end subroutine new_contact
+   end subroutine no_predecessor
 
    !> Corner to corner, the edge's block takes the vertex' part: same stretch.
    subroutine roles_change()
       type(contacts_type) :: old, new
 
-      call case('roles change')
       call put(old, 4, 5, 8, 1, 2, up, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
       call put(new, 8, 4, 4, 2, 1, -up, -1.0e-6_wp)
@@ -119,7 +116,6 @@ contains
    subroutine corner_travel()
       type(contacts_type) :: old, new
 
-      call case('over a corner')
       call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
       call put(new, 1, 6, 0, 1, 2, [sin(0.5_wp), cos(0.5_wp)], -1.0e-6_wp)
@@ -131,22 +127,20 @@ contains
       call expect(new, 1, contact_open, 0.0_wp, 'by 90°')
    end subroutine corner_travel
 
-   subroutine other_side()
+   subroutine the_vertex_goes_on_the_block_is_another()
       type(contacts_type) :: old, new
 
-      call case('the vertex goes on, the block is another')
       call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
       call mark(old, 1, contact_stick, 1.0e-3_wp)
       call put(new, 1, 9, 0, 1, 3, up, -1.0e-6_wp)
       call transfer(new, old)
       call expect(new, 1, contact_stick, 0.0_wp, 'nothing is transferred')
-   end subroutine other_side
+   end subroutine the_vertex_goes_on_the_block_is_another
 
    !> Two new contacts that could both succeed one old one.
    subroutine transferred_once()
       type(contacts_type) :: old, new
 
-      call case('transferred once')
       call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
       call put(new, 1, 6, 0, 1, 2, up, -1.0e-6_wp)
@@ -171,7 +165,6 @@ contains
       real(wp), parameter :: pressing(5) = [0.0_wp, -2.0_wp, 0.0_wp, 1.0_wp, -2.0_wp]*1.0e-6_wp
       integer :: step
 
-      call case('met in penetration')
       call prepare_history(history, vertices, 0.0_wp)
       call reserve(old, 1)
       do step = 1, size(distance)
@@ -199,7 +192,6 @@ contains
       integer, parameter :: kept(4) = [1, 2, 4, 6]
       integer :: c
 
-      call case('met too deep')
       call prepare_history(history, vertices, 0.0_wp)
       history%deepest = 3.0e-6_wp
       call put(old, 1, 11, 0, 1, 4, up, distance(1))
@@ -235,7 +227,6 @@ contains
    subroutine across_a_joint()
       type(contacts_type) :: old, new
 
-      call case('across a joint')
       call put(old, 1, 5, 0, 1, 2, up, 0.0_wp)
       call put(old, 1, 9, 0, 1, 3, up, 0.0_wp)
       old%new_gap(1:2) = [-4.0e-6_wp, -3.0e-6_wp]
@@ -265,7 +256,6 @@ contains
       type(history_type) :: history
       integer :: step, c, k, used, wrong
 
-      call case('random lists')
       call prepare_history(history, vertices, 0.0_wp)
       call random_list(old)
       wrong = 0

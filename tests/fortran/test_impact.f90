@@ -9,7 +9,7 @@ module test_impact
    use dda_time_step, only: advance
    use models, only: begin, begin_or_fail, block_text, contact_text, control_text, number, random, &
       rectangle, relative_balance, rock, run, sow
-   use testing, only: case, check, check_close, check_fails, check_no_error
+   use testing, only: check, check_close, check_fails, check_no_error
    implicit none
 
    real(wp), parameter :: mass = 2500.0_wp  !< of the block of 1 m, kg per metre
@@ -25,14 +25,13 @@ contains
    end function joint_of
 
    !> A block of 1 m falls flat on a supported one at 1 m/s, at any Ω and phase of the step.
-   subroutine bounce_off_the_ground()
+   subroutine bounces_at_random_phases()
       type(simulation_type) :: simulation
       real(wp), parameter :: e(4) = [0.0_wp, 0.2_wp, 0.5_wp, 0.8_wp]
       real(wp), parameter :: omega(4) = [0.05_wp, 0.7_wp, 5.0_wp, 300.0_wp]
       real(wp) :: worst, growth, unexplained
       integer :: i, j, k
 
-      call case('bounces at random phases')
       do i = 1, size(e)
          worst = 0.0_wp
          growth = 0.0_wp
@@ -50,7 +49,7 @@ contains
          call check(growth < 1.0e-9_wp, 'no energy comes in: '//number(growth))
          call check(unexplained < 1.0e-6_wp, 'audit: '//number(unexplained))
       end do
-   end subroutine bounce_off_the_ground
+   end subroutine bounces_at_random_phases
 
    !> The block falls from a phase of a step of 1 ms; Ω is that of its two corners.
    subroutine begin_drop(simulation, omega, phase, joint)
@@ -94,12 +93,11 @@ contains
    end subroutine follow
 
    !> Two free blocks: momentum stays, the relative velocity is e of what it was.
-   subroutine bounce_off_each_other()
+   subroutine free_blocks_of_two_masses()
       type(simulation_type) :: simulation
       type(error_type), allocatable :: error
       real(wp) :: rates(6, 2)
 
-      call case('free blocks of two masses')
       call begin(simulation, control_text(1.0e-3_wp, 1000, 'max_displacement_ratio = 0.05')// &
          contact_text(1.0e8_wp, '')//rock//joint_of('restitution = 0.6')// &
          block_text('left', rectangle(-1.0023_wp, 0.0_wp, -0.0023_wp, 1.0_wp))// &
@@ -114,7 +112,7 @@ contains
          call check_close(simulation%energy%value(energy_impact), 0.5_wp*mass*0.8_wp*(1.0_wp &
             - 0.36_wp), 'half the reduced mass × (1 − e²)', relative=1.0e-3_wp)
       end associate
-   end subroutine bounce_off_each_other
+   end subroutine free_blocks_of_two_masses
 
    !> Turned blocks that fall on each other with friction: no step gains energy, all is explained.
    subroutine random_piles()
@@ -122,7 +120,6 @@ contains
       real(wp) :: growth, unexplained, lost, highest, first, before
       integer :: pile, i
 
-      call case('random piles')
       call sow(11)
       growth = 0.0_wp
       unexplained = 0.0_wp
@@ -175,13 +172,12 @@ contains
    end subroutine begin_pile
 
    !> Stones fall on heavy ground that shakes: an iterative solution leaves no energy unexplained.
-   subroutine moving_ground()
+   subroutine ground_that_moves()
       type(simulation_type) :: simulation
       character(len=:), allocatable :: text
       real(wp) :: left
       integer :: b
 
-      call case('ground that moves')
       text = control_text(1.0e-3_wp, 400, "max_displacement_ratio = 0.05 solver = 'lagged'"// &
          " integration = 'midpoint' gravity = 0.0 -9.81")//contact_text(2.0e11_wp, '')//rock// &
          joint_of('restitution = 0.0')//" &motion name = 'm' quantity = 'velocity'"// &
@@ -200,7 +196,7 @@ contains
       call check(simulation%impacts%steps > 10, 'stones hit the ground')
       call check(relative_balance(simulation%energy) < 1.0e-7_wp, 'audit: '// &
          number(relative_balance(simulation%energy)))
-   end subroutine moving_ground
+   end subroutine ground_that_moves
 
    !> A dashpot alone: free bounce with the force clipped where it would be tensile, for Δt → 0.
    subroutine resolved_dashpot()
@@ -208,7 +204,6 @@ contains
       real(wp), parameter :: omega = 0.01_wp
       real(wp) :: ratio, expected, growth
 
-      call case('a dashpot')
       ratio = 0.3_wp  ! of the critical one, for the two corners together
       growth = 0.0_wp
       call begin_drop(simulation, omega, 0.3_wp, &
@@ -226,7 +221,6 @@ contains
       type(simulation_type) :: simulation
       type(error_type), allocatable :: error
 
-      call case('what is refused')
       call begin_or_fail(simulation, model('restitution = 1.5', ''), error)
       call check_fails(error, 'restitution = 1.5')
       call begin_or_fail(simulation, model('restitution = -0.1', ''), error)

@@ -6,7 +6,7 @@ module test_input_text
    use dda_input_groups, only: control_values, run_values, traction_values, read_values
    use dda_input_text, only: group_type, parse_group, split_groups
    use dda_kinds, only: wp
-   use testing, only: case, check, check_fails, check_no_error
+   use testing, only: check, check_fails, check_no_error
    implicit none
 
    character, parameter :: newline = achar(10), carriage_return = achar(13), tab = achar(9)
@@ -111,16 +111,14 @@ contains
       if (allocated(error)) call check(error%kind == error_input, 'its kind')
    end subroutine refused
 
-   subroutine plain()
-      call case('plain groups')
+   subroutine plain_groups()
       call expect('&run title = ''a'' /', ['run'], [1])
       call expect('&run /'//newline//newline//'  &CONTROL x = 1'//newline//'y = 2 /'//newline// &
          '&fixed_point /', [character(len=11) :: 'run', 'control', 'fixed_point'], [1, 3, 5])
       call expect('&a / &b / &c/', ['a', 'b', 'c'], [1, 1, 1])
-   end subroutine plain
+   end subroutine plain_groups
 
    subroutine comments_and_quotes()
-      call case('comments and quotes')
       call expect('! &no group / ''"'//newline//'&a x = 1 ! it''s / &b'//newline//'/ ! end', &
          ['a'], [2])
       call expect_title('''a/b!c&d''', 'a/b!c&d')
@@ -132,33 +130,29 @@ contains
       call expect('&a x = ''two'//newline//'lines'' / &b /', ['a', 'b'], [1, 2])
    end subroutine comments_and_quotes
 
-   subroutine line_ends()
-      call case('line ends and marks')
+   subroutine line_ends_and_marks()
       call expect('&a'//carriage_return//newline//'x = 1'//carriage_return//newline//'/'// &
          carriage_return//newline//'&b /', ['a', 'b'], [1, 4])
       call expect(char(239)//char(187)//char(191)//'&a /', ['a'], [1])
       call expect('! Höhe – ☃'//newline//'&a /', ['a'], [2])
-   end subroutine line_ends
+   end subroutine line_ends_and_marks
 
    !> More groups than any first guess of their number.
-   subroutine many()
+   subroutine many_groups()
       integer, parameter :: count = 1000
       character(len=:), allocatable :: text
       integer :: i
 
-      call case('many groups')
       text = repeat('&block x = 1 /'//newline, count)
       call expect(text, spread('block', 1, count), [(i, i=1, count)])
-   end subroutine many
+   end subroutine many_groups
 
    subroutine nothing()
-      call case('nothing')
       call expect('', [character(len=1) ::], [integer ::])
       call expect('  '//newline//'! only a comment', [character(len=1) ::], [integer ::])
    end subroutine nothing
 
    subroutine numbers()
-      call case('numbers')
       call expect_times('time = 1 2.5, -3e2 4d-1 5q0 +6. .7', [1.0_wp, 2.5_wp, -300.0_wp, 0.4_wp, &
          5.0_wp, 6.0_wp, 0.7_wp])
       call expect_times('time = 1.5+2 ! not 3'//newline//' 4', [150.0_wp, 4.0_wp])
@@ -169,7 +163,6 @@ contains
    end subroutine numbers
 
    subroutine lists()
-      call case('lists')
       call expect_times('time = 3*1.5', [1.5_wp, 1.5_wp, 1.5_wp])
       call expect_times('time = 1 2*2, 3,', [1.0_wp, 2.0_wp, 2.0_wp, 3.0_wp])
       call expect_times('time(2) = 5 time(1) = 4', [4.0_wp, 5.0_wp])
@@ -181,16 +174,14 @@ contains
       call expect_times('time = normal = 2', [real(wp) ::])
    end subroutine lists
 
-   subroutine logicals()
-      call case('logical values')
+   subroutine logical_values()
       call expect_settle('.true.', .true.)
       call expect_settle('T', .true.)
       call expect_settle('.f.', .false.)
       call expect_settle('false,', .false.)
-   end subroutine logicals
+   end subroutine logical_values
 
-   subroutine wrong_values()
-      call case('what is no value')
+   subroutine what_is_no_value()
       call wrong('&load time = 1 x2 /', '''x2'' is no number')
       call wrong('&load time = ''1'' /', 'is no number')
       call wrong('&load time = 5000*1 /', '5000*')
@@ -203,10 +194,9 @@ contains
       call wrong('&load xx = 1 /', '''xx''')
       call wrong('&run title = word /', '''word'' must stand in quotes')
       call wrong('&control settle = 1 /', 'neither .true. nor .false.')
-   end subroutine wrong_values
+   end subroutine what_is_no_value
 
    subroutine refusals()
-      call case('refusals')
       call refused(newline//newline//'run', 'line 3')
       call refused('&a / stray &b /', 'stray')
       call refused('&a x = 1'//newline//'&b /', '&a')
@@ -216,7 +206,7 @@ contains
    end subroutine refusals
 
    !> A text cut off anywhere is read or refused; nothing else happens.
-   subroutine any_cut()
+   subroutine cut_off_anywhere()
       character(len=*), parameter :: text = char(239)//char(187)//char(191)//'! c'//newline// &
          '&a x = ''it''''s/'' ! d / '// &
          carriage_return//newline//tab//'/ &b y(2) = 1, "&" /'//newline
@@ -224,13 +214,12 @@ contains
       type(error_type), allocatable :: error
       integer :: i, read
 
-      call case('cut off anywhere')
       read = 0
       do i = 0, len(text)
          call split_groups('f.nml', text(:i), groups, error)
          if (.not. allocated(error)) read = read + 1
       end do
       call check(read > 5 .and. read < len(text), 'some cuts are whole')
-   end subroutine any_cut
+   end subroutine cut_off_anywhere
 
 end module test_input_text

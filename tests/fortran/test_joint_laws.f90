@@ -10,7 +10,7 @@ module test_joint_laws
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
    use models, only: random
-   use testing, only: case, check, check_close
+   use testing, only: check, check_close
    implicit none
 
    real(wp), parameter :: length = 0.7_wp  !< m
@@ -30,13 +30,12 @@ contains
    subroutine index_values()
       type(joint_type) :: joint
 
-      call case('index values')
       joint = rough()
       call check_close(joint%normal_stiffness, 2.035e10_wp, 'k_ni', 1.0e-12_wp)
       call check_close(joint%max_closure, 1.3687092e-4_wp, 'V_m', 1.0e-6_wp)
    end subroutine index_values
 
-   subroutine hyperbola()
+   subroutine hyperbolic_closure()
       type(law_slot_type) :: slot
       type(joint_state_type) :: state
       real(wp), parameter :: stress(3) = [1.0e6_wp, 5.0e6_wp, 1.0e7_wp]
@@ -44,7 +43,6 @@ contains
       real(wp) :: x, h
       integer :: i
 
-      call case('hyperbolic closure')
       call new_joint_law(slot, rough(), 1.0_wp, 2.5_wp)
       state = joint_state_type(length, 0.0_wp, 1.0_wp)
       do i = 1, 3
@@ -65,16 +63,15 @@ contains
          end associate
       end do
       call check(slot%law%normal_force(state, 2.0e-4_wp) < huge(1.0_wp), 'finite beyond V_m')
-   end subroutine hyperbola
+   end subroutine hyperbolic_closure
 
-   subroutine rough_strength()
+   subroutine strength_of_rough_walls()
       type(law_slot_type) :: slot
       type(joint_state_type) :: state
       real(wp), parameter :: stress(3) = [1.0e6_wp, 5.0e6_wp, 1.0e7_wp]
       real(wp), parameter :: strength(3) = [1.19175e6_wp, 4.66426e6_wp, 8.39100e6_wp]
       integer :: i
 
-      call case('strength of rough walls')
       call new_joint_law(slot, rough(), 1.0_wp, 2.5_wp)
       state = joint_state_type(length, 0.0_wp, 1.0_wp)
       do i = 1, 3
@@ -85,7 +82,7 @@ contains
       call check_close(slot%law%strength(state, 2.0e8_wp*length), 2.0e8_wp*length &
          *tan(30*pi/180), 'at least φ_r', 1.0e-12_wp)
       call check_close(slot%law%strength(state, -1.0_wp), 0.0_wp, 'in tension')
-   end subroutine rough_strength
+   end subroutine strength_of_rough_walls
 
    pure type(joint_type) function weakening() result(joint)
       joint%law = 'mohr_coulomb'
@@ -99,13 +96,12 @@ contains
       joint%dilation_slip = 0.05_wp
    end function weakening
 
-   subroutine peak_and_residual()
+   subroutine peak_and_residual_strength()
       type(law_slot_type) :: slot
       type(joint_state_type) :: state
       real(wp), parameter :: force = 1.0e6_wp
       real(wp) :: w, friction
 
-      call case('peak and residual strength')
       call new_joint_law(slot, weakening(), 1.0e9_wp, 2.5_wp)
       call check(.not. slot%law%brittle, 'weakens by slip')
       associate (whole => joint_state_type(length, 0.0_wp, 0.0_wp))
@@ -120,7 +116,7 @@ contains
          friction*force + 2.5e5_wp*length, 'strength', 1.0e-12_wp)
       call check_close(slot%law%tension(joint_state_type(length, 0.005_wp, w)), 1.5e5_wp*length, &
          'tension', 1.0e-12_wp)
-   end subroutine peak_and_residual
+   end subroutine peak_and_residual_strength
 
    !> N = k_n [x + tan ψ Δs], Δs = t − τ(N)/k_s, up to the limiting slip.
    subroutine dilation()
@@ -129,7 +125,6 @@ contains
       real(wp) :: force, slip, t, path
       integer :: i, k
 
-      call case('dilation')
       call new_joint_law(slot, weakening(), 1.0e9_wp, 2.5_wp)
       do i = 0, 6
          do k = 1, 4
@@ -164,7 +159,6 @@ contains
       real(wp) :: force, slip, angle
       integer :: way
 
-      call case('asperities')
       call new_joint_law(slot, worn(), 1.0_wp, 1.0_wp)
       do way = -1, 1, 2
          state = joint_state_type(length, 0.0_wp, 0.0_wp, net_slip=0.02_wp, lifted=5.0e-3_wp, &
@@ -187,13 +181,12 @@ contains
 
    !> No step of 10,000 random cycles under random loads gains energy by slip and lift; what comes
    !> down has gone up, as asperities only wear.
-   subroutine random_cycles()
+   subroutine random_cycles_of_a_rough_joint()
       type(contacts_type) :: contacts
       type(laws_type) :: laws
       real(wp) :: lost, least, most, lowest, travel
       integer :: cycle, step, passed
 
-      call case('random cycles of a rough joint')
       call set_laws(laws, [worn()], 1.0_wp, 1.0_wp)
       least = 0.0_wp
       most = 0.0_wp
@@ -215,7 +208,7 @@ contains
       call check(least >= -1.0e-12_wp*most, 'no slip gains energy')
       call check(lowest >= -1.0e-12_wp, 'lifted')
       call check(travel > 1.0e-3_wp .and. passed > 10000, 'up, down, and through the centre')
-   end subroutine random_cycles
+   end subroutine random_cycles_of_a_rough_joint
 
    !> One contact under a joint law, whole and without load.
    subroutine begin_contact(contacts)
@@ -266,7 +259,6 @@ contains
       type(joint_type) :: joint
       type(joint_state_type) :: state
 
-      call case('stiffness')
       state = joint_state_type(length, 0.0_wp, 0.0_wp)
       call new_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
       call check_close(slot%law%initial_spring(state), 1.0e9_wp, 'per contact')

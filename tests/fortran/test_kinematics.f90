@@ -129,7 +129,6 @@ contains
    subroutine dynamic_factor()
       type(simulation_type) :: simulation
 
-      call case('dynamic factor')
       call begin(simulation, control_text(1.0e-2_wp, 100, 'dynamic_factor = 0.99')// &
          joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
          ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2 '// &
@@ -194,7 +193,6 @@ contains
       real(wp) :: d(6, 4), before(2, 28), bound
       integer :: i, wrong
 
-      call case('farthest move')
       call make_blocks(blocks, 4)
       wrong = 0
       do i = 1, 200
@@ -224,7 +222,6 @@ contains
       real(wp) :: vertices(2, 7), sum, velocity(2), v(6)
       integer :: i, k
 
-      call case('kinetic energy')
       do i = 1, 20
          vertices = star(7, 0.5_wp, 1.5_wp)
          outlines%n = 0

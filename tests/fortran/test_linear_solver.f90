@@ -33,25 +33,23 @@ contains
       end do
    end subroutine every_solver
 
-   subroutine unknown_name()
+   subroutine an_unknown_solver()
       type(solver_type) :: solver
       type(error_type), allocatable :: error
 
-      call case('an unknown solver')
       call choose_solver(solver, 'magic', error)
       call check_fails(error, "'magic'")
-   end subroutine unknown_name
+   end subroutine an_unknown_solver
 
    !> A name of an older version chooses the solver that it has become.
-   subroutine former_name()
+   subroutine a_former_name()
       type(solver_type) :: solver
       type(error_type), allocatable :: error
 
-      call case('a former name')
       call choose_solver(solver, 'stale', error)
       call check_no_error(error, 'stale')
       call check(solver%name == 'lagged', 'the present name')
-   end subroutine former_name
+   end subroutine a_former_name
 
    !> A chain of blocks joined by stiff springs; `least` is the stiffness that holds each alone.
    subroutine chain(n, least, matrix)
@@ -167,7 +165,6 @@ contains
       real(wp) :: x(6, n), b(6, n), image(6, n)
       logical :: halting(size(ieee_all))
 
-      call case('beyond single precision')
       call ieee_get_halting_mode(ieee_all, halting)
       call ieee_set_halting_mode(ieee_all, .false.)
       call chain(n, 1.0_wp, matrix)
@@ -186,14 +183,13 @@ contains
    end subroutine beyond_single_precision
 
    !> A factor so old that the iterations with it fail is made anew.
-   subroutine old_factor()
+   subroutine a_factor_that_is_too_old()
       integer, parameter :: n = 70
       type(block_matrix_type) :: matrix
       type(solver_type) :: solver
       type(error_type), allocatable :: error
       real(wp) :: x(6, n), b(6, n)
 
-      call case('a factor that is too old')
       call chain(n, 1.0_wp, matrix)
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
@@ -203,17 +199,16 @@ contains
       call solve(solver, matrix, b, x, error)
       call check_no_error(error, 'lagged')
       call check(solver%method == 'lagged' .and. solver%factors == 2, 'a second factor')
-   end subroutine old_factor
+   end subroutine a_factor_that_is_too_old
 
    !> Where the diagonal blocks come to need many iterations, `auto` takes a factor instead.
-   subroutine slow_jacobi()
+   subroutine slow_iterations_with_the_diagonal_blocks()
       integer, parameter :: n = 80
       type(block_matrix_type) :: matrix
       type(solver_type) :: solver
       type(error_type), allocatable :: error
       real(wp) :: x(6, n), b(6, n), image(6, n)
 
-      call case('slow iterations with the diagonal blocks')
       call chain(n, 1.0e4_wp, matrix)
       call prepare(solver, 'auto', matrix, error)
       call check(solver%method == 'jacobi', 'a good matrix')
@@ -231,7 +226,7 @@ contains
       call check_no_error(error, 'lagged')
       call multiply(matrix, x, image)
       call check(norm2(image - b) <= 1.0e-8_wp*norm2(b), 'the residual')
-   end subroutine slow_jacobi
+   end subroutine slow_iterations_with_the_diagonal_blocks
 
    !> A NaN on the right must not come back as a solution.
    subroutine no_numbers(name)

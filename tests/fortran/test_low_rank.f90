@@ -159,14 +159,13 @@ contains
 
    !> Springs taken out leave the first matrix; put in again, after the geometry has drifted, they
    !> need no further column and nothing is left to correct.
-   subroutine to_and_fro()
+   subroutine springs_put_in_and_taken_out()
       type(block_matrix_type) :: matrix, first
       type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes, back
       type(error_type), allocatable :: error
       logical :: done
 
-      call case('springs put in and taken out')
       call wall(20, 15, matrix)
       first = matrix
       call change(matrix, changes, 60)
@@ -182,17 +181,16 @@ contains
       call check(done, 'put in again')
       call check(lagged%low%terms%n == 60 .and. lagged%low%n == 0, 'the same columns')
       call check_inverse(lagged, matrix)
-   end subroutine to_and_fro
+   end subroutine springs_put_in_and_taken_out
 
    !> What is too much to follow is refused.
-   subroutine too_many()
+   subroutine more_changes_than_can_be_followed()
       type(block_matrix_type) :: matrix
       type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
       type(error_type), allocatable :: error
       logical :: done
 
-      call case('more changes than can be followed')
       call wall(12, 9, matrix)
       call analyse_lagged(lagged, matrix)
       call refactorise(lagged, matrix, error)
@@ -208,27 +206,26 @@ contains
       call change(matrix, changes, 4)
       call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(.not. done, 'one more')
-   end subroutine too_many
+   end subroutine more_changes_than_can_be_followed
 
    !> A spring that was never there cannot be taken out.
-   subroutine not_definite()
+   subroutine a_spring_that_was_never_there()
       type(block_matrix_type) :: matrix
       type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
       type(error_type), allocatable :: error
       logical :: done
 
-      call case('a spring that was never there')
       call wall(12, 9, matrix)
       call analyse_lagged(lagged, matrix)
       call refactorise(lagged, matrix, error)
       call add_change(changes, 5, random_vector(6), 6, random_vector(6), -100.0_wp*stiff)
       call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(.not. done, 'refused')
-   end subroutine not_definite
+   end subroutine a_spring_that_was_never_there
 
    !> Neither threads nor the parts in which the changes came alter a bit.
-   subroutine same_bits()
+   subroutine the_same_bits_on_1_to_4_threads_in_one_or_three_parts()
       type(block_matrix_type) :: matrix
       type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
@@ -237,7 +234,6 @@ contains
       logical :: done
       integer :: before, threads, part
 
-      call case('the same bits on 1 to 4 threads, in one or three parts')
       before = 1
       !$ before = omp_get_max_threads()
       call wall(60, 40, matrix)
@@ -260,10 +256,10 @@ contains
          call check(all(abs(one - more) <= 0.0_wp), 'the same bits')
       end do
       !$ call omp_set_num_threads(before)
-   end subroutine same_bits
+   end subroutine the_same_bits_on_1_to_4_threads_in_one_or_three_parts
 
    !> The solver follows changes without a new factor, and needs no more iterations than with one.
-   subroutine solver_keeps_its_factor()
+   subroutine the_lagged_solver_updates_its_factor()
       type(block_matrix_type) :: matrix
       type(solver_type) :: solver
       type(rank_one_type) :: changes
@@ -271,7 +267,6 @@ contains
       real(wp), allocatable :: b(:,:), x(:,:), image(:,:)
       integer :: round
 
-      call case('the lagged solver updates its factor')
       call wall(20, 15, matrix)
       allocate (b(6, matrix%n), x(6, matrix%n), image(6, matrix%n))
       b = reshape(random_vector(6*matrix%n), [6, matrix%n])
@@ -290,6 +285,6 @@ contains
          call check(solver%last_iterations <= 6, 'few iterations')
       end do
       call check(solver%factors == 2, 'a new factor only where 160 springs are passed')
-   end subroutine solver_keeps_its_factor
+   end subroutine the_lagged_solver_updates_its_factor
 
 end module test_low_rank

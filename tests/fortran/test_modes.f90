@@ -24,11 +24,10 @@ contains
       call free_vibration(brick_wall(4, 6, '1.0e9', ''), 2)
    end subroutine vibrating_models
 
-   subroutine paper_models()
-      call case('layered sites')
+   subroutine layered_sites()
       call check_first(layered_site(), 13.961_wp, 0.002_wp)
       call check_first(layered_site_two(), 14.251_wp, 0.002_wp)
-   end subroutine paper_models
+   end subroutine layered_sites
 
    subroutine check_first(text, frequency, within)
       character(len=*), intent(in) :: text
@@ -45,16 +44,15 @@ contains
    end subroutine check_first
 
    !> The column of the paper's §3 as ten equal drums, at five penalties.
-   subroutine drums()
+   subroutine column_of_ten_drums()
       character(len=5), parameter :: penalty(5) = ['1.0e8', '2.0e8', '4.0e8', '7.0e8', '1.0e9']
       real(wp), parameter :: frequency(5) = [1.63_wp, 2.30_wp, 3.25_wp, 4.30_wp, 5.14_wp]
       integer :: i
 
-      call case('column of ten drums')
       do i = 1, 5
          call check_first(drum_column(penalty(i), ''), frequency(i), 0.01_wp*frequency(i))
       end do
-   end subroutine drums
+   end subroutine column_of_ten_drums
 
    !> Over all modes the effective masses are the whole mass.
    subroutine all_masses()
@@ -64,7 +62,6 @@ contains
       integer :: b
       real(wp) :: product
 
-      call case('all modes')
       call linear_of(linear, layered_site(), 'closed')
       call find_modes(linear, 96, modes, error)
       call check_no_error(error, 'modes')
@@ -157,14 +154,13 @@ contains
    end subroutine watch
 
    !> Without bonds contacts are open until gravity closes them.
-   subroutine under_gravity()
+   subroutine contacts_that_gravity_closes()
       type(simulation_type) :: simulation
       type(linear_model_type) :: linear
       type(modes_type) :: modes
       type(error_type), allocatable :: error
       real(wp) :: closed
 
-      call case('contacts that gravity closes')
       call linear_of(linear, drum_column('1.0e8', ', gravity=0.0, -9.81', bonded=.false.), 'closed')
       call find_modes(linear, 1, modes, error)
       closed = modes%frequency(1)
@@ -182,7 +178,7 @@ contains
       call check_close(modes%frequency(1), closed, 'first frequency', relative=2.0e-3_wp)
       call check(linear%dynamic_factor == 1.0_wp .and. simulation%step == 0, 'the run is as it was')
       call check(index(modes%words, 'at rest') > 0, 'said in words')
-   end subroutine under_gravity
+   end subroutine contacts_that_gravity_closes
 
    !> Models without enough support are answered in words.
    subroutine not_held()

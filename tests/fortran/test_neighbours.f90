@@ -6,19 +6,18 @@ module test_neighbours
    use dda_neighbours, only: find_neighbours, neighbours_type
    use dda_outlines, only: add_outline, outlines_type
    use models, only: blocks_of, random, random_vector, rectangle, shifted, star
-   use testing, only: case, check
+   use testing, only: check
    implicit none
 
 contains
 
-   subroutine random_blocks()
+   subroutine random_blocks_of_very_different_size()
       integer :: i
 
-      call case('random blocks of very different size')
       do i = 1, 20
          call try_random(10 + 5*i)
       end do
-   end subroutine random_blocks
+   end subroutine random_blocks_of_very_different_size
 
    !> Sizes over three decades; searched again after everything has moved.
    subroutine try_random(n)
@@ -149,12 +148,11 @@ contains
    end subroutine make_lattice
 
    !> n × n squares side by side: 2n(n−1) joints and 2(n−1)² diagonals.
-   subroutine lattice()
+   subroutine a_lattice()
       type(blocks_type) :: blocks
       type(neighbours_type) :: near
       integer :: n
 
-      call case('a lattice')
       do n = 1, 9
          call forget(near)
          call make_lattice(blocks, n)
@@ -162,7 +160,7 @@ contains
          call check(near%n_pairs == 2*n*(n - 1) + 2*(n - 1)**2, 'pairs')
          call compare(near, blocks, 0.01_wp)
       end do
-   end subroutine lattice
+   end subroutine a_lattice
 
    subroutine forget(near)
       type(neighbours_type), intent(out) :: near
@@ -175,7 +173,6 @@ contains
       type(blocks_type) :: blocks
       type(neighbours_type) :: near
 
-      call case('one block')
       call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), 1, 1, 1, '')
       call blocks_of(outlines, blocks)
       call find_neighbours(near, blocks, 5.0_wp)
@@ -183,13 +180,12 @@ contains
    end subroutine one_block
 
    !> One distant block a million sizes away costs neither memory nor pairs.
-   subroutine far_apart()
+   subroutine a_distant_block()
       type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(neighbours_type) :: near
       integer :: i
 
-      call case('a distant block')
       do i = 1, 100
          call add_outline(outlines, rectangle(real(i, wp), 0.0_wp, real(i + 1, wp), 1.0_wp), 1, 1, &
             1, '')
@@ -200,20 +196,19 @@ contains
       call find_neighbours(near, blocks, 0.01_wp)
       call check(near%n_pairs == 99, 'the row has 99 joints')
       call compare(near, blocks, 0.01_wp)
-   end subroutine far_apart
+   end subroutine a_distant_block
 
    !> Thirty-six times the blocks: as many pairs and probes per block but for the rim, and about as
    !> much time.
-   subroutine linear_in_n()
+   subroutine cost_per_block()
       real(wp) :: small(2), large(2)
 
-      call case('cost per block')
       small = measure(25)
       large = measure(150)
       call check(abs(large(1)/small(1) - 1.0_wp) < 0.1_wp, 'probes per block do not grow')
       call check(large(2) < 6.0_wp*small(2), 'time per block does not grow sixfold for 36 '// &
          'times the blocks')
-   end subroutine linear_in_n
+   end subroutine cost_per_block
 
    !> Probes and least seconds for each block of an n × n lattice.
    function measure(n) result(cost)

@@ -75,7 +75,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i
 
-      call case('many penalties')
       call linear_of(linear, brick_wall(5, 5, '1.0e10', ''), 'closed')
       do i = 6, 14
          call set_penalty(linear, 10.0_wp**i)
@@ -90,12 +89,11 @@ contains
    end subroutine many_penalties
 
    !> A loose tolerance states the residual that it reached.
-   subroutine large_wall()
+   subroutine a_loose_tolerance()
       type(linear_model_type) :: linear
       type(omega_max_type) :: loose, tight
       type(error_type), allocatable :: error
 
-      call case('a loose tolerance')
       call linear_of(linear, brick_wall(30, 20, '1.0e12', ''), 'closed')
       call find_omega_max(linear, loose, error, tolerance=1.0e-3_wp)
       call check_no_error(error, 'loose')
@@ -105,10 +103,10 @@ contains
       call check(loose%products < tight%products, 'loose is cheaper')
       call check_close(loose%omega, tight%omega, 'and near', relative=1.0e-3_wp)
       call check(loose%omega <= tight%omega*(1 + 1.0e-9_wp), 'from below')
-   end subroutine large_wall
+   end subroutine a_loose_tolerance
 
    !> Bounds, inertia and LAPACK agree on how many modes lie beyond 4/Δt.
-   subroutine unresolved_bounds()
+   subroutine modes_beyond_4_time_step()
       type(linear_model_type) :: linear
       type(unresolved_type) :: unresolved
       type(eigenpairs_type) :: pairs
@@ -116,7 +114,6 @@ contains
       real(wp), parameter :: steps(4) = [1.0e-3_wp, 2.0e-4_wp, 1.0e-4_wp, 1.0e-5_wp]
       integer :: i
 
-      call case('modes beyond 4/time_step')
       call linear_of(linear, brick_wall(8, 8, '1.0e11', ''), 'closed')
       call all_eigenvalues(linear%stiffness, linear%mass, pairs, error)
       do i = 1, size(steps)
@@ -133,6 +130,6 @@ contains
       call count_unresolved(linear, 1.0e-3_wp, unresolved, error)
       call check(unresolved%exact .and. unresolved%least == 66, 'layered site')
       call check(sum(unresolved%of_kind) == 66, 'kinds')
-   end subroutine unresolved_bounds
+   end subroutine modes_beyond_4_time_step
 
 end module test_omega_max

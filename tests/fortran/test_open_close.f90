@@ -39,7 +39,7 @@ contains
    end subroutine close_all
 
    !> Up to eight contacts, 2⁸ combinations.
-   subroutine against_enumeration()
+   subroutine against_all_combinations()
       type(system_type) :: system
       type(contacts_type) :: contacts
       type(laws_type) :: laws
@@ -48,7 +48,6 @@ contains
       real(wp) :: expected(unknowns)
       integer :: i, solutions, most
 
-      call case('against all combinations')
       most = 0
       do i = 1, 80
          call random_system(system, contacts, laws, 1 + modulo(i, 8), 0.0_wp)
@@ -60,7 +59,7 @@ contains
          most = max(most, iteration%iterations)
       end do
       call check(most <= 8, 'in no more iterations than contacts')
-   end subroutine against_enumeration
+   end subroutine against_all_combinations
 
    !> The combination whose solution penetrates where it is closed and only there.
    subroutine try_all(system, contacts, d, solutions)
@@ -95,7 +94,7 @@ contains
    end subroutine try_all
 
    !> Without friction the solution does not depend on where the iteration begins.
-   subroutine any_first_states()
+   subroutine from_any_first_states()
       type(system_type) :: system, again
       type(contacts_type) :: contacts, others
       type(laws_type) :: laws
@@ -103,7 +102,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i, c
 
-      call case('from any first states')
       do i = 1, 60
          call random_system(system, contacts, laws, 20, 0.0_wp)
          again = system
@@ -117,7 +115,7 @@ contains
          call check_no_error(error, 'converges from other states')
          call check_close(again%d, system%d, 'd', relative=1.0e-9_wp)
       end do
-   end subroutine any_first_states
+   end subroutine from_any_first_states
 
    !> With friction, the forces that the law answers to d are in balance with it.
    subroutine with_friction(angle, most_allowed)
@@ -163,7 +161,6 @@ contains
       real(wp), parameter :: angle = 81.0_wp
       integer :: i, locked, closed
 
-      call case('where friction locks')
       locked = 0
       closed = 0
       do i = 1, 1500
@@ -186,11 +183,10 @@ contains
    end subroutine where_friction_locks
 
    !> Falling masonry in the midpoint rule, which shakes: steps close in which bricks lock.
-   subroutine locking_wall()
+   subroutine a_wall_that_locks()
       type(simulation_type) :: simulation
       integer :: i
 
-      call case('a wall that locks')
       call begin(simulation, control_text(1.0e-2_wp, 20, "integration = 'midpoint'"// &
          ' gravity = 0.0 -9.81')//contact_text(1.5e12_wp, '')// &
          " &material name = 'base' density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.0 /"//&
@@ -207,7 +203,7 @@ contains
       end do
       call check(simulation%step == 20, 'every step closes')
       call check(relative_balance(simulation%energy) < 1.0e-6_wp, 'audit')
-   end subroutine locking_wall
+   end subroutine a_wall_that_locks
 
    subroutine check_balance(system, contacts, mu)
       type(system_type), intent(in) :: system
@@ -237,7 +233,6 @@ contains
       type(open_close_type) :: iteration
       type(error_type), allocatable :: error
 
-      call case('no contacts')
       call random_system(system, contacts, laws, 1, 0.0_wp)
       contacts%n = 0
       call close_all(system, contacts, laws, iteration, error)
@@ -254,7 +249,6 @@ contains
       type(open_close_type) :: iteration
       type(error_type), allocatable :: error
 
-      call case('too few iterations')
       call random_system(system, contacts, laws, 20, 20.0_wp)
       contacts%gap(:20) = -abs(contacts%gap(:20))
       iteration%max_iterations = 1

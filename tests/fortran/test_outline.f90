@@ -7,7 +7,7 @@ module test_outline
    use dda_outline, only: outline_of, pieces_on_side, pieces_along
    use dda_outlines, only: outlines_type, add_outline
    use models, only: blocks_of, rectangle
-   use testing, only: case, check, check_close
+   use testing, only: check, check_close
    implicit none
 
 contains
@@ -41,7 +41,6 @@ contains
       real(wp) :: vertices(2, 24)
       integer :: i, j
 
-      call case('grid')
       do j = 0, 1
          do i = 0, 2
             vertices(:, 12*j + 4*i + 1:12*j + 4*i + 4) = rectangle(2.0_wp*i, 1.0_wp*j, &
@@ -78,7 +77,6 @@ contains
       type(blocks_type) :: blocks
       type(edge_piece_type), allocatable :: found(:)
 
-      call case('steps')
       call make(blocks, [1, 5, 9, 13], reshape([rectangle(0.0_wp, 0.0_wp, 10.0_wp, 1.0_wp), &
          rectangle(4.0_wp, 1.0_wp, 5.0_wp, 2.0_wp), rectangle(5.0_wp, 1.0_wp, 7.0_wp, 2.0_wp)], &
          [2, 12]))
@@ -97,7 +95,6 @@ contains
       type(blocks_type) :: blocks
       type(edge_piece_type), allocatable :: found(:)
 
-      call case('slope')
       call make(blocks, [1, 4], reshape([0.0_wp, 0.0_wp, 4.0_wp, 0.0_wp, 0.0_wp, 3.0_wp], &
          [2, 3]))
       call outline_of(blocks, [.true.], found)
@@ -113,7 +110,6 @@ contains
       type(edge_piece_type) :: piece
       real(wp) :: reference(2, 2), ends(2, 2), centre(2)
 
-      call case('points of Gauss')
       call make(blocks, [1, 5], rectangle(0.0_wp, 0.0_wp, 4.0_wp, 1.0_wp))
       piece = edge_piece_type(1, 1, 0.25_wp, 1.0_wp)
       centre = blocks%position(1:2, 1)

@@ -53,7 +53,6 @@ contains
       integer :: i
       logical :: kept
 
-      call case('growth')
       do i = 1, 100
          vertices(:, :, i) = star(12, 0.5_wp, 2.0_wp)
          call add_outline(outlines, vertices(:, :3 + modulo(i, 10), i), i, 2*i, 3*i, 'b'// &
@@ -74,7 +73,6 @@ contains
       type(outlines_type) :: outlines
       integer :: i
 
-      call case('layers')
       call add_layers(outlines, -1.0_wp, 2.0_wp, 15.0_wp, 0.5_wp, 20, 3, 4, 5, 'layer')
       call check(outlines%n == 20, 'twenty')
       do i = 1, 20
@@ -92,7 +90,6 @@ contains
       real(wp), allocatable :: low(:,:), high(:,:)
       integer :: i
 
-      call case('drums')
       call add_drums(outlines, 5.0_wp, 1.0_wp, 0.5_wp, [0.8_wp, 0.6_wp], 10, 1, 1, 1, '')
       call check_close(total_area(outlines), 0.7_wp*5.0_wp, 'area', relative=1.0e-14_wp)
       call check_close(deepest_overlap(outlines), 0.0_wp, 'no overlap', absolute=1.0e-14_wp)

@@ -12,7 +12,7 @@ module test_plane_law
    use dda_scheme, only: scheme_type, step_type
    use dda_soil_curves, only: soil_type, curve_of
    use models, only: random, random_vector
-   use testing, only: case, check
+   use testing, only: check
    implicit none
 
 contains
@@ -23,7 +23,6 @@ contains
       real(wp) :: e(2), change(2), acting(2), slope(2, 2), more(2), of_more(2, 2), worst(3), scale
       integer :: i, k
 
-      call case('recoverable branches')
       worst = 0.0_wp
       do i = 1, 4000
          e = 3.0_wp*random_vector(2)
@@ -55,7 +54,6 @@ contains
       real(wp) :: worst(2)
       integer :: i, kind
 
-      call case('energies of steps that turn')
       point%elasticity = elasticity(material_type(young_modulus=2.0e8_wp, poisson_ratio=0.3_wp), &
          .true.)
       point%held = [-1.0e5_wp, -2.0e5_wp, 3.0e4_wp]

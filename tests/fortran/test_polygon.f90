@@ -5,18 +5,17 @@ module test_polygon
    use dda_polygon, only: area_of, centroid_of, contains_point, distance_to_boundary, is_simple, &
       overlap_depth, second_moments
    use models, only: fan, random_vector, rectangle, shifted, star, turned
-   use testing, only: case, check, check_close
+   use testing, only: check, check_close
    implicit none
 
 contains
 
    !> Area, centroid and second moments from the triangles of a fan.
-   subroutine stars()
+   subroutine star_shaped_polygons()
       real(wp), allocatable :: vertices(:,:), points(:,:), weights(:)
       real(wp) :: centre(2), moments(3)
       integer :: i
 
-      call case('star-shaped polygons')
       do i = 1, 200
          centre = 3.0_wp*random_vector(2)
          vertices = shifted(star(3 + modulo(i, 15), 0.2_wp, 2.0_wp), centre)
@@ -30,15 +29,14 @@ contains
          call check_close(area_of(vertices(:, size(vertices, 2):1:-1)), -sum(weights), &
             'clockwise', relative=1.0e-13_wp)
       end do
-   end subroutine stars
+   end subroutine star_shaped_polygons
 
    !> A comb is the union of its back and its teeth, and no star.
-   subroutine comb()
+   subroutine a_comb()
       integer, parameter :: teeth = 5
       real(wp) :: vertices(2, 4*teeth), area, first(2), second(3), parts(2, 4)
       integer :: i
 
-      call case('a comb')
       vertices(:, 1) = [0.0_wp, 0.0_wp]
       vertices(:, 2) = [2.0_wp*teeth - 1.0_wp, 0.0_wp]
       do i = 1, teeth
@@ -60,7 +58,7 @@ contains
       call check_close(area_of(vertices), area, 'area', relative=1.0e-14_wp)
       call check_close(centroid_of(vertices), first/area, 'centroid', relative=1.0e-14_wp)
       call check_close(second_moments(vertices), second, 'second moments', relative=1.0e-14_wp)
-   end subroutine comb
+   end subroutine a_comb
 
    !> ∫1, ∫(x, y) and ∫(x², y², xy) of an upright rectangle.
    pure subroutine add_rectangle(corners, area, first, second)
@@ -78,20 +76,18 @@ contains
    end subroutine add_rectangle
 
    !> Area and centroid keep their digits at map coordinates.
-   subroutine far_away()
+   subroutine far_from_the_origin()
       real(wp) :: vertices(2, 4)
 
-      call case('far from the origin')
       vertices = shifted(rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp), [5.0e5_wp, 4.0e6_wp])
       call check_close(area_of(vertices), 1.0_wp, 'area', relative=1.0e-9_wp)
       call check_close(centroid_of(vertices), [5.0e5_wp, 4.0e6_wp], 'centroid', absolute=1.0e-8_wp)
-   end subroutine far_away
+   end subroutine far_from_the_origin
 
    subroutine simple_or_not()
       real(wp), allocatable :: vertices(:,:)
       integer :: i, m
 
-      call case('simple or not')
       do i = 1, 100
          m = 3 + modulo(i, 12)
          vertices = star(m, 0.3_wp, 2.0_wp)
@@ -124,7 +120,6 @@ contains
       real(wp) :: point(2), outside(2), square(2, 4)
       integer :: i, k, wrong, inside
 
-      call case('points inside')
       wrong = 0
       inside = 0
       do i = 1, 100
@@ -163,13 +158,12 @@ contains
    end function winding
 
    !> Against many points along the boundary.
-   subroutine distances()
+   subroutine distance_to_the_boundary()
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: point(2), least
       integer :: i, j, k
       integer, parameter :: parts = 2000
 
-      call case('distance to the boundary')
       do i = 1, 10
          vertices = star(7, 0.2_wp, 2.0_wp)
          point = 2.0_wp*random_vector(2)
@@ -183,14 +177,13 @@ contains
          call check_close(distance_to_boundary(vertices, point), least, 'distance', &
             absolute=1.0e-4_wp)
       end do
-   end subroutine distances
+   end subroutine distance_to_the_boundary
 
    !> Touching is no overlap, however the two are turned.
    subroutine touching_neighbours()
       real(wp) :: square(2, 4), notched(2, 6), angle
       integer :: i
 
-      call case('touching neighbours')
       square = rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp)
       notched = reshape([0, 0, 2, 0, 2, 2, 1, 2, 1, 1, 0, 1]*1.0_wp, [2, 6])
       do i = 0, 20
@@ -222,7 +215,6 @@ contains
       real(wp) :: vertices(2, 9), one(2, 6), other(2, 6)
       integer :: i
 
-      call case('parts of a star')
       do i = 1, 50
          vertices = star(9, 0.5_wp, 2.0_wp)
          one(:, :5) = vertices(:, 1:5)
@@ -238,7 +230,6 @@ contains
       real(wp) :: square(2, 4), cross(2, 4), depth
       integer :: i
 
-      call case('overlaps')
       square = rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp)
       do i = 1, 9
          depth = 10.0_wp**(-i)

@@ -5,7 +5,7 @@ module test_record
    use dda_errors, only: error_type
    use dda_record, only: record_type, read_record
    use record_files, only: contents, data_file, remove_scratch, scratch_name, write_scratch
-   use testing, only: case, check, check_close, check_no_error, check_fails
+   use testing, only: check, check_close, check_no_error, check_fails
    implicit none
 
    integer, parameter :: samples = 100
@@ -15,8 +15,7 @@ module test_record
 
 contains
 
-   subroutine each_format()
-      call case('each format gives the motion back')
+   subroutine each_format_gives_the_motion_back()
       call expect_sine('sine.smc', 'smc', 1.0e-5_wp)
       call expect_sine('sine.at2', 'at2', printed)
       call expect_sine('sine_old.at2', 'at2', 1.0e-2_wp)
@@ -25,7 +24,7 @@ contains
       call expect_sine('sine.v2c', 'cosmos', printed)
       call expect_sine('sine.v2', 'cosmos', printed)
       call expect_sine('sine_old.v2', 'cosmos', printed)
-   end subroutine each_format
+   end subroutine each_format_gives_the_motion_back
 
    !> By name and by content; quantity and unit come from the header.
    subroutine expect_sine(name, format, precision)
@@ -47,8 +46,7 @@ contains
       call check(len(record%station) + len(record%description) > 0, name//' says what it is')
    end subroutine expect_sine
 
-   subroutine sections_of_cosmos()
-      call case('sections of a COSMOS file')
+   subroutine sections_of_a_cosmos_file()
       call expect_section('sine.v2c', 'acceleration', 1, sine(1.0_wp))
       call expect_section('sine.v2c', 'acceleration', 2, -sine(1.0_wp))
       call expect_section('sine.v2c', 'velocity', 1, (1.0_wp - cos(omega*times()))/omega)
@@ -58,7 +56,7 @@ contains
       call expect_no_section('sine.v2c', 3, 'channel 3')
       call expect_no_section('sine.v2c', 0, 'channel 0')
       call expect_no_section('sine.smc', 2, 'channel 2')
-   end subroutine sections_of_cosmos
+   end subroutine sections_of_a_cosmos_file
 
    subroutine expect_section(name, quantity, channel, expected)
       character(len=*), intent(in) :: name, quantity
@@ -88,7 +86,6 @@ contains
       type(record_type) :: record
       type(error_type), allocatable :: error
 
-      call case('columns of text')
       call read_record(record, data_file('sine one column.txt'), 'auto', 'acceleration', 'gal', &
          error, time_step=step)
       call check_no_error(error, 'one column')
@@ -108,11 +105,10 @@ contains
       call check_close(record%values, sine(0.1_wp), 'millimetres', relative=printed)
    end subroutine columns_of_text
 
-   subroutine header_in_words()
+   subroutine words_of_the_header()
       type(record_type) :: record
       type(error_type), allocatable :: error
 
-      call case('words of the header')
       call read_record(record, data_file('sine.esm'), 'auto', '', '', error)
       call check_no_error(error, 'esm')
       if (.not. allocated(error)) call check(index(record%station, 'Plätze') > 0, &
@@ -121,13 +117,12 @@ contains
       call check_no_error(error, 'cosmos')
       if (.not. allocated(error)) call check(index(record%description, 'section 2 of 2') > 0, &
          record%description)
-   end subroutine header_in_words
+   end subroutine words_of_the_header
 
    !> Good files whose headers say something else: what they say is what the samples are.
    subroutine headers_of_other_kinds()
       character(len=:), allocatable :: smc, at2
 
-      call case('headers of other kinds')
       smc = contents(data_file('sine.smc'))
       at2 = contents(data_file('sine.at2'))
       call expect_changed(smc, 'CORRECTED ACCELEROGRAM', 'CORRECTED VELOCITY    ', 'velocity', &
@@ -177,8 +172,7 @@ contains
       end if
    end subroutine expect_changed
 
-   subroutine units_agree()
-      call case('units and quantities must agree')
+   subroutine units_and_quantities_must_agree()
       call expect_unit('sine.smc', '', 'gal', '')
       call expect_unit('sine.smc', '', 'g', "'g' was given")
       call expect_unit('sine.smc', 'velocity', '', 'not velocity')
@@ -188,7 +182,7 @@ contains
       call expect_unit('sine one column.txt', 'acceleration', '', 'does not state its unit')
       call expect_unit('sine one column.txt', '', '', 'does not say what it holds')
       call expect_unit('sine.esm', '', 'cm', 'not displacement')
-   end subroutine units_agree
+   end subroutine units_and_quantities_must_agree
 
    subroutine expect_unit(name, quantity, unit, names)
       character(len=*), intent(in) :: name, quantity, unit
@@ -204,11 +198,10 @@ contains
       end if
    end subroutine expect_unit
 
-   subroutine steps_agree()
+   subroutine time_steps_must_agree()
       type(record_type) :: record
       type(error_type), allocatable :: error
 
-      call case('time steps must agree')
       call read_record(record, data_file('sine.at2'), 'at2', '', '', error, time_step=0.01_wp)
       call check_fails(error, '0.01')
       call read_record(record, data_file('sine_time.csv'), 'text', '', 'gal', error, &
@@ -218,15 +211,14 @@ contains
       call check_fails(error, 'time_step')
       call read_record(record, data_file('sine.at2'), 'at2', '', '', error, time_step=step)
       call check_no_error(error, 'the same step')
-   end subroutine steps_agree
+   end subroutine time_steps_must_agree
 
    !> The record of the Loma Prieta earthquake that the project carries; numbers from its own
    !> header.
-   subroutine real_record()
+   subroutine a_real_smc_record()
       type(record_type) :: record
       type(error_type), allocatable :: error
 
-      call case('a real SMC record')
       call read_record(record, &
          data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), 'auto', &
          'acceleration', '', error)
@@ -238,7 +230,7 @@ contains
       call check_close(record%values(7183), 0.077033_wp, 'last sample', relative=1.0e-15_wp)
       call check_close(minval(record%values), -2.225194_wp, 'peak', relative=1.0e-4_wp)
       call check(index(record%station, 'APEEL Array #2') > 0, record%station)
-   end subroutine real_record
+   end subroutine a_real_smc_record
 
    function times() result(time)
       real(wp) :: time(samples)

@@ -6,18 +6,17 @@ module test_record_damage
    use dda_errors, only: error_type, error_file, error_input
    use dda_record, only: record_type, read_record
    use record_files, only: data_file, write_scratch, contents, scratch_name
-   use testing, only: case, check, check_no_error, check_fails
+   use testing, only: check, check_no_error, check_fails
    implicit none
 
    character(len=*), parameter :: nl = new_line('a')
 
 contains
 
-   subroutine not_a_file()
+   subroutine what_is_not_a_file()
       type(record_type) :: record
       type(error_type), allocatable :: error
 
-      call case('what is not a file')
       call read_record(record, data_file(''), 'auto', '', '', error)
       call check_fails(error, 'records')
       if (allocated(error)) call check(error%kind == error_file, 'a folder is an error of the file')
@@ -29,14 +28,13 @@ contains
       call check_fails(error, "'sac'")
       call write_scratch('')
       call expect_error('auto', 'empty')
-   end subroutine not_a_file
+   end subroutine what_is_not_a_file
 
    !> A time step that is none, a path without end.
    subroutine odd_requests()
       type(record_type) :: record
       type(error_type), allocatable :: error
 
-      call case('odd requests')
       call read_record(record, scratch_name, 'text', '', 'm', error, time_step=ieee_value(1.0_wp, &
          ieee_positive_inf))
       call check_fails(error, 'not a finite number')
@@ -46,19 +44,17 @@ contains
    end subroutine odd_requests
 
    !> A hole of 300 MB behind the first byte: refused by its size, not read.
-   subroutine too_large()
+   subroutine a_file_that_is_too_large()
       integer :: unit
 
-      call case('a file that is too large')
       open (newunit=unit, file=scratch_name, access='stream', form='unformatted', action='write', &
          status='replace')
       write (unit, pos=300000000) '1'
       close (unit)
       call expect_error('text', 'bytes long')
-   end subroutine too_large
+   end subroutine a_file_that_is_too_large
 
-   subroutine not_text()
-      call case('what is not text')
+   subroutine what_is_not_text()
       call write_scratch('1.0'//nl//'2.0'//achar(0)//nl)
       call expect_error('text', 'line 2: the byte 0')
       call write_scratch(repeat('1.0 ', 500000))
@@ -67,10 +63,9 @@ contains
       call expect_error('auto', 'the byte 3')
       call write_scratch('once upon a time'//nl//'there was no record'//nl)
       call expect_error('auto', 'no known format')
-   end subroutine not_text
+   end subroutine what_is_not_text
 
-   subroutine wrong_counts()
-      call case('counts that do not fit')
+   subroutine counts_that_do_not_fit()
       call damaged('.smc', '       100    -32768', '       101    -32768', 'after 100 of the 101')
       call damaged('.smc', '       100    -32768', '        95    -32768', 'more than the 95')
       call damaged('.smc', '       100    -32768', '1000000000000 -32768', '1000000000000 samples')
@@ -86,10 +81,9 @@ contains
       call damaged('.esm', 'DURATION_S: 2.000', 'DURATION_S: 3.000', '3 s')
       call damaged('.v2c', '     100 acceleration pts', '99999999 acceleration pts', '99999999')
       call damaged('.v2c', ' 100 Integer-header', '9999 Integer-header', 'Real-header')
-   end subroutine wrong_counts
+   end subroutine counts_that_do_not_fit
 
-   subroutine wrong_numbers()
-      call case('numbers that are none')
+   subroutine numbers_that_are_none()
       call damaged('.at2', '0.0000000E+00', '          NaN', "line 5: 'NaN'")
       call damaged('.at2', '0.0000000E+00', '       1e400 ', "'1e400' is too large")
       call damaged('.at2', '0.0000000E+00', '   3*5       ', "'3*5'")
@@ -99,10 +93,9 @@ contains
       call damaged('.smc', ' 0.0000E+0 1.2533E+1', '12.345678901.2533E+1', '12.34567890')
       call damaged('_time.csv', '12.533323', '12.53,3323', 'more than two columns')
       call damaged('.knet', '   52569 ', '   52569e12 ', 'counts')
-   end subroutine wrong_numbers
+   end subroutine numbers_that_are_none
 
-   subroutine wrong_columns()
-      call case('columns that do not fit')
+   subroutine columns_that_do_not_fit()
       call expect_text('0 1'//nl//'1 2'//nl//'3 2'//nl//'4 3', &
          'line 3: the time 3 s comes 2 s after')
       call expect_text('0 1'//nl//'1 2'//nl//'1 2'//nl, 'line 3: the time 1 s does not follow')
@@ -113,10 +106,9 @@ contains
       call expect_text('0 1'//nl//'1e200 2'//nl//'3 4'//nl, 'beyond any record')
       call expect_text('0 1'//nl//'1e-9 2'//nl//'2e-9 4'//nl, 'time step')
       call expect_text('1'//nl//'x'//nl, "line 2: 'x' is not a number")
-   end subroutine wrong_columns
+   end subroutine columns_that_do_not_fit
 
-   subroutine wrong_headers()
-      call case('headers that do not fit')
+   subroutine headers_that_do_not_fit()
       call damaged('.smc', '  0.5000000E+02', '  0.1700000E+39', 'sampling rate')
       call damaged('.smc', 'CORRECTED ACCELEROGRAM', 'RESPONSE SPECTRA      ', 'not a time series')
       call damaged('.smc', '| 100 sin', '  100 sin', 'is not a comment')
@@ -149,10 +141,10 @@ contains
       call damaged('.v2c', ' 100 Integer-header', '-100 Integer-header', 'announced')
       call damaged('.v2c', 'units=cm/sec2', 'units=counts ', "'counts'")
       call damaged('.v2c', '       2.000000', '       9.000000', '9 s')
-   end subroutine wrong_headers
+   end subroutine headers_that_do_not_fit
 
    !> A file that ends anywhere is an error, except where only a line end is lost.
-   subroutine cut_anywhere()
+   subroutine a_file_that_is_cut_anywhere()
       character(len=8), parameter :: names(7) = [character(len=8) :: '.smc', '.at2', '.knet', &
          '.esm', '.v2c', '.v2', '_old.at2']
       character(len=:), allocatable :: bytes
@@ -160,7 +152,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i, length, kept
 
-      call case('a file that is cut anywhere')
       do i = 1, size(names)
          bytes = contents(data_file('sine'//trim(names(i))))
          ! Other sections follow in these two; what matters is the cut within the last one.
@@ -173,7 +164,7 @@ contains
             call check(allocated(error), trim(names(i))//' cut short is an error')
          end do
       end do
-   end subroutine cut_anywhere
+   end subroutine a_file_that_is_cut_anywhere
 
    !> LF, CR LF, CR, none at the end, and Ctrl-Z at the end are all the same.
    subroutine line_ends()
@@ -183,7 +174,6 @@ contains
          ' ']
       integer :: i
 
-      call case('line ends')
       do i = 1, size(ends)
          call write_scratch('1'//trim(ends(i))//trim(ends(i))//'2'//trim(ends(i))//achar(9)//'3'// &
             achar(26)//ends(i))

@@ -35,10 +35,9 @@ contains
       call recursion(scheme_type(1.0_wp, 0.5_wp), 0.0_wp)
    end subroutine every_member
 
-   subroutine members()
+   subroutine members_by_name()
       type(step_type) :: step
 
-      call case('members by name')
       call check_member('dda', 1.0_wp, 0.5_wp)
       call check_member('midpoint', 0.5_wp, 0.5_wp)
       call check_member('theta', 0.6_wp, 0.6_wp)
@@ -49,7 +48,7 @@ contains
       call check_close(mass_weight(step), 125.0_wp, '1/(χΔt²)', relative=1.0e-14_wp)
       call check_close(0.1_wp*(0.2_wp*7.0_wp + 0.8_wp*end_rate(step, 2.0_wp, 7.0_wp)), 2.0_wp, &
          'd = Δt [(1 − χ) v₀ + χ v₁]', relative=1.0e-14_wp)
-   end subroutine members
+   end subroutine members_by_name
 
    subroutine check_member(name, theta, chi)
       character(len=*), intent(in) :: name
@@ -195,7 +194,6 @@ contains
       real(wp) :: turn
       integer :: i, j
 
-      call case('ringing')
       scheme = scheme_type(1.0_wp, 0.5_wp)
       do i = 2, 7
          turn = 10.0_wp**i
@@ -225,7 +223,6 @@ contains
    subroutine limits()
       type(scheme_type), parameter :: dda = scheme_type(1.0_wp, 0.5_wp)
 
-      call case('limits')
       call check_close(forced_damping(dda, 2*pi*13.95_wp, 1.0e-3_wp), 0.0219_wp, &
          'paper, table I', absolute=1.0e-4_wp)
       call check_close(free_damping(dda, 1.0_wp, 1.0e-3_wp), 0.25e-3_wp, 'ζ ≈ Ω/4', &

@@ -35,7 +35,6 @@ contains
       real(wp), parameter :: step(3) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]
       integer :: i
 
-      call case('free fall')
       do i = 1, 3
          call begin(simulation, control_text(step(i), 1000, gravity)//rock// &
             joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, &
@@ -49,11 +48,10 @@ contains
       end do
    end subroutine free_fall
 
-   subroutine flight()
+   subroutine flight_without_force()
       type(simulation_type) :: simulation
       real(wp) :: from(2)
 
-      call case('flight without force')
       call begin(simulation, control_text(1.0e-3_wp, 5000, '')//joint_text(0.0_wp, 0.0_wp, &
          0.0_wp)//' &material density = 1000.0 young_modulus = 1.0e7 poisson_ratio = 0.3 '// &
          'initial_velocity = 3.0 -2.0 0.0 /'// &
@@ -64,15 +62,14 @@ contains
          relative=1.0e-12_wp)
       call check_close(simulation%blocks%velocity(:, 1), [3.0_wp, -2.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
          0.0_wp], 'v', absolute=1.0e-10_wp)
-   end subroutine flight
+   end subroutine flight_without_force
 
    !> A hundred turns of a block without symmetry, in a hundred steps each.
-   subroutine spin()
+   subroutine a_hundred_turns()
       type(simulation_type) :: simulation
       real(wp) :: shape(2, 5), edges(5), momentum
       integer :: i
 
-      call case('a hundred turns')
       shape = reshape([0.0_wp, 0.0_wp, 2.0_wp, 0.1_wp, 2.5_wp, 1.0_wp, 1.0_wp, 0.6_wp, 0.2_wp, &
          1.4_wp], [2, 5])
       call begin(simulation, control_text(1.0e-3_wp, 10000, '')//joint_text(0.0_wp, 0.0_wp, &
@@ -97,7 +94,7 @@ contains
          momentum = momentum_of(simulation%blocks%inertia(:, 1), simulation%blocks%velocity(:, 1))
          angular_momentum = momentum(3)
       end function angular_momentum
-   end subroutine spin
+   end subroutine a_hundred_turns
 
    !> A block on a held plane inclined by 30°.
    subroutine begin_incline(simulation, friction_angle, stiffness, step, steps)
@@ -146,25 +143,23 @@ contains
    end subroutine incline
 
    !> φ above α: it settles, then nothing moves any more.
-   subroutine sticking()
+   subroutine sticking_at_35_degrees_on_30_degrees()
       type(simulation_type) :: simulation
       real(wp) :: settled
 
-      call case('sticking at 35° on 30°')
       call begin_incline(simulation, 35.0_wp, 1.0e10_wp, 1.0e-3_wp, 3000)
       call run(simulation, 1000)
       settled = way(simulation)
       call check_close(settled, 0.0_wp, 'it moves by the give of its springs', absolute=5.0e-6_wp)
       call run(simulation, 2000)
       call check_close(way(simulation), settled, 'no drift', absolute=1.0e-12_wp)
-   end subroutine sticking
+   end subroutine sticking_at_35_degrees_on_30_degrees
 
    !> A needle on its tip in a notch stays there while it is in balance.
    subroutine rest_in_a_notch()
       type(simulation_type) :: simulation
       real(wp) :: from
 
-      call case('rest in a notch')
       call begin(simulation, control_text(1.0e-3_wp, 300, gravity)//contact_text(1.0e9_wp, '')// &
          rock//joint_text(20.0_wp, 0.0_wp, 0.0_wp)// &
          block_text('base', reshape([-2, -2, 2, -2, 2, 1, 1, 1, 0, 0, -1, 1, -2, 1]*1.0_wp, &
@@ -178,13 +173,12 @@ contains
 
    !> A contact soft enough to give 1.6 cm, more than the contact distance, still throws the block
    !> back.
-   subroutine deep_penetration()
+   subroutine penetration_beyond_the_contact_distance()
       type(simulation_type) :: simulation
       real(wp) :: lowest
       type(error_type), allocatable :: error
       integer :: i
 
-      call case('penetration beyond the contact distance')
       call begin(simulation, control_text(1.0e-4_wp, 6000, gravity// &
          'max_displacement_ratio = 0.002')//contact_text(1.0e8_wp, '')// &
          ' &material density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.2 /'// &
@@ -206,17 +200,16 @@ contains
             'it never sinks deeper than 10 cm')
          call check(simulation%blocks%velocity(2, 2) > 0.0_wp, 'and goes up again')
       end if
-   end subroutine deep_penetration
+   end subroutine penetration_beyond_the_contact_distance
 
    !> A block at rest as deep as forces explain, then pushed 30 cm into the floor by contacts
    !> that bear nothing there: they balance, but rest is where it was.
-   subroutine unexplained_depth()
+   subroutine contacts_that_are_deeper_than_their_force_explains()
       type(simulation_type) :: simulation
       type(equilibrium_type) :: equilibrium
       type(error_type), allocatable :: error
       real(wp) :: height
 
-      call case('contacts that are deeper than their force explains')
       call begin(simulation, control_text(1.0e-3_wp, 10, gravity//'settle = .true.')// &
          contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
          block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
@@ -234,17 +227,16 @@ contains
       call check_no_error(error, 'it rests again')
       call check_close(simulation%blocks%position(2, 2), height, 'on the floor', &
          absolute=1.0e-9_wp)
-   end subroutine unexplained_depth
+   end subroutine contacts_that_are_deeper_than_their_force_explains
 
    !> Δt shrinks while a block falls fast, recovers when it lies, is told of, and the end is met
    !> exactly.
-   subroutine adaptive_step()
+   subroutine adaptive_time_step()
       type(simulation_type) :: simulation
       type(error_type), allocatable :: error
       real(wp) :: least, largest_at_rest
       integer :: i
 
-      call case('adaptive time step')
       call begin(simulation, control_text(1.0e-2_wp, 200, gravity// &
          "time_step_control = 'adaptive' least_time_step = 1.0e-6 max_displacement_ratio = "// &
          '0.005')//contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
@@ -271,15 +263,14 @@ contains
          summary(simulation))
       call check_close(simulation%blocks%position(2, 2) - simulation%blocks%position(2, 1), &
          1.0_wp, 'it lies', absolute=1.0e-3_wp)
-   end subroutine adaptive_step
+   end subroutine adaptive_time_step
 
    !> A corner hits a stack: more than two iterations; the error names step, time and blocks.
-   subroutine no_convergence()
+   subroutine a_step_that_cannot_close()
       type(simulation_type) :: simulation
       type(error_type), allocatable :: error
       integer :: i
 
-      call case('a step that cannot close')
       call begin_or_fail(simulation, control_text(1.0e-3_wp, 1000, gravity)// &
          contact_text(1.0e9_wp, 'max_iterations = 2')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
          " &layers name = 'layer' width = 4.0 thickness = 1.0 count = 5 /"// &
@@ -308,14 +299,13 @@ contains
          write (buffer, '(i0)') step
          text = trim(buffer)
       end function step_number
-   end subroutine no_convergence
+   end subroutine a_step_that_cannot_close
 
    !> With a fixed step, time is its exact multiple and the run ends after its number of steps.
    subroutine fixed_clock()
       type(simulation_type) :: simulation
       integer :: i
 
-      call case('clock')
       call begin(simulation, control_text(0.1_wp, 37, '')//rock//joint_text(0.0_wp, 0.0_wp, &
          0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 2.0_wp)))
       do i = 1, 37

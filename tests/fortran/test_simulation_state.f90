@@ -87,7 +87,6 @@ contains
       type(simulation_type), allocatable :: one, other
       type(archive_type) :: archive
 
-      call case('at the start')
       allocate (one, other)
       call begin(one, wall_text(gravity, '', 2))
       call write_archive(archive)
@@ -105,7 +104,6 @@ contains
       type(simulation_type), allocatable :: one, other
       type(archive_type) :: archive
 
-      call case('another model')
       allocate (one, other)
       call begin(one, wall_text(gravity, '', 2))
       call begin(other, wall_text(gravity, '', 3))

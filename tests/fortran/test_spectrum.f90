@@ -7,7 +7,7 @@ module test_spectrum
    use dda_errors, only: error_type
    use dda_spectrum, only: spectral_peak_type, fourier_spectrum, amplification, &
       find_peak
-   use testing, only: case, check, check_close, check_no_error, check_fails
+   use testing, only: check, check_close, check_no_error, check_fails
    implicit none
 
    real(wp), parameter :: step = 0.01_wp
@@ -23,7 +23,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i
 
-      call case('sine and constant')
       call fourier_spectrum([(5.0_wp + 3.0_wp*sin(2.0_wp*pi*8.0_wp*real(i, wp)/real(n, wp)), i=0, &
          n - 1)], step, frequency, spectrum, error)
       call check_no_error(error, 'spectrum')
@@ -36,7 +35,7 @@ contains
    end subroutine sine_and_constant
 
    !> With padding, against the sum that defines it; odd and prime lengths, with a taper.
-   subroutine definition()
+   subroutine the_sum_that_defines_it()
       integer, parameter :: n = 31, padding = 3
       real(wp), allocatable :: frequency(:)
       complex(wp), allocatable :: spectrum(:)
@@ -45,7 +44,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i, k
 
-      call case('the sum that defines it')
       x = [(cos(0.37_wp*real(i, wp)**1.5_wp), i=1, n)]
       call fourier_spectrum(x, step, frequency, spectrum, error, padding=padding, taper=1.0_wp)
       call check_no_error(error, 'spectrum')
@@ -59,7 +57,7 @@ contains
          end do
          call check_close(abs(spectrum(k) - direct), 0.0_wp, 'bin', absolute=1.0e-14_wp)
       end do
-   end subroutine definition
+   end subroutine the_sum_that_defines_it
 
    !> Parseval: Σ x² Δt = Δf Σ |S|² over both sides.
    subroutine energy()
@@ -70,7 +68,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i
 
-      call case('energy')
       x = [(sin(0.01_wp*real(i, wp)**2), i=1, n)]
       call fourier_spectrum(x, step, frequency, spectrum, error)
       call check_no_error(error, 'spectrum')
@@ -79,7 +76,7 @@ contains
    end subroutine energy
 
    !> y(n) = x(n) + 2r cos θ y(n−1) − r² y(n−2): H = 1/(1 − 2r cos θ z⁻¹ + r² z⁻²), z = exp(iωΔt).
-   subroutine filter()
+   subroutine a_filter_that_is_known()
       integer, parameter :: n = 4096
       real(wp), parameter :: r = 0.98_wp, theta = 0.3_wp
       real(wp), allocatable :: frequency(:)
@@ -89,7 +86,6 @@ contains
       type(spectral_peak_type) :: peak
       integer :: i
 
-      call case('a filter that is known')
       x = 0.0_wp
       x(1:4) = [1.0_wp, -0.5_wp, 0.3_wp, 0.1_wp]
       y = x
@@ -112,10 +108,10 @@ contains
          relative=1.0e-6_wp)
       call check_close(peak%bin_width, 1.0_wp/(4.0_wp*real(n, wp)*step), 'bin width', &
          relative=1.0e-12_wp)
-   end subroutine filter
+   end subroutine a_filter_that_is_known
 
    !> Where the base is silent there is no ratio, and nothing is divided by zero.
-   subroutine quiet_bins()
+   subroutine silent_bins()
       integer, parameter :: n = 64
       real(wp), allocatable :: frequency(:)
       complex(wp), allocatable :: ratio(:)
@@ -123,7 +119,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i
 
-      call case('silent bins')
       x = [(cos(2.0_wp*pi*4.0_wp*real(i, wp)/real(n, wp)), i=0, n - 1)]
       call amplification(2.0_wp*x, x, step, frequency, ratio, error)
       call check_no_error(error, 'amplification')
@@ -133,7 +128,7 @@ contains
       call check_fails(error, 'base')
       call amplification(x, x(2:), step, frequency, ratio, error)
       call check_fails(error, '64 and 63')
-   end subroutine quiet_bins
+   end subroutine silent_bins
 
    subroutine parabola()
       integer, parameter :: n = 11
@@ -142,7 +137,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i
 
-      call case('peaks')
       frequency = [(0.5_wp*real(i - 1, wp), i=1, n)]
       amplitude = 7.0_wp - 0.3_wp*(frequency - 2.1_wp)**2
       call find_peak(frequency, amplitude, 0.0_wp, 5.0_wp, peak, error)
@@ -170,17 +164,15 @@ contains
       type(error_type), allocatable :: error
       integer :: i
 
-      call case('reproducible')
       x = [(sin(real(i, wp)**1.3_wp), i=1, n + 1)]
       call fourier_spectrum(x(2:), step, frequency, first, error)
       call fourier_spectrum([(x(i), i=2, n + 1)], step, frequency, second, error)
       call check(maxval(abs(first - second)) <= 0.0_wp, 'same bits')
    end subroutine same_bits
 
-   subroutine wrong_requests()
+   subroutine requests_without_a_spectrum()
       real(wp), parameter :: few(4) = [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp]
 
-      call case('requests without a spectrum')
       call refused(few(:1), step, 1, 0.0_wp, '2 samples')
       call refused(few, 0.0_wp, 1, 0.0_wp, 'time step')
       call refused(few, 1.0e-305_wp, 1, 0.0_wp, 'time step')
@@ -189,7 +181,7 @@ contains
       call refused(few, step, 1, -0.1_wp, 'taper')
       call refused(few*1.0e200_wp, step, 1, 0.0_wp, 'too large')
       call refused([few, ieee_value(0.0_wp, ieee_quiet_nan)], step, 1, 0.0_wp, 'finite')
-   end subroutine wrong_requests
+   end subroutine requests_without_a_spectrum
 
    subroutine refused(series, time_step, padding, taper, names)
       real(wp), intent(in) :: series(:), time_step, taper

@@ -81,7 +81,6 @@ contains
       real(wp) :: way(unknowns)
       integer :: i, step, most
 
-      call case('without friction')
       most = 0
       do i = 1, 40
          call random_system(system, contacts, laws, n_contacts, 0.0_wp)
@@ -157,7 +156,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i, step, broken, kept
 
-      call case('overloaded bonds')
       broken = 0
       kept = 0
       do i = 1, 20
@@ -186,7 +184,7 @@ contains
    end subroutine overloaded_bonds
 
    !> A static step of many changes counts the iteration before it is relaxed, and begins anew.
-   subroutine all_iterations_count()
+   subroutine all_iterations_of_a_static_step_count()
       type(system_type) :: system, again
       type(contacts_type) :: contacts, others
       type(laws_type) :: laws
@@ -196,7 +194,6 @@ contains
       integer :: before(3)
       integer, parameter :: many = 10000, few = 2
 
-      call case('all iterations of a static step count')
       call random_system(system, contacts, laws, many, 10.0_wp)
       again = system
       others = contacts
@@ -216,6 +213,6 @@ contains
       call check(all(counts_of(iteration) == 0), 'begun anew')
       call add_counts(iteration, before)
       call check(all(counts_of(iteration) == before), 'iterations, changes and broken bonds')
-   end subroutine all_iterations_count
+   end subroutine all_iterations_of_a_static_step_count
 
 end module test_static_relaxation

@@ -4,15 +4,14 @@ module test_support
    use dda_kinds, only: wp
    use dda_support, only: load_at, load_type
    use models, only: random
-   use testing, only: case, check_close
+   use testing, only: check_close
    implicit none
 
 contains
 
-   subroutine ramp()
+   subroutine a_ramp()
       type(load_type) :: load
 
-      call case('a ramp')
       load = load_type(1, 0.0_wp, [1.0_wp, 3.0_wp], reshape([2.0_wp, -4.0_wp, 6.0_wp, 0.0_wp], &
          [2, 2]))
       call check_close(load_at(load, 0.999_wp), [0.0_wp, 0.0_wp], 'before')
@@ -20,13 +19,12 @@ contains
       call check_close(load_at(load, 1.5_wp), [3.0_wp, -3.0_wp], 'between', relative=1.0e-15_wp)
       call check_close(load_at(load, 3.0_wp), [6.0_wp, 0.0_wp], 'at its end')
       call check_close(load_at(load, 3.001_wp), [0.0_wp, 0.0_wp], 'after')
-   end subroutine ramp
+   end subroutine a_ramp
 
    !> A time given twice is a step; from it on, the second value holds.
    subroutine steps()
       type(load_type) :: load
 
-      call case('steps')
       load%time = [0.0_wp, 1.0_wp, 1.0_wp, 2.0_wp, 2.0_wp, 3.0_wp]
       load%force = reshape([0, 0, 0, 0, 5, 1, 5, 1, 0, 0, 0, 0]*1.0_wp, [2, 6])
       call check_close(load_at(load, 0.999999_wp), [0.0_wp, 0.0_wp], 'before')
@@ -47,7 +45,6 @@ contains
       real(wp) :: t, ratio
       integer :: i, k
 
-      call case('a long history')
       allocate (load%time(n), load%force(2, n))
       load%time(1) = 0.5_wp
       do i = 1, n

@@ -5,14 +5,13 @@ module test_text_numbers
    use dda_text, only: short_text
    use dda_text_numbers, only: next_number, whole_number, word_at, number_found, number_none, &
       number_bad, number_large
-   use testing, only: case, check, check_close
+   use testing, only: check, check_close
    implicit none
 
 contains
 
    !> Exponents of one and of three digits, as they are read.
    subroutine written_in_four_digits()
-      call case('written in four digits')
       call check(short_text(7.66412e305_wp) == '7.664e305', 'large: '//short_text(7.66412e305_wp))
       call check(short_text(-1.2e-120_wp) == '-1.2e-120', 'small: '//short_text(-1.2e-120_wp))
       call check(short_text(1.0e99_wp) == '1e99', 'from 1e99: '//short_text(1.0e99_wp))
@@ -21,7 +20,6 @@ contains
    end subroutine written_in_four_digits
 
    subroutine numbers_are_read()
-      call case('numbers are read')
       call expect('1', 1.0_wp)
       call expect('  +1.5', 1.5_wp)
       call expect('-.5', -0.5_wp)
@@ -34,33 +32,30 @@ contains
       call expect('000000000000000000000000001', 1.0_wp)
    end subroutine numbers_are_read
 
-   subroutine others_are_refused()
+   subroutine what_is_not_a_number_is_refused()
       character(len=8), parameter :: bad(16) = [character(len=8) :: 'NaN', 'Inf', '3*5', '/', &
          '1.2.3', 'e5', '.', '-', '1e', '1e+', '0x10', '1_8', '--1', '1,5', '****', '1.0-2.0']
       integer :: i
 
-      call case('what is not a number is refused')
       do i = 1, size(bad)
          call check(state_of(trim(bad(i))) == number_bad, bad(i))
       end do
       call check(state_of('  ') == number_none, 'blanks hold no number')
       call check(state_of('') == number_none, 'nothing holds no number')
       call check(word_at(' a 12x '//achar(9), 3) == '12x', 'the word is named')
-   end subroutine others_are_refused
+   end subroutine what_is_not_a_number_is_refused
 
-   subroutine too_large_is_told()
-      call case('numbers beyond the range')
+   subroutine numbers_beyond_the_range()
       call check(state_of('1e400') == number_large, '1e400')
       call check(state_of('-1e99999999999999') == number_large, 'an exponent beyond any integer')
       call check(state_of('1e300') == number_found .or. state_of('1e299') == number_found, '1e299')
-   end subroutine too_large_is_told
+   end subroutine numbers_beyond_the_range
 
-   subroutine numbers_run_together()
+   subroutine numbers_that_run_together()
       character(len=*), parameter :: text = ' 1.0E+0-2.5E+0-3.25E-1+4'
       real(wp) :: value(4)
       integer :: position, state, i
 
-      call case('numbers that run together')
       position = 1
       do i = 1, 4
          call next_number(text, position, value(i), state, joined=.true.)
@@ -72,14 +67,13 @@ contains
       position = 1
       call next_number('100.123456200.123456', position, value(1), state, joined=.true.)
       call check(state == number_bad, 'two numbers without a sign between are not guessed at')
-   end subroutine numbers_run_together
+   end subroutine numbers_that_run_together
 
    subroutine commas_are_counted()
       character(len=*), parameter :: text = '1 , 2,3'
       real(wp) :: value(3)
       integer :: position, state, i
 
-      call case('commas')
       position = 1
       do i = 1, 3
          call next_number(text, position, value(i), state, commas=.true.)
@@ -93,7 +87,6 @@ contains
 
    !> Against the compiler's own conversion of constants, to the last bit.
    subroutine rounding_is_right()
-      call case('rounding')
       call expect('0.1', 0.1_wp)
       call expect('9007199254740993', 9007199254740993.0_wp)
       call expect('1.7976931348623157e299', 1.7976931348623157e299_wp)
@@ -104,7 +97,6 @@ contains
    end subroutine rounding_is_right
 
    subroutine counts_are_whole()
-      call case('counts')
       call check(whole_number(4000.0_wp) == 4000, '4000')
       call check(whole_number(0.5_wp) == -1, 'a half')
       call check(whole_number(-1.0_wp) == -1, 'negative')

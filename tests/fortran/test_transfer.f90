@@ -34,7 +34,6 @@ contains
 
    !> Paper figures 15 and 16, exact: DDA there gives 29.07 @ 13.95 and 28.76 @ 14.23 Hz.
    subroutine layered_sites()
-      call case('layered sites')
       call check_site(layered_site(), 29.065_wp, 13.948_wp)
       call check_site(layered_site_two(), 28.761_wp, 14.238_wp)
    end subroutine layered_sites
@@ -176,7 +175,7 @@ contains
       ratio = (sums(:, 1) + sums(:, 3))/(sums(:, 2) + sums(:, 3))
    end subroutine measure_ratio
 
-   subroutine peak_is_a_maximum()
+   subroutine peak_against_a_fine_grid()
       type(linear_model_type) :: linear
       type(transfer_type) :: transfer
       type(transfer_peak_type) :: peak
@@ -184,7 +183,6 @@ contains
       real(wp) :: largest
       integer :: i
 
-      call case('peak against a fine grid')
       call linear_of(linear, layered_site(), 'closed')
       call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
       call transfer_peak(transfer, 30.0_wp, 60.0_wp, peak)
@@ -195,7 +193,7 @@ contains
       call check_close(peak%amplitude, largest, 'second peak', relative=1.0e-6_wp)
       call transfer_peak(transfer, 16.0_wp, 18.0_wp, peak)
       call check(.not. peak%inside, 'the flank of a peak is not a peak')
-   end subroutine peak_is_a_maximum
+   end subroutine peak_against_a_fine_grid
 
    !> A wall answers as a direct solution of all its equations does.
    subroutine ritz_vectors()
@@ -205,7 +203,6 @@ contains
       complex(wp) :: x(6), expected
       integer :: i
 
-      call case('Ritz vectors')
       call linear_of(linear, brick_wall(6, 8, '1.0e10', ''), 'closed')
       call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 200.0_wp, error)
       call check_no_error(error, 'transfer')
@@ -227,7 +224,6 @@ contains
       integer, parameter :: ends = 200
       integer :: i, most
 
-      call case('rounding adds no vectors')
       call linear_of(linear, layered_site(), 'closed')
       most = 0
       do i = 1, ends
@@ -289,14 +285,13 @@ contains
    end subroutine solve_directly
 
    !> Only some of the fixed points move: the static answer is solved for.
-   subroutine supports_apart()
+   subroutine supports_that_move_apart()
       type(linear_model_type) :: linear
       type(transfer_type) :: transfer
       type(error_type), allocatable :: error
       complex(wp), allocatable :: y(:)
       integer :: i
 
-      call case('supports that move apart')
       call linear_of(linear, layered_site(), 'closed')
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
@@ -311,20 +306,19 @@ contains
       call check_close(abs(sum(transfer%weight(2, :)*y)), 0.5_wp, &
          'the middle of the base follows half', relative=1.0e-3_wp)
       call check_close(abs(transfer_at(transfer, 1.0e-3_wp)), 1.0_wp, 'static', absolute=1.0e-3_wp)
-   end subroutine supports_apart
+   end subroutine supports_that_move_apart
 
-   subroutine refusals()
+   subroutine no_transfer_function()
       type(linear_model_type) :: linear
       type(transfer_type) :: transfer
       type(error_type), allocatable :: error
 
-      call case('no transfer function')
       call linear_of(linear, layered_site(), 'closed')
       call prepare_transfer(transfer, linear, [3, 1], [1, 1], 1, 50.0_wp, error)
       call check_fails(error, 'measured points')
       linear%terms%n = 0
       call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
       call check_fails(error, 'no base')
-   end subroutine refusals
+   end subroutine no_transfer_function
 
 end module test_transfer

@@ -7,7 +7,7 @@ module test_yielding_solid
    use dda_mohr_coulomb_solid, only: mohr_coulomb_solid_type
    use dda_scheme, only: scheme_type, step_type
    use models, only: random, random_vector
-   use testing, only: case, check
+   use testing, only: check
    implicit none
 
    real(wp), parameter :: cohesion = 3.45e6_wp, angle = pi/6.0_wp
@@ -75,7 +75,6 @@ contains
       type(strain_point_type) :: point
       integer :: i, k, kind
 
-      call case('biaxial strength')
       ratio = tan(0.25_wp*pi + 0.5_wp*angle)**2
       do kind = 1, 2
          do i = 1, size(confining)
@@ -97,7 +96,6 @@ contains
       real(wp) :: stress(3)
       integer :: kind
 
-      call case('tension cut-off')
       do kind = 1, 2
          point = point_in(kind == 1, [0.0_wp, 0.0_wp, 0.0_wp])
          stress = driven(rock(0.0_wp, 1.0e6_wp), point, 0.001_wp)
@@ -115,7 +113,6 @@ contains
       real(wp) :: state(6), strain(3), change(3), loss(losses), expected
       integer :: i, kind
 
-      call case('area of a sheared point')
       law = rock(0.0_wp, huge(1.0_wp))
       step = step_type(scheme_type(1.0_wp, 1.0_wp), 0.0_wp, 0.01_wp)
       change = [0.0_wp, 0.0_wp, shear/steps]
@@ -142,7 +139,6 @@ contains
       real(wp) :: worst(3)
       integer :: i, k, kind
 
-      call case('energies of steps that yield')
       do kind = 1, 2
          point = point_in(kind == 1, [-1.0e6_wp, -2.0e6_wp, 5.0e5_wp])
          do k = 0, 2
@@ -209,7 +205,6 @@ contains
       real(wp) :: state(6)
       integer :: i, k, wrong
 
-      call case('tangents')
       state = 0.0_wp
       step = step_type(scheme_type(1.0_wp, 1.0_wp), 0.0_wp, 0.01_wp)
       wrong = 0
