@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`sitedda live` as a process, and a client that speaks to it as its page does."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os
@@ -95,7 +93,7 @@ class Client:
         self.messages: list[dict] = []
         self.socket = None
 
-    async def __aenter__(self) -> Client:
+    async def __aenter__(self) -> "Client":
         """Connect and enter."""
         self.socket = await connect(self.server)
         await self.socket.write_message(json.dumps({"token": self.server.token}))

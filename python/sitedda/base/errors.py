@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Errors of the engine as exceptions, and its warnings."""
 
-from __future__ import annotations
-
 import errno
 
 # What the system says where a library finds no room.
@@ -34,7 +32,7 @@ class SiteddaError(Exception):
     kind = 1
 
     @staticmethod
-    def of(kind: int, message: str) -> SiteddaError:
+    def of(kind: int, message: str) -> "SiteddaError":
         """The exception of a kind of the engine."""
         return {
             1: InputError,

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Signals that ask a run, or the program, to stop."""
 
-from __future__ import annotations
-
 import signal
 import sys
 import time
@@ -31,7 +29,7 @@ class Interruption:
         self._last = -_PAUSE
         self._before = {}
 
-    def __enter__(self) -> Interruption:
+    def __enter__(self) -> "Interruption":
         """Watch the signals that nobody else watches."""
         self._before = _take_over((*SIGNALS, signal.SIGALRM, signal.SIGPROF), self._hear)
         self._report = sys.unraisablehook
@@ -84,7 +82,7 @@ class Stop:
         self.asked = False
         self._before = {}
 
-    def __enter__(self) -> Stop:
+    def __enter__(self) -> "Stop":
         """Watch the signals."""
         self._before = _take_over(self.signals, self._ask, self.program)
         return self

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A model as a Python object, with the groups of the namelist input."""
 
-from __future__ import annotations
-
 import os
 import re
 import tempfile
@@ -56,13 +54,13 @@ class Group:
         self(**(values or {}))
 
     @classmethod
-    def _of(cls, name: str, values: dict, place: str = "") -> Group:
+    def _of(cls, name: str, values: dict, place: str = "") -> "Group":
         """A group of values that are checked already."""
         group = cls(name, None, place)
         group._values.update(values)
         return group
 
-    def __call__(self, **values) -> Group:
+    def __call__(self, **values) -> "Group":
         """Set several variables."""
         if self._name == "control" and None not in map(values.get, ("duration", "steps")):
             raise InputError("give either duration or steps")
@@ -247,7 +245,7 @@ class Model(Groups):
             self._once[kind] = Group(kind)
         self.groups[:] = [group for group in self.groups if group._name != kind]
 
-    def copy(self) -> Model:
+    def copy(self) -> "Model":
         """A model of its own with the same groups."""
         model = type(self)()
         model.folder = self.folder
@@ -297,12 +295,12 @@ class Model(Groups):
     # --- Text ------------------------------------------------------------------------------------
 
     @classmethod
-    def read(cls, file) -> Model:
+    def read(cls, file) -> "Model":
         """The model of a namelist file."""
         return cls.from_namelist(read_input(Path(file)), file)
 
     @classmethod
-    def from_namelist(cls, text: str, file="model.nml") -> Model:
+    def from_namelist(cls, text: str, file="model.nml") -> "Model":
         """The model of a namelist text; files that it names are relative to the folder of `file`.
 
         Raises
@@ -391,7 +389,7 @@ class Model(Groups):
 
     # --- Use -------------------------------------------------------------------------------------
 
-    def build(self) -> Model:
+    def build(self) -> "Model":
         """A model in which joints, regions and masonry have become blocks."""
         given = [group for group in (*self.groups, self._once["cutting"]) if group._values]
         parts = [(group._name, group._values, group._place or f"&{group._name}") for group in given]

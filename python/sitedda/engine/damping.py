@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Damping of materials as the engine has it: the same ratio at all frequencies, or Rayleigh's."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -160,7 +158,7 @@ class Rayleigh(MaterialDamping):
         not_negative("beta", self.beta)
 
     @classmethod
-    def at(cls, ratio: float, frequencies: tuple[float, float]) -> Rayleigh:
+    def at(cls, ratio: float, frequencies: tuple[float, float]) -> "Rayleigh":
         """α and β for a damping ratio at two frequencies, Hz."""
         first, second = 2 * np.pi * positive("frequencies", np.asarray(frequencies, dtype=float))
         beta = 2 * float(not_negative("ratio", ratio)) / (first + second)

@@ -6,8 +6,6 @@ A member (θ, χ) of the family takes forces at t₀ + θΔt and moves by d = Δ
 at the frequency ω̃ = 2τ/Δt and with the complex modulus K (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -92,7 +90,7 @@ class Scheme:
     chi: float = 0.5
 
     @classmethod
-    def of_control(cls, control: Mapping) -> Scheme:
+    def of_control(cls, control: Mapping) -> "Scheme":
         """The member that a group ``&control`` of an input asks for."""
         theta = control.get("theta", 0.75)
         if "damping_ratio" in control:
@@ -101,7 +99,7 @@ class Scheme:
         return cls.named(control.get("integration", "dda"), theta)
 
     @classmethod
-    def named(cls, integration: str | Scheme = "dda", theta: float = 0.75) -> Scheme:
+    def named(cls, integration: "str | Scheme" = "dda", theta: float = 0.75) -> "Scheme":
         """The member of a name, as in ``&control``.
 
         Parameters

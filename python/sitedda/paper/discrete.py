@@ -8,8 +8,6 @@ Small motions; contacts neither open nor slide; the weight of the blocks does no
 frequencies.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -62,7 +60,7 @@ class DiscreteModel:
     scheme: Scheme
 
     @classmethod
-    def of(cls, file: Path, changes: Mapping | None = None, **more) -> DiscreteModel:
+    def of(cls, file: Path, changes: Mapping | None = None, **more) -> "DiscreteModel":
         """The model of an input with changes, as for `sitedda.Simulation`."""
         changes = dict(changes or {}) | more
         parsed = groups_by_name(changed_input(Path(file).read_text(), changes))

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a study of the paper gives: rows, requirements, tables and pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -71,7 +69,7 @@ class Requirement:
     measured: str
 
     @classmethod
-    def within(cls, text: str, value: float, reference: float, limit: float) -> Requirement:
+    def within(cls, text: str, value: float, reference: float, limit: float) -> "Requirement":
         """A value within a relative limit of a reference."""
         off = abs(value - reference) / abs(reference)
         return cls(text, off <= limit, f"{per_cent(off)}, allowed {per_cent(limit)}")

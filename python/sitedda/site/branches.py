@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Soil with a memory: branches in parallel that slip or recover, fitted to curves of a soil."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -54,7 +52,7 @@ class Branches:
         damping_curve: str = "target",
         least_damping: float | None = None,
         reference_frequency: float = 1.0,
-    ) -> Branches:
+    ) -> "Branches":
         """Fit branches to curves.
 
         Parameters
@@ -99,7 +97,7 @@ class Branches:
         return cls(strain, modulus_of, slipping, ratio, body_strain, body_cap, misfit)
 
     @classmethod
-    def of_material(cls, material: Mapping, shear_modulus: float) -> Branches | None:
+    def of_material(cls, material: Mapping, shear_modulus: float) -> "Branches | None":
         """The branches that blocks have of a group &material; None: it is linear.
 
         Parameters

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Modulus reduction and damping of soils over the shear strain."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -69,7 +67,7 @@ class SoilCurves:
         return np.interp(_logarithm(strain), np.log(self.strain), self.damping)
 
     @classmethod
-    def from_pystrata(cls, soil) -> SoilCurves:
+    def from_pystrata(cls, soil) -> "SoilCurves":
         """The curves of a soil type of pystrata (Vucetic & Dobry, Seed & Idriss, …)."""
         reduction, damping = soil.mod_reduc, soil.damping
         strain = np.union1d(reduction.strains, damping.strains)

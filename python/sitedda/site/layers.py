@@ -17,8 +17,6 @@ References
    discontinuous deformation analysis method" (2013), equations 9 and 10.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import KW_ONLY, dataclass
 
@@ -308,7 +306,7 @@ class Waves:
     properties: Callable[[HalfSpace], tuple[NDArray[np.complex128], NDArray[np.complex128]]]
 
     @classmethod
-    def damped(cls, frequencies: NDArray[np.float64], convention: str) -> Waves:
+    def damped(cls, frequencies: NDArray[np.float64], convention: str) -> "Waves":
         """With the damping of the media, ratios in a convention of :func:`complex_modulus`."""
 
         def properties(medium: HalfSpace):
@@ -322,7 +320,7 @@ class Waves:
         return cls(2 * np.pi * frequencies, properties)
 
     @classmethod
-    def stepped(cls, frequencies: NDArray[np.float64], time_step: float, scheme: Scheme) -> Waves:
+    def stepped(cls, frequencies: NDArray[np.float64], time_step: float, scheme: Scheme) -> "Waves":
         """Under a time integration, as :meth:`Column.scheme_transfer`."""
         factors = scheme.steady(frequencies, time_step)
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A ground motion in the frequency domain."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +29,7 @@ class Motion:
     length: int
 
     @classmethod
-    def of(cls, motion, time_step: float | None = None) -> Motion:
+    def of(cls, motion, time_step: float | None = None) -> "Motion":
         """From a Dataset of :func:`sitedda.read_record`, or an array and its time step.
 
         Raises

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A study as a list of cases: their inputs, their keys, and the manifest."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -89,7 +87,7 @@ class Plan:
                 at += len(axis.dims)
             yield found
 
-    def write(self) -> Plan:
+    def write(self) -> "Plan":
         """Write inputs and manifest into the folder of the study; cases that are there stay."""
         plain_text("folder", str(self.folder))
         make_folder(self.folder)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A pushover of each case of a study."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..base.arguments import COUNT, POSITIVE
@@ -35,7 +33,7 @@ class PushTo:
     steps: int = 200
     limits: bool = False
 
-    def checked(self) -> PushTo:
+    def checked(self) -> "PushTo":
         """Itself, if a pushover could begin with it."""
         from ..stability.pushover import LOADS
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is kept of each case: numbers and arrays of an output by name, or by a function."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -124,7 +122,7 @@ class Output:
             self.asked_in_vain = False  # for maxima that it does not hold
             self.attributes = {name: self._data.getncattr(name) for name in self._data.ncattrs()}
 
-    def __enter__(self) -> Output:
+    def __enter__(self) -> "Output":
         """Use in a with statement."""
         return self
 

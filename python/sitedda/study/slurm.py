@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A study for Slurm: a job array of `sitedda-native`, without Python on the nodes."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 import re
@@ -142,7 +140,7 @@ class Slurm:
             raise InputError("program and time are texts, options a list of texts")
 
     @classmethod
-    def of_study(cls, values: Mapping) -> Slurm:
+    def of_study(cls, values: Mapping) -> "Slurm":
         """The same from the file of a study, which names nothing that is written or executed.
 
         Raises

@@ -5,8 +5,6 @@ A bracket is shrunk by the method ITP (Oliveira and Takahashi 2020, ACM Transact
 Software 47, 5), which never needs more runs than bisection and usually half of them.
 """
 
-from __future__ import annotations
-
 import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -204,7 +202,7 @@ class SolveFor:
     accuracy: bool = False
     jumps: bool = False
 
-    def checked(self) -> SolveFor:
+    def checked(self) -> "SolveFor":
         """Itself, if a search could begin with it."""
         _bracket(self.between)
         TOLERANCE.check("tolerance", self.tolerance)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Restitution as a property of the joint: bounces at random phases, and Housner's impact times."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -207,7 +205,7 @@ class _Corner:
     kind: str
 
     @classmethod
-    def drawn(cls, random, near_limit: bool) -> _Corner | None:
+    def drawn(cls, random, near_limit: bool) -> "_Corner | None":
         """A random one; None where it hardly comes down, or the law has not just one answer."""
         size, tilt = random.uniform(0.3, 2.0, 2), np.radians(random.uniform(3.0, 87.0))
         before = np.array([random.uniform(-1, 1), -random.uniform(0.3, 1.5), random.uniform(-1, 1)])

@@ -7,8 +7,6 @@ those of a graph that stays connected when any one node is taken out, so dead en
 loops of joints that hang on one node or on none are removed before the faces are traced.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,7 +57,7 @@ class Network:
     outline: np.ndarray
     moved: int = 0
 
-    def subset(self, keep) -> Network:
+    def subset(self, keep) -> "Network":
         """The network with some of its edges, all nodes kept."""
         edges, labels, outline = self.edges[keep], self.labels[keep], self.outline[keep]
         return Network(self.nodes, self.kinds, edges, labels, outline, self.moved)

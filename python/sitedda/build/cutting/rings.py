@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Many polygons at once: their corners one after the other, and where each polygon begins."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -28,7 +26,7 @@ class Rings:
         self._before[self.first[:-1]] = self.first[1:] - 1
 
     @classmethod
-    def of(cls, polygons: Sequence) -> Rings:
+    def of(cls, polygons: Sequence) -> "Rings":
         """From a list of arrays, shape (n, 2)."""
         arrays = [np.asarray(polygon, dtype=float) for polygon in polygons]
         return cls(np.concatenate(arrays), [len(array) for array in arrays])

@@ -7,8 +7,6 @@ strains (3) since the first frame.  They are rounded to a quantum that keeps eve
 bytes and deflated.  Browsers inflate streams by themselves (`DecompressionStream`).
 """
 
-from __future__ import annotations
-
 import base64
 import zlib
 from dataclasses import dataclass, field
@@ -78,7 +76,7 @@ class Channel:
     root: bool = False
 
     @classmethod
-    def rooted(cls, name: str, values: np.ndarray, steps: int) -> Channel:
+    def rooted(cls, name: str, values: np.ndarray, steps: int) -> "Channel":
         """With so many steps from zero to the largest root."""
         quantum = float(np.sqrt(abs(values).max(initial=0.0))) / steps or 1.0
         return cls(name, values, quantum, True)
