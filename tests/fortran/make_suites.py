@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The module that runs suites by name: python make_suites.py OUTPUT test_NAME.f90 …
 
-The tests of a suite are the subroutines without arguments that its module makes public, in the
-order of the file; each is a case of its name, and begins with the same random numbers.
+The tests of a suite are the subroutines without arguments of its module, in the order of the
+file; each is a case of its name, and begins with the same random numbers.
 """
 
 import re
@@ -30,9 +30,7 @@ RUN = """
 
 def tests_of(file: Path) -> list[str]:
     """Names of the tests of a suite."""
-    text = file.read_text()
-    public = re.findall(r"^   public :: (\w+)", text, re.M)
-    return public or re.findall(r"^   subroutine (\w+)\(\)", text, re.M)
+    return re.findall(r"^   subroutine (\w+)\(\)", file.read_text(), re.M)
 
 
 def suite(name: str, tests: list[str]) -> str:

@@ -21,10 +21,8 @@ module test_input
    use dda_text, only: joined, to_text
    use models, only: rock
    use record_files, only: remove_scratch, scratch_name, write_scratch
-   use testing, only: case, check, check_close, check_fails, check_no_error
+   use testing, only: check, check_close, check_fails, check_no_error
    implicit none
-   private
-   public :: input_suite
 
    character, parameter :: newline = achar(10)
    character(len=*), parameter :: control = '&control time_step = 1.0e-3 steps = 10 /'//newline
@@ -35,39 +33,6 @@ module test_input
 
 contains
 
-   subroutine input_suite()
-      logical :: halting
-
-      ! A NaN that is compared raises `invalid`: what the input says must not stop a tester that
-      ! traps it.
-      call ieee_get_halting_mode(ieee_invalid, halting)
-      if (halting) call ieee_set_halting_mode(ieee_invalid, .false.)
-      call settings()
-      call defaults()
-      call published_defaults()
-      call published_words()
-      call substances()
-      call edge_joints()
-      call generators()
-      call points()
-      call motions()
-      call origin()
-      call files()
-      call bad_groups()
-      call bad_control()
-      call bad_contact_and_output()
-      call bad_substances()
-      call bad_motions()
-      call bad_blocks()
-      call overlaps()
-      call bad_sizes()
-      call long_groups()
-      call bad_points()
-      call bad_numbers()
-      call any_cut()
-      if (halting) call ieee_set_halting_mode(ieee_invalid, .true.)
-   end subroutine input_suite
-
    !> Words of the schema are those that the engine has, in its order.
    subroutine published_words()
       type(law_slot_type) :: slot
@@ -75,7 +40,6 @@ contains
       type(variable_type) :: law
       integer :: first, last
 
-      call case('schema: words')
       call check(words_of('control', 'solver') == listed(solver_names), 'solvers')
       call check(words_of('control', 'integration') == listed(integration_names), 'schemes')
       call check(words_of('stage', 'integration') == listed(integration_names), 'stages')
@@ -138,10 +102,9 @@ contains
       if (allocated(error)) call check(error%kind == error_input, 'its kind')
    end subroutine refuse
 
-   subroutine settings()
+   subroutine run_control_contact_output()
       type(model_type) :: model
 
-      call case('run, control, contact, output')
       call accept(model, '&run title = ''A title'' / &control time_step = 0.01 duration = 1.0 '// &
          'least_time_step = 1.0e-5'//' dynamic_factor = 0.9 max_displacement_ratio = 0.02 '// &
          'gravity = 1.0 -9.81 time_step_control = ''adaptive'''// &
@@ -164,12 +127,11 @@ contains
       end associate
       call check(model%output%file == 'o.nc' .and. model%output%history_interval == 4 .and. &
          model%output%block_interval == 9, 'output')
-   end subroutine settings
+   end subroutine run_control_contact_output
 
    subroutine defaults()
       type(model_type) :: model
 
-      call case('defaults')
       call accept(model, whole)
       call check(.not. model%control%adaptive .and. .not. model%control%plane_strain, &
          'fixed step, plane stress')
@@ -190,7 +152,6 @@ contains
       type(model_type) :: model
       type(amplification_type) :: amplification
 
-      call case('published defaults')
       call accept(model, whole)
       associate (control => model%control, contact => model%contact, output => model%output)
          call published('control', 'dynamic_factor', control%dynamic_factor)
@@ -218,10 +179,9 @@ contains
       call check_close(variable%preset, value, name//' = '//to_text(value))
    end subroutine published
 
-   subroutine substances()
+   subroutine materials_and_joints()
       type(model_type) :: model
 
-      call case('materials and joints')
       call accept(model, control// &
          '&material name = ''a'' density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2'// &
          ' initial_stress = 1.0 2.0 3.0 initial_velocity = 4.0 5.0 6.0 /'//rock// &
@@ -244,7 +204,7 @@ contains
       call check(model%block_names(2) == 'b', 'name of a block')
       call check_close(model%blocks%velocity(1:3, 1), [4.0_wp, 5.0_wp, 6.0_wp], 'first velocity')
       call check_close(model%blocks%mass, [1000.0_wp, 1250.0_wp], 'masses', relative=1.0e-14_wp)
-   end subroutine substances
+   end subroutine materials_and_joints
 
    !> One joint an edge; those left out, blank or missing take the block's.
    subroutine edge_joints()
@@ -255,7 +215,6 @@ contains
          'friction_angle = 30.0 / &block vertices = 0 0 1 0 1 1 0 1 '
       character(len=*), parameter :: place = 'group &block (line 2): '
 
-      call case('edge joints')
       call accept(model, three//'joint = ''b'' edge_joints = ''c'', '''', ''a'' /'// &
          '&block vertices = 2 0 3 0 3 1 edge_joints = , , ''b'' /'// &
          '&layers joint = ''c'' bottom = 2.0 width = 1.0 thickness = 1.0 /'// &
@@ -274,7 +233,6 @@ contains
    subroutine generators()
       type(model_type) :: model
 
-      call case('generators')
       call accept(model, control//rock//joint// &
          '&layers width = 4.0 thickness = 0.5 count = 3 left = 1.0 bottom = 2.0 /'// &
          '&drums centre = 20.0 width = 1.0 top_width = 0.8 height = 0.5 count = 4 /'// &
@@ -290,7 +248,6 @@ contains
    subroutine points()
       type(model_type) :: model
 
-      call case('points')
       call accept(model, whole//'&fixed_point x = 0.25 y = 0.5 direction = ''x'' /'// &
          '&measured_point name = ''top'' x = 1.0 y = 1.0 block = ''1'' /'// &
          '&measured_point name = ''foot'' x = 0.5 y = 0.0 /'// &
@@ -315,7 +272,6 @@ contains
    subroutine motions()
       type(model_type) :: model
 
-      call case('motions')
       call accept(model, '&control time_step = 1.0e-3 steps = 10 base_motion_y = ''q'' /'//rock// &
          joint//square//'&motion name = ''p'' quantity = ''displacement'' time_step = 0.5 '// &
          'values = 0.0 1.0 3.0 2.0 /'//'&motion name = ''q'' quantity = ''velocity'' time_step '// &
@@ -335,7 +291,6 @@ contains
    subroutine origin()
       type(model_type) :: model
 
-      call case('origin')
       call accept(model, control//rock//joint// &
          '&block vertices = 500000 4000000 500002 4000000 500002 4000001'// &
          ' 500000 4000001 / &measured_point name = ''p'' x = 500000.5 y = 4000000.25 /')
@@ -349,7 +304,6 @@ contains
       type(model_type) :: model
       type(error_type), allocatable :: error
 
-      call case('files')
       call write_scratch(whole)
       call read_model_file(model, scratch_name, error)
       call remove_scratch()
@@ -362,7 +316,6 @@ contains
    end subroutine files
 
    subroutine bad_groups()
-      call case('groups')
       call refuse(whole//'&blok /', '&blok', 'line 5', 'no such group', 'is &block meant?')
       call refuse(whole//'&qqqqqq /', '&qqqqqq', 'known are &run, &control')
       call refuse(whole//'&run titel = ''x'' /', '&run', 'line 5', 'is ''title'' meant?')
@@ -381,7 +334,6 @@ contains
    end subroutine bad_groups
 
    subroutine bad_control()
-      call case('control')
       call refuse_control('steps = 10', 'time_step')
       call refuse_control('time_step = 0.0 steps = 10', 'time_step = 0')
       call refuse_control('time_step = -1.0 steps = 10', 'time_step = -1')
@@ -411,7 +363,6 @@ contains
    end subroutine refuse_control
 
    subroutine bad_contact_and_output()
-      call case('contact, output, run')
       call refuse(whole//'&contact normal_stiffness = 0.0 /', '&contact', 'line 5', &
          'normal_stiffness = 0')
       call refuse(whole//'&contact shear_ratio = -2.0 /', '&contact', 'shear_ratio = -2')
@@ -425,8 +376,7 @@ contains
       call refuse(whole//'&run name = ''x'' /', '&run', 'name')
    end subroutine bad_contact_and_output
 
-   subroutine bad_substances()
-      call case('materials and joints')
+   subroutine bad_materials_and_joints()
       call refuse_material('density = -1.0 young_modulus = 1.0e9 poisson_ratio = 0.2', &
          'density = -1')
       call refuse_material('density = 0.0 young_modulus = 1.0e9 poisson_ratio = 0.2', 'density = 0')
@@ -448,7 +398,7 @@ contains
       call refuse(whole//'&joint friction_angle = 10.0 tensile_strength = -5.0 name = ''j'' /', &
          '&joint', 'tensile_strength = -5')
       call refuse(whole//joint, '&joint', 'line 5')
-   end subroutine bad_substances
+   end subroutine bad_materials_and_joints
 
    subroutine refuse_material(values, names)
       character(len=*), intent(in) :: values, names
@@ -458,7 +408,6 @@ contains
    end subroutine refuse_material
 
    subroutine bad_motions()
-      call case('motions')
       call refuse_motion('file = ''no such record.txt'' quantity = ''acceleration'' unit = '// &
          '''g'' time_step = 0.01', 'no such record.txt')
       call refuse_motion('quantity = ''velocity'' time_step = 0.1 values = 1.0', 'too few samples')
@@ -485,7 +434,6 @@ contains
    end subroutine refuse_motion
 
    subroutine bad_blocks()
-      call case('blocks')
       call refuse_block('vertices = 0 0 0 1 1 1 1 0', 'clockwise')
       call refuse_block('vertices = 0 0 1 1 1 0 0 1', 'crosses')
       call refuse_block('vertices = 0 0 4 0 4 2 2 0 0 2', 'touches')
@@ -515,7 +463,6 @@ contains
    subroutine overlaps()
       type(model_type) :: model
 
-      call case('overlaps')
       call refuse(whole//'&block name = ''b'' vertices = 0.9 0 2 0 2 1 0.9 1 /', '&block', &
          'line 5', 'overlaps', '0.1 m')
       call refuse(whole//'&block vertices = 0 0 1 0 1 1 0 1 /', 'line 5', 'overlaps')
@@ -530,11 +477,10 @@ contains
    end subroutine overlaps
 
    !> Sizes and places at which rounding would eat the shape, in generated blocks too.
-   subroutine bad_sizes()
+   subroutine bad_sizes_and_places()
       character(len=*), parameter :: before = control//rock//newline//joint//newline
       type(model_type) :: model
 
-      call case('sizes and places')
       call refuse(before//'&layers bottom = 1e16 width = 10.0 thickness = 1.0 count = 3 /', &
          '&layers', 'line 5', 'block 1 layer_1 reaches farther')
       call refuse(whole//'&layers left = -2e9 width = 1.0 thickness = 1.0 /', '&layers', 'line 5', &
@@ -550,13 +496,12 @@ contains
       call accept(model, before//'&drums width = 1.0 top_width = 1e-9 height = 1.0 count = 2 /')
       call refuse(before//'&wall brick_length = 1.0 brick_height = 1.0 bricks = 2 name = '''// &
          repeat('n', 57)//''' /', '&wall', 'too long: at most 56')
-   end subroutine bad_sizes
+   end subroutine bad_sizes_and_places
 
    !> Groups of many megabytes: on the stack they would end the program.
    subroutine long_groups()
       character(len=:), allocatable :: text
 
-      call case('long groups')
       text = repeat('1.0 ', 5000000)
       call refuse(control//rock//newline//joint//newline//'&block vertices = '//text//' /', &
          '&block', 'line 5', 'one more than that variable holds')
@@ -564,7 +509,6 @@ contains
    end subroutine long_groups
 
    subroutine bad_points()
-      call case('points')
       call refuse(whole//'&fixed_point x = 7.0 y = 0.5 /', '&fixed_point', 'line 5', 'outside', '7')
       call refuse(whole//'&fixed_point x = 0.5 /', '&fixed_point', 'line 5', 'y')
       call refuse(whole//'&fixed_point x = 0.5 y = 0.5 direction = ''z'' /', '&fixed_point', &
@@ -592,16 +536,21 @@ contains
    end subroutine bad_points
 
    !> NaN, infinity and words, wherever a number belongs.
-   subroutine bad_numbers()
+   subroutine numbers_that_are_none()
       character(len=*), parameter :: bad(4) = [character(len=9) :: 'NaN', 'Infinity', '-Inf', &
          '''fast''']
       integer :: i
+      logical :: halting
 
-      call case('numbers that are none')
+      ! A NaN that is compared raises `invalid`: what the input says must not stop a tester that
+      ! traps it.
+      call ieee_get_halting_mode(ieee_invalid, halting)
+      if (halting) call ieee_set_halting_mode(ieee_invalid, .false.)
       do i = 1, size(bad)
          call refuse_everywhere(trim(bad(i)))
       end do
-   end subroutine bad_numbers
+      if (halting) call ieee_set_halting_mode(ieee_invalid, .true.)
+   end subroutine numbers_that_are_none
 
    subroutine refuse_everywhere(value)
       character(len=*), intent(in) :: value
@@ -639,7 +588,7 @@ contains
    end subroutine refuse_everywhere
 
    !> An input cut off anywhere is read or refused with a message; nothing else happens.
-   subroutine any_cut()
+   subroutine cut_off_anywhere()
       character(len=*), parameter :: text = whole// &
          '&motion name = ''m'' quantity = ''velocity'' time_step = 0.1 values ='// &
          ' 0.0 1.0 0.0 / &fixed_point x = 0.5 y = 0.5 motion_x = ''m'' / &load x = 0.5 y = 1.0 '// &
@@ -648,7 +597,6 @@ contains
       type(error_type), allocatable :: error
       integer :: i, empty
 
-      call case('cut off anywhere')
       empty = 0
       do i = 0, len(text)
          call read_model(model, 'in.nml', text(:i), error)
@@ -656,6 +604,6 @@ contains
          if (index(error%message, 'in.nml') == 0) empty = empty + 1
       end do
       call check(empty == 0, 'every message names the file')
-   end subroutine any_cut
+   end subroutine cut_off_anywhere
 
 end module test_input

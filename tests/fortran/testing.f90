@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The project's own small test framework: named cases, checks that keep going, one verdict.
 !>
-!> A suite is a module `test_<name>`; each public subroutine without arguments is a test, a case of
-!> its name; one that has several calls `case('…')` before the checks of each.  The tester runs
-!> suites by name and ends with status 1 if any check failed.
+!> A suite is a module `test_<name>`; each subroutine without arguments is a test, a case of its
+!> name; one that has several calls `case('…')` before the checks of each.  The tester runs suites
+!> by name and ends with status 1 if any check failed.
 module testing
    use dda_kinds, only: wp
    use dda_errors, only: error_type
