@@ -6,36 +6,16 @@ down with their pictures.  From the command line:
 ``sitedda validate [CASE …] [--report FOLDER]``.
 """
 
-from . import (
-    boundaries,
-    cables,
-    casebook,
-    crossings,
-    damping,
-    flight,
-    impacts,
-    integration,
-    joints,
-    masonry_limits,
-    packing,
-    plane_waves,
-    rocking,
-    settlement,
-    sliding,
-    slopes,
-    stability,
-    tunnel,
-    waves,
-    yielding,
-)
+from importlib import import_module
+from pkgutil import iter_modules
+
 from .case import CASES, Case, Outcome, Result, Row, Table
 from .report import write_report
 
 __all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "write_report"]
 
-_FAMILIES = (sliding, flight, settlement, rocking, waves, damping, integration, stability, packing)
-_FAMILIES += (slopes, crossings, masonry_limits, joints, impacts, boundaries, plane_waves)
-_FAMILIES += (cables, tunnel, casebook, yielding)
+for _module in iter_modules(__path__):  # those that hold cases register them
+    import_module(f"{__name__}.{_module.name}")
 
 
 def run_case(name: str, short: bool = False) -> Result:
