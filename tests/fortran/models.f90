@@ -21,8 +21,8 @@ module models
    private
    public :: begin, begin_or_fail, run, number, control_text, contact_text, joint_text, &
       block_text, rock
-   public :: random, random_vector, sow, star, rectangle, turned, shifted, blocks_of, fan, &
-      relative_balance
+   public :: random, random_pairs, random_vector, sow, star, rectangle, turned, shifted, &
+      blocks_of, fan, relative_balance
 
    !> E = 5 GPa, ν = 0.25, ρ = 2500 kg/m³.
    character(len=*), parameter :: rock = &
@@ -229,5 +229,17 @@ contains
          weights(3*i - 2:3*i) = 0.5_wp*(a(1)*b(2) - a(2)*b(1))/3.0_wp
       end do
    end subroutine fan
+
+   !> Pairs i ≠ j in any order, with repeats.
+   function random_pairs(n, count) result(pairs)
+      integer, intent(in) :: n, count
+      integer :: pairs(2, count)
+      integer :: p
+
+      do p = 1, count
+         pairs(1, p) = 1 + int(random(0.0_wp, real(n, wp) - 1.0e-6_wp))
+         pairs(2, p) = 1 + modulo(pairs(1, p) + int(random(0.0_wp, real(n - 1, wp) - 1.0e-6_wp)), n)
+      end do
+   end function random_pairs
 
 end module models

@@ -11,6 +11,7 @@ module test_block_cholesky
    use dda_lapack, only: dposv
    use dda_ordering, only: bandwidth_order, dissection_order, fill_order, minimum_degree_order
    use dda_text, only: to_text
+   use models, only: random_pairs
    use testing, only: case, check, check_close, check_fails, check_no_error
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    implicit none
@@ -336,16 +337,6 @@ contains
          end do
       end do
    end function dense_of
-
-   function random_pairs(n, number) result(pairs)
-      integer, intent(in) :: n, number
-      integer, allocatable :: pairs(:,:)
-      real(wp) :: u(2, number)
-
-      call random_number(u)
-      pairs = min(n, int(u*n) + 1)
-      where (pairs(1, :) == pairs(2, :)) pairs(2, :) = mod(pairs(1, :), n) + 1
-   end function random_pairs
 
    function all_pairs(n) result(pairs)
       integer, intent(in) :: n

@@ -3,7 +3,7 @@
 module test_block_matrix
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern, terms_of_product
-   use models, only: random, random_vector
+   use models, only: random_pairs, random_vector
    use testing, only: case, check, check_close
    implicit none
 
@@ -23,18 +23,6 @@ contains
          call try_pattern(4 + i, random_pairs(4 + i, 6*i))
       end do
    end subroutine any_pattern
-
-   !> Pairs i ≠ j in any order, with repeats.
-   function random_pairs(n, count) result(pairs)
-      integer, intent(in) :: n, count
-      integer :: pairs(2, count)
-      integer :: p
-
-      do p = 1, count
-         pairs(1, p) = 1 + int(random(0.0_wp, real(n, wp) - 1.0e-6_wp))
-         pairs(2, p) = 1 + modulo(pairs(1, p) + int(random(0.0_wp, real(n - 1, wp) - 1.0e-6_wp)), n)
-      end do
-   end function random_pairs
 
    subroutine try_pattern(n, pairs)
       integer, intent(in) :: n, pairs(:,:)

@@ -83,6 +83,12 @@ def _matrix_rows(label: str, found, expected) -> list:
     ]
 
 
+def _free(time_step: float, integration: str) -> str:
+    """60 steps without gravity."""
+    settings = {"max_displacement_ratio": 1.0, "integration": integration}
+    return nml.control(time_step, 60, gravity=(0, 0), **settings)
+
+
 def _glued(omega_dt: float, integration: str) -> np.ndarray:
     """Displacement (m) of one of two rigid blocks of 1 m x 1 m that part at 1 mm/s each.
 
@@ -91,13 +97,7 @@ def _glued(omega_dt: float, integration: str) -> np.ndarray:
     omega = 100.0
     mass, speed = DENSITY, 1e-3
     text = nml.text(
-        nml.control(
-            omega_dt / omega,
-            60,
-            gravity=(0, 0),
-            max_displacement_ratio=1.0,
-            integration=integration,
-        ),
+        _free(omega_dt / omega, integration),
         nml.contact(0.25 * mass * omega**2),
         nml.material("up", DENSITY, nml.STIFF, velocity=(0, speed, 0)),
         nml.material("down", DENSITY, nml.STIFF, velocity=(0, -speed, 0)),
@@ -114,13 +114,7 @@ def _supported(omega_dt: float, integration: str) -> np.ndarray:
     omega = 100.0
     stiffness = DENSITY * omega**2
     text = nml.text(
-        nml.control(
-            omega_dt / omega,
-            60,
-            gravity=(0, 0),
-            max_displacement_ratio=1.0,
-            integration=integration,
-        ),
+        _free(omega_dt / omega, integration),
         nml.contact(stiffness / 100, fixed_point_ratio=100.0),
         nml.material("stiff", DENSITY, nml.STIFF, velocity=(1e-3, 0, 0)),
         nml.joint("j", 30),
