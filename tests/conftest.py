@@ -189,6 +189,23 @@ def same_bits():
     return compare
 
 
+@pytest.fixture
+def same_everywhere(in_parts, native, same_bits, tmp_path, monkeypatch):
+    """History of a run; in parts, and by the executable on one thread or two, it has its bits."""
+    import sitedda
+
+    def run(file, steps: int) -> xr.Dataset:
+        whole = sitedda.run(file, tmp_path / "whole.nc").history
+        same_bits(whole, in_parts(file, steps))
+        for threads in ("1", "2"):
+            monkeypatch.setenv("OMP_NUM_THREADS", threads)
+            native.ok("run", file, "-q", "-o", tmp_path / f"native_{threads}.nc")
+            same_bits(whole, tmp_path / f"native_{threads}.nc")
+        return whole
+
+    return run
+
+
 def load(source) -> xr.Dataset:
     """A dataset in memory."""
     if isinstance(source, xr.Dataset):

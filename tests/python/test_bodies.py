@@ -298,25 +298,16 @@ def test_limit_analysis_is_of_rigid_blocks():
 
 
 @pytest.mark.parametrize("damping", [{}, CONSTANT], ids=["elastic", "damped"])
-def test_bits_of_threads_and_of_a_resumed_run(damping, native, tmp_path, same_bits, monkeypatch):
+def test_bits_of_threads_and_of_a_resumed_run(damping, tmp_path, same_everywhere):
     cells = cells_of((0, 0, 8, 1), 1.0)
     model = sliding(cells, cells_of((1, 1.01, 3, 2.01), 0.3, "voronoi"), steps=300)
     for name, value in damping.items():
         setattr(model["material"][0], name, value)
-    model.output(file="out.nc", block_interval=100)
+    model.output(block_interval=100)
     file = model.write(tmp_path / "model.nml")
-    whole = sitedda.run(file).history
+    whole = same_everywhere(file, 210)
     assert whole.block_body.values.tolist() == [1] * 8 + [2] * (whole.sizes["block"] - 8)
     assert whole.body.values.tolist() == ["b1", "b2"]
-    for threads in ("1", "2"):
-        monkeypatch.setenv("OMP_NUM_THREADS", threads)
-        native.ok("run", file, "-q", folder=tmp_path)
-        same_bits(whole, tmp_path / "out.nc")
-    with sitedda.Simulation(file, tmp_path / "again.nc") as run:
-        run.advance(170)
-        run.checkpoint()
-        run.advance(40)
-    same_bits(whole, sitedda.resume(file, tmp_path / "again.nc").history)
 
 
 def test_a_meshed_input_built_into_a_block_file_runs_without_python(root, tmp_path, native):

@@ -82,17 +82,10 @@ def test_displacements_count_from_the_stage_that_sets_them_to_zero():
     np.testing.assert_allclose(sunk[True], 0.0, atol=1e-3 * abs(sunk[False][0]))
 
 
-def test_the_same_bits_from_both_programs_and_after_a_resume(
-    tmp_path, same_bits, native, monkeypatch, in_parts
-):
+def test_the_same_bits_from_both_programs_and_after_a_resume(tmp_path, same_everywhere):
     model = lattice("free_field", hill=(4, 5), gravity=(0.0, -9.81), settle=True)
-    file = tmp_path / "hill.nml"
-    model.write(file)
-    history = sitedda.run(file, output=tmp_path / "whole.nc").history
+    history = same_everywhere(model.write(tmp_path / "hill.nml"), 70)
     assert all(np.any(history[name].values) for name in MOTIONS)
-    same_bits(tmp_path / "whole.nc", in_parts(file, 70))
-    native.ok("run", file, "-o", tmp_path / "native.nc")
-    same_bits(tmp_path / "whole.nc", tmp_path / "native.nc")
 
 
 def test_models_without_boundaries_have_none_of_it():
