@@ -20,7 +20,9 @@ module dda_front_plan
    use dda_task_plan, only: plan_tasks, task_plan_type
    implicit none
    private
-   public :: front_plan_type, make_plan, longest_front_vector
+   public :: front_plan_type, make_plan, longest_front_vector, is_subtree_root, locate_column, band
+
+   integer, parameter :: band = 8           !< columns of an update made and kept together
 
    !> Symbolic Cholesky factor.  Rows and columns are named by permuted index: by their position in
    !> the order of elimination.
@@ -46,11 +48,14 @@ module dda_front_plan
       !> [fronts+1] first number of each front's columns of the factor
       integer(long), allocatable :: factor_start(:)
       integer, allocatable :: pivot_panels(:) !< [fronts] packed panels of the pivot rows
-      !> [fronts] first number of the panel it is eliminated in
-      integer(long), allocatable :: panel_start(:)
-      integer(long) :: panel_size = 0      !< numbers in the workspace for panels
-      integer(long), allocatable :: update_start(:) !< [fronts] first number of each update
-      integer(long) :: update_size = 0     !< numbers in the workspace for updates
+      integer(long) :: panel_of_task = 0   !< numbers in the largest panel of a task's fronts
+      integer(long) :: panel_of_root = 0   !< of a root front
+      !> [fronts] numbers before each update: in the workspace of a thread, but of root fronts and
+      !> what passes to them, in the common one
+      integer(long), allocatable :: update_start(:)
+      integer(long) :: updates_passed = 0  !< numbers that pass from tasks to root fronts
+      integer(long) :: updates_of_task = 0 !< most that a task needs besides
+      integer(long) :: updates_of_roots = 0 !< behind those that are passed, when tasks are done
       type(task_plan_type) :: sharing      !< division between threads
       !> [rows] where a solve keeps each row; see `set_solve_rows`
       integer, allocatable :: solve_row(:)
@@ -228,15 +233,13 @@ contains
    end subroutine share_fronts
 
    !> Columns of the factor are stored front by front, in the order in which a solve reads them;
-   !> each task, and the root fronts, eliminate in a panel of their own, as large as the largest of
-   !> their fronts needs.
+   !> each thread eliminates in a panel as large as the largest front of a task needs.
    pure subroutine plan_panels(plan)
       type(front_plan_type), intent(inout) :: plan  !< being made
-      integer(long) :: largest
-      integer :: front, t, i
+      integer(long) :: numbers
+      integer :: front
 
-      allocate (plan%factor_start(plan%fronts + 1), plan%panel_start(plan%fronts), &
-         plan%pivot_panels(plan%fronts))
+      allocate (plan%factor_start(plan%fronts + 1), plan%pivot_panels(plan%fronts))
       plan%factor_start(1) = 1
       do front = 1, plan%fronts
          associate (pivots => pivot_columns(plan, front))
@@ -244,18 +247,13 @@ contains
             plan%factor_start(front + 1) = plan%factor_start(front) &
                + packed_size*(plan%pivot_panels(front) &
                + int(pivots, long)*panels_of(rows_below(plan, front)))
+            numbers = 36*int(pivots, long)*(pivots + rows_below(plan, front))
          end associate
-      end do
-      plan%panel_size = 0
-      do t = 1, plan%sharing%tasks + 1
-         largest = 0
-         do i = plan%sharing%start(t), plan%sharing%start(t + 1) - 1
-            front = plan%sharing%front(i)
-            plan%panel_start(front) = plan%panel_size + 1
-            largest = max(largest, 36*int(pivot_columns(plan, front), long) &
-               *(pivot_columns(plan, front) + rows_below(plan, front)))
-         end do
-         plan%panel_size = plan%panel_size + largest
+         if (plan%sharing%is_root_front(front)) then
+            plan%panel_of_root = max(plan%panel_of_root, numbers)
+         else
+            plan%panel_of_task = max(plan%panel_of_task, numbers)
+         end if
       end do
    end subroutine plan_panels
 
@@ -266,30 +264,39 @@ contains
       longest_front_vector = 6*plan%widest + 2*packed_rows
    end function longest_front_vector
 
-   !> Give each task, and the root fronts, a workspace of their own for updates.
+   !> Places for updates.  Those that pass from tasks to root fronts stay until all tasks are done;
+   !> then the root fronts take the workspaces of the threads.
    pure subroutine plan_updates(plan)
       type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: level(plan%fronts), t, front
 
       allocate (plan%update_start(plan%fronts))
-      plan%update_size = 0
       do front = plan%fronts, 1, -1
          level(front) = 0
          if (plan%parent(front) > 0) level(front) = level(plan%parent(front)) + 1
+         if (.not. is_subtree_root(plan, front)) cycle
+         plan%update_start(front) = plan%updates_passed
+         plan%updates_passed = plan%updates_passed + update_length(plan, front)
       end do
-      do t = 1, plan%sharing%tasks + 1
-         call stack_updates(plan%sharing%front(plan%sharing%start(t):plan%sharing%start(t + 1) &
-            - 1), level, plan)
-      end do
+      associate (start => plan%sharing%start, tasks => plan%sharing%tasks)
+         do t = 1, tasks
+            call stack_updates(plan%sharing%front(start(t):start(t + 1) - 1), level, 0_long, plan, &
+               plan%updates_of_task)
+         end do
+         call stack_updates(plan%sharing%front(start(tasks + 1):), level, plan%updates_passed, &
+            plan, plan%updates_of_roots)
+      end associate
    end subroutine plan_updates
 
    !> Stack the updates of a task's fronts, or of the root fronts.  An update is made while those of
    !> the children still live; odd and even levels of the tree therefore use two stacks, each last
    !> in, first out.
-   pure subroutine stack_updates(fronts, level, plan)
+   pure subroutine stack_updates(fronts, level, before, plan, most)
       integer, intent(in) :: fronts(:)  !< some fronts, in postorder
       integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root
+      integer(long), intent(in) :: before  !< numbers before the stacks
       type(front_plan_type), intent(inout) :: plan  !< being made
+      integer(long), intent(inout) :: most  !< numbers in the stacks, of this and others before
       integer(long) :: height(0:1), peak(0:1)
       integer :: i, c, child
 
@@ -299,19 +306,21 @@ contains
          associate (front => fronts(i), mine => mod(level(fronts(i)), 2))
             do c = plan%child_start(front), plan%child_start(front + 1) - 1
                child = plan%child(c)
-               if (plan%sharing%is_root_front(child) .eqv. plan%sharing%is_root_front(front)) &
+               if (.not. is_subtree_root(plan, child)) &
                   height(1 - mine) = height(1 - mine) - update_length(plan, child)
             end do
-            plan%update_start(front) = height(mine)
+            if (is_subtree_root(plan, front)) cycle
+            plan%update_start(front) = before + height(mine)
             height(mine) = height(mine) + update_length(plan, front)
             peak(mine) = max(peak(mine), height(mine))
          end associate
       end do
       do i = 1, size(fronts)
-         plan%update_start(fronts(i)) = plan%update_start(fronts(i)) + plan%update_size + 1 &
-                                        + merge(peak(0), 0_long, mod(level(fronts(i)), 2) == 1)
+         if (is_subtree_root(plan, fronts(i))) cycle
+         if (mod(level(fronts(i)), 2) == 1) plan%update_start(fronts(i)) = &
+            plan%update_start(fronts(i)) + peak(0)
       end do
-      plan%update_size = plan%update_size + sum(peak)
+      most = max(most, sum(peak))
    end subroutine stack_updates
 
    !> Where a solve keeps the rows below each front.
@@ -368,12 +377,31 @@ contains
       rows_below = plan%row_start(front + 1) - plan%row_start(front)
    end function rows_below
 
-   !> Numbers in a front's update, kept as a full square.
+   !> Numbers in a front's update: in each band of columns the rows from its first one on.
    pure integer(long) function update_length(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: front  !< number in the plan
+      integer :: rows, ld, skipped
 
-      update_length = 36*int(rows_below(plan, front), long)**2
+      rows = rows_below(plan, front)
+      update_length = 0
+      if (rows == 0) return
+      call locate_column(rows, rows, update_length, ld, skipped)
+      update_length = update_length + 6*ld
    end function update_length
+
+   !> Where a block column of an update is kept.
+   pure subroutine locate_column(rows, column, before, ld, skipped)
+      integer, intent(in) :: rows, column    !< block rows of the update; one of its columns
+      integer(long), intent(out) :: before   !< numbers before the column
+      integer, intent(out) :: ld, skipped    !< its rows, and block rows left out above them
+      integer :: bands
+
+      bands = (column - 1)/band
+      skipped = bands*band
+      ld = 6*(rows - skipped)
+      before = 18*skipped*int(2*rows - skipped + band, long) &
+         + 6*int(ld, long)*(column - 1 - skipped)
+   end subroutine locate_column
 
 end module dda_front_plan
