@@ -8,6 +8,7 @@ import numpy as np
 
 import sitedda
 from sitedda.errors import ConvergenceError, InputError
+from sitedda.stability import Limits
 
 GRAVITY = 9.81  # m/s²
 DENSITY = 2500.0  # kg/m³
@@ -53,7 +54,7 @@ class Assembly:
                 model.fixed_point(x, y, f"block_{i}")
         return model
 
-    def limits(self) -> sitedda.stability.Limits:
+    def limits(self) -> Limits:
         """By linear programmes."""
         return sitedda.limit_analysis(self.model(), direction=(self.sense, 0.0))
 
