@@ -8,7 +8,6 @@ Processor time (user and system) and wall time are printed: the median of the di
 neighbouring runs.
 """
 
-import argparse
 import os
 import resource
 import statistics
@@ -22,6 +21,7 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "robustness"))
 
 from interrupted import layered_site, native_program, prepare, wall  # noqa: E402
+from options import asked  # noqa: E402
 
 TARGET = 2.0  # % of the run
 
@@ -50,10 +50,7 @@ def measure(program: str, without: Path, often: Path, checkpoints: int, steps: i
 
 def main() -> int:
     """Measure both models and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--rounds", type=int, default=9)
-    parser.add_argument("--program", default=None)
-    options = parser.parse_args()
+    options = asked(__doc__, rounds=9, program=str)
     program = native_program(options.program)
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     models = {

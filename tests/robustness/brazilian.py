@@ -10,10 +10,9 @@ has the tension T in its middle at ½ π D T: the force comes over the flats, an
 over its opening bears on.  Printed are the forces over ½ π D T and over the reference.
 """
 
-import argparse
-
 import numpy as np
 import shapely
+from options import asked
 
 import sitedda
 from sitedda.meshing.body import Part, mesh_body
@@ -102,12 +101,7 @@ def meshed(size, zone, seed) -> float:
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--meshes", type=int, default=20)
-    parser.add_argument("--first", type=int, default=1, help="seed")
-    parser.add_argument("--size", type=float, default=0.005, help="of the cells, m")
-    parser.add_argument("--zone", type=float, default=0.1, help="EG/T² over the diameter")
-    given = parser.parse_args()
+    given = asked(__doc__, meshes=20, first=1, size=0.005, zone=0.1)
     exact = straight(given.size, given.zone)
     print(f"straight crack: {exact / UNIT:.3f} of the brittle disc", flush=True)
     forces = []

@@ -10,7 +10,6 @@ same bits in the end; a checkpoint that is damaged and given a matching checksum
 who means it can, must at least not crash or hang the engine.  Ends with status 1 otherwise.
 """
 
-import argparse
 import random
 import shutil
 import subprocess
@@ -20,6 +19,7 @@ from collections import Counter
 from pathlib import Path
 
 from interrupted import difference, finish, native_program, prepare, start, wall
+from options import asked
 
 REFUSED = 5
 HEAD, TAIL = 16, 16  # bytes of a checkpoint before and behind its state
@@ -172,12 +172,7 @@ def outcome(program, folder, kind, reference) -> str:
 
 def main() -> int:
     """Run the cases and count what came of them."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--cases", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--program", default=None)
-    parser.add_argument("--folder", type=Path, default=None)
-    options = parser.parse_args()
+    options = asked(__doc__, cases=1000, seed=1, program=str, folder=Path)
     program = native_program(options.program)
     chance = random.Random(options.seed)
     counts, failures = Counter(), 0

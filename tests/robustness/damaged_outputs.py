@@ -8,7 +8,6 @@ What is left of an output is shown, or refused in one sentence that names the fi
 another kind, a crash or a hang ends the study with status 1.
 """
 
-import argparse
 import contextlib
 import os
 import random
@@ -23,6 +22,7 @@ from pathlib import Path
 
 import netCDF4
 import numpy as np
+from options import asked
 
 INPUTS = Path(__file__).parents[2] / "inputs"
 LONGEST = 60  # s for one case
@@ -240,11 +240,7 @@ def outcome(file: Path, log: Path) -> str:
 
 def main() -> int:
     """Run the cases and count what came of them."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--cases", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--first", type=int, default=0, help="number of the first case")
-    options = parser.parse_args()
+    options = asked(__doc__, cases=1000, seed=1, first=0)
     counts, failures = Counter(), 0
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)

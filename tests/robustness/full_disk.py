@@ -11,7 +11,6 @@ reach its end; resumed with room it must give the bits of a run left alone.  End
 any does not.
 """
 
-import argparse
 import resource
 import shutil
 import signal
@@ -29,6 +28,7 @@ from interrupted import (
     prepare,
     wall,
 )
+from options import asked
 
 FILE_ERROR = 5
 
@@ -97,12 +97,7 @@ def by_file_system(program, folder, reference, cases) -> list[bool]:
 
 def main() -> int:
     """Run the cases and say how many passed."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--cases", type=int, default=40)
-    parser.add_argument("--quick", action="store_true", help="shorter models")
-    parser.add_argument("--program", default=None)
-    parser.add_argument("--folder", type=Path, default=None)
-    options = parser.parse_args()
+    options = asked(__doc__, cases=40, quick=False, program=str, folder=Path)
     program = native_program(options.program)
     failed = 0
     models = {"layered site": layered_site(20000, 200), "wall": wall(100, 5, bricks=8)}

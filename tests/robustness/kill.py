@@ -13,7 +13,6 @@ leave the older file or the whole new one, and nothing beside it unless killed b
 status 1 if any output differs.
 """
 
-import argparse
 import random
 import signal
 import subprocess
@@ -35,6 +34,7 @@ from interrupted import (
     start,
     wall,
 )
+from options import asked
 
 INTERRUPTED = 6
 
@@ -160,15 +160,9 @@ def kill_pages(folder: Path, output: Path, kills: int, chance: random.Random) ->
 
 def main() -> int:
     """Run the cases and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--kills", type=int, default=100)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--signals", default="KILL")
-    parser.add_argument("--quick", action="store_true", help="shorter models")
-    parser.add_argument("--pages", type=int, default=0)
-    parser.add_argument("--program", default=None)
-    parser.add_argument("--folder", type=Path, default=None)
-    options = parser.parse_args()
+    options = asked(
+        __doc__, kills=100, seed=1, signals="KILL", quick=False, pages=0, program=str, folder=Path
+    )
     program = native_program(options.program)
     signals = [signal.Signals[f"SIG{name}"] for name in options.signals.split(",")]
     chance = random.Random(options.seed)

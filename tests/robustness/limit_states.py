@@ -11,7 +11,6 @@ of some a force that grows slowly in dynamics leads to the same verdict.  Rest i
 output: contact forces within friction balance each block, and act where blocks touch.
 """
 
-import argparse
 import sys
 import tempfile
 import time
@@ -23,6 +22,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 
 from limit_models import DENSITY, GRAVITY, SEED, STIFFNESS, Assembly, assemblies  # noqa: E402
+from options import asked  # noqa: E402
 
 import sitedda  # noqa: E402
 from sitedda.errors import ConvergenceError, SolverError  # noqa: E402
@@ -199,12 +199,7 @@ def study(models: int, monotone: int, slow: int, seed: int) -> Tally:
 
 def main() -> int:
     """Status 1 if an outcome is wrong."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--models", type=int, default=60)
-    parser.add_argument("--monotone", type=int, default=3)
-    parser.add_argument("--slow", type=int, default=10)
-    parser.add_argument("--seed", type=int, default=SEED)
-    tally = study(**vars(parser.parse_args()))
+    tally = study(**vars(asked(__doc__, models=60, monotone=3, slow=10, seed=SEED)))
     print(
         f"{tally.models} models, {tally.sliding} slide, {tally.models - tally.sliding} turn, "
         f"{tally.between} with limits apart; {tally.wrong} outcomes are wrong"

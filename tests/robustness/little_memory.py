@@ -5,7 +5,6 @@
 usage: python tests/robustness/little_memory.py [--limits N] [--least MB] [--most MB]
 """
 
-import argparse
 import resource
 import shutil
 import subprocess
@@ -15,6 +14,7 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
+from options import asked
 
 INPUTS = Path(__file__).parents[2] / "inputs"
 COMMANDS = {
@@ -60,11 +60,7 @@ def failures(limits, commands=COMMANDS) -> list[str]:
 
 def main() -> int:
     """Try limits, evenly spread; 0 if all end as they should."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--limits", type=int, default=60)
-    parser.add_argument("--least", type=int, default=150)
-    parser.add_argument("--most", type=int, default=900)
-    options = parser.parse_args()
+    options = asked(__doc__, limits=60, least=150, most=900)
     found = failures(np.linspace(options.least, options.most, options.limits).astype(int))
     print(f"{len(found)} of {4 * options.limits} end otherwise")
     return int(bool(found))

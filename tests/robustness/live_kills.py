@@ -9,7 +9,6 @@ random moment; what comes back must be the edited model and its run, and the run
 the bits of the saved namelist by `sitedda run`.  Ends with status 1 if one differs.
 """
 
-import argparse
 import random
 import sys
 import tempfile
@@ -22,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 
 from environment import ARGUMENTS, BROWSER  # noqa: E402
 from live_server import LiveProcess  # noqa: E402
+from options import asked  # noqa: E402
 from playwright.sync_api import sync_playwright  # noqa: E402
 from test_live import COMPARED, PILE  # noqa: E402
 from test_live_page import OVER, begun, press, until  # noqa: E402
@@ -106,10 +106,7 @@ def case(browser, way: str, chance: random.Random) -> str:
 
 def main() -> None:
     """Print a line for each case."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--kills", type=int, default=21)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
+    options = asked(__doc__, kills=21, seed=1)
     chance, wrong = random.Random(options.seed), 0
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=ARGUMENTS)

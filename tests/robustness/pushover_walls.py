@@ -5,11 +5,11 @@
 lower limit and 1.02 of the upper one.
 """
 
-import argparse
 import math
 import sys
 
 import numpy as np
+from options import asked
 
 import sitedda
 
@@ -39,11 +39,7 @@ def random_wall(seed: int) -> sitedda.Model:
 
 def main() -> int:
     """Print limits and peak of each wall; 1 if one lies outside."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--walls", type=int, default=10)
-    parser.add_argument("--first", type=int, default=0, help="seed")
-    parser.add_argument("--stiffness", type=float, help="of contacts, N/m (40 times E)")
-    options, outside = parser.parse_args(), 0
+    options, outside = asked(__doc__, walls=10, first=0, stiffness=float), 0
     for seed in range(options.first, options.first + options.walls):
         model = random_wall(seed)
         if options.stiffness:

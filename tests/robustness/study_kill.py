@@ -9,7 +9,6 @@ then it is started again, killed again one time in three, until it ends.  Its ta
 same bits as that of a study left alone.  Ends with status 1 if any differs.
 """
 
-import argparse
 import os
 import random
 import shutil
@@ -26,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "python"))
 import slurm_stand_in  # noqa: E402
 from dask_cluster import Cluster  # noqa: E402
 from interrupted import INPUTS, native_program  # noqa: E402
+from options import asked  # noqa: E402
 
 STUDY = """model = "{model}"
 folder = "{folder}"
@@ -132,12 +132,7 @@ class Trial:
 
 def main() -> int:
     """Kill and compare."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--kills", type=int, default=30)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--cases", type=int, default=6)
-    parser.add_argument("--duration", type=float, default=4.0)
-    options = parser.parse_args()
+    options = asked(__doc__, kills=30, seed=1, cases=6, duration=4.0)
     chance = random.Random(options.seed)
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     kills, studies, wrong = 0, 0, 0
