@@ -9,13 +9,14 @@ be busy.
 
 import argparse
 import os
-import resource
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+
+from layered_site import processor_time
 
 ROOT = Path(__file__).resolve().parents[2]
 SINGLE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
@@ -55,12 +56,6 @@ def seconds(place: Path, command) -> tuple[float, float]:
             program, cwd=folder, env=os.environ | SINGLE, check=True, capture_output=True
         )
         return time.perf_counter() - begun, processor_time() - worked
-
-
-def processor_time() -> float:
-    """Of all ended child processes, s."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-from interrupted import difference, finish, native_program, prepare, start, wall
+from interrupted import difference, finish, native_program, prepare, reference_of, start, wall
 from options import asked
 
 REFUSED = 5
@@ -178,11 +178,7 @@ def main() -> int:
     counts, failures = Counter(), 0
     with tempfile.TemporaryDirectory() as scratch:
         folder = prepare(Path(options.folder or scratch) / "run", wall(2000, 2, bricks=1))
-        status, _, err = finish(program, "run", folder)
-        if status:
-            raise SystemExit(err)
-        reference = folder / "reference.nc"
-        (folder / "out.nc").rename(reference)
+        reference = reference_of(program, folder)
         interrupted_run(program, folder)
         kept = folder.with_name("kept")
         kept.mkdir(exist_ok=True)

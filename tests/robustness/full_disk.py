@@ -26,6 +26,7 @@ from interrupted import (
     leftovers,
     native_program,
     prepare,
+    reference_of,
     wall,
 )
 from options import asked
@@ -106,11 +107,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as scratch:
         for name, text in models.items():
             folder = prepare(Path(options.folder or scratch) / name.replace(" ", "_"), text)
-            status, _, err = finish(program, "run", folder)
-            if status:
-                raise SystemExit(err)
-            reference = folder / "reference.nc"
-            (folder / "out.nc").rename(reference)
+            reference = reference_of(program, folder)
             for kind, cases in (("file size", by_file_size), ("file system", by_file_system)):
                 passed = cases(program, folder, reference, options.cases)
                 failed += passed.count(False)

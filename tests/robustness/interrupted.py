@@ -111,6 +111,14 @@ def finish(
     return running.returncode, out, err
 
 
+def reference_of(program: str, folder: Path) -> Path:
+    """Output of the whole run, under another name."""
+    status, _, err = finish(program, "run", folder)
+    if status:
+        raise SystemExit(err)
+    return (folder / "out.nc").rename(folder / "reference.nc")
+
+
 def difference(file: Path, other: Path) -> str:
     """What differs in the data of two outputs; blank if every variable has the same bits."""
     with netCDF4.Dataset(file) as left, netCDF4.Dataset(other) as right:

@@ -25,11 +25,11 @@ from pathlib import Path
 from interrupted import (
     column,
     difference,
-    finish,
     layered_site,
     leftovers,
     native_program,
     prepare,
+    reference_of,
     staged_wall,
     start,
     wall,
@@ -173,12 +173,8 @@ def main() -> int:
             folder = prepare(Path(options.folder or scratch) / name.replace(" ", "_"), text)
             tally = Tally(name)
             begun = time.perf_counter()
-            status, _, err = finish(program, "run", folder)
+            reference = reference_of(program, folder)
             tally.whole = time.perf_counter() - begun
-            if status:
-                raise SystemExit(err)
-            reference = folder / "reference.nc"
-            (folder / "out.nc").rename(reference)
             share = options.kills * (i + 1) // len(chosen)
             output = reference
             while sum(other.kills for other in tallies) + tally.kills < share:
