@@ -12,7 +12,7 @@ module models
    use dda_input, only: read_model
    use dda_material, only: material_type
    use dda_model, only: model_type
-   use dda_outlines, only: outlines_type
+   use dda_outlines, only: add_outline, outlines_type
    use dda_simulation, only: simulation_type
    use dda_stages, only: begin_simulation
    use dda_time_step, only: advance
@@ -22,7 +22,7 @@ module models
    public :: begin, begin_or_fail, run, number, control_text, contact_text, joint_text, &
       block_text, rock
    public :: random, random_pairs, random_vector, sow, star, rectangle, turned, shifted, &
-      blocks_of, fan, relative_balance
+      blocks_of, place_blocks, fan, relative_balance
 
    !> E = 5 GPa, ν = 0.25, ρ = 2500 kg/m³.
    character(len=*), parameter :: rock = &
@@ -207,6 +207,18 @@ contains
          one(:outlines%n), one, rocks, .false.)
       call begin_motion(blocks)
    end subroutine blocks_of
+
+   !> One or two blocks of one rock.
+   subroutine place_blocks(blocks, first, second)
+      type(blocks_type), intent(out) :: blocks
+      real(wp), intent(in) :: first(:,:)             !< [2,vertices] m
+      real(wp), intent(in), optional :: second(:,:)  !< [2,vertices] m
+      type(outlines_type) :: outlines
+
+      call add_outline(outlines, first, 1, 1, 1, '')
+      if (present(second)) call add_outline(outlines, second, 1, 1, 1, '')
+      call blocks_of(outlines, blocks)
+   end subroutine place_blocks
 
    !> Points and weights that integrate quadratics exactly over a polygon that is star-shaped round
    !> `centre`: the middles of the sides of each triangle of the fan.

@@ -5,9 +5,8 @@ module test_blocks
    use dda_blocks, only: blocks_type, is_convex, mass_matrix, momentum_of, motion_of, &
       place_of, reference_of, shape_matrix, stress_of, update_geometry
    use dda_material, only: elasticity, material_type
-   use dda_outlines, only: add_outline, outlines_type
    use dda_polygon, only: area_of
-   use models, only: blocks_of, fan, random, random_vector, rectangle, shifted, star
+   use models, only: fan, place_blocks, random, random_vector, rectangle, shifted, star
    use testing, only: check, check_close
    implicit none
 
@@ -18,11 +17,9 @@ contains
       type(blocks_type), intent(out) :: blocks
       real(wp), allocatable, intent(out) :: vertices(:,:)
       integer, intent(in) :: m
-      type(outlines_type) :: outlines
 
       vertices = shifted(star(m, 0.3_wp, 1.5_wp), 4.0_wp*random_vector(2))
-      call add_outline(outlines, vertices, 1, 1, 1, '')
-      call blocks_of(outlines, blocks)
+      call place_blocks(blocks, vertices)
    end subroutine make_star
 
    !> M = ρ ∫ TᵀT by a rule that is exact for quadratics; turning the block changes nothing.
@@ -173,12 +170,9 @@ contains
 
    subroutine rings_of_vertices()
       type(blocks_type) :: blocks
-      type(outlines_type) :: outlines
 
-      call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), 1, 1, 1, '')
-      call add_outline(outlines, reshape([4, 0, 6, 0, 6, 2, 5, 2, 5, 1, 4, 1]*1.0_wp, [2, 6]), 1, &
-         1, 1, '')
-      call blocks_of(outlines, blocks)
+      call place_blocks(blocks, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), &
+         reshape([4, 0, 6, 0, 6, 2, 5, 2, 5, 1, 4, 1]*1.0_wp, [2, 6]))
       call check(blocks%next(4) == 1 .and. blocks%next(5) == 6 &
          .and. blocks%next(10) == 5, 'next')
       call check(blocks%previous(1) == 4 .and. blocks%previous(5) == 10, 'previous')

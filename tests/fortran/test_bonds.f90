@@ -16,24 +16,23 @@ module test_bonds
 
 contains
 
-   !> Bonds between blocks 1 and 2, and their lengths.
-   subroutine count_bonds(simulation, bonds, length)
+   !> So many bonds stick, over so long a joint.
+   subroutine check_bonds(simulation, number, what, length)
       type(simulation_type), intent(in) :: simulation
-      integer, intent(out) :: bonds
-      real(wp), intent(out) :: length
+      integer, intent(in) :: number
+      character(len=*), intent(in) :: what
+      real(wp), intent(in), optional :: length
       integer :: c
 
-      bonds = 0
-      length = 0.0_wp
       associate (contacts => simulation%contacts(simulation%now))
          do c = 1, contacts%n
-            if (.not. contacts%bonded(c)) cycle
-            bonds = bonds + 1
-            length = length + contacts%bond_length(c)
-            call check(contacts%state(c) == contact_stick, 'a bond sticks')
+            if (contacts%bonded(c)) call check(contacts%state(c) == contact_stick, 'a bond sticks')
          end do
+         call check(count(contacts%bonded(:contacts%n)) == number, what)
+         if (present(length)) call check_close(sum(contacts%bond_length(:contacts%n), &
+            contacts%bonded(:contacts%n)), length, what, relative=1.0e-12_wp)
       end associate
-   end subroutine count_bonds
+   end subroutine check_bonds
 
    subroutine two_blocks(simulation, lower, upper, joint)
       type(simulation_type), intent(out) :: simulation
@@ -48,8 +47,8 @@ contains
    subroutine lengths()
       type(simulation_type) :: simulation
       character(len=:), allocatable :: joint
-      real(wp) :: length, angle
-      integer :: bonds, i
+      real(wp) :: angle
+      integer :: i
 
       joint = joint_text(30.0_wp, cohesion, tension)
       do i = 0, 6
@@ -57,21 +56,15 @@ contains
          call case('equal width')
          call two_blocks(simulation, turned(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), angle), &
             turned(rectangle(0.0_wp, 1.0_wp, 2.0_wp, 2.0_wp), angle), joint)
-         call count_bonds(simulation, bonds, length)
-         call check(bonds == 2, 'two bonds')
-         call check_close(length, 2.0_wp, 'over the whole joint', relative=1.0e-12_wp)
+         call check_bonds(simulation, 2, 'over the whole joint', 2.0_wp)
          call case('half over half')
          call two_blocks(simulation, turned(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), angle), &
             turned(rectangle(1.2_wp, 1.0_wp, 3.2_wp, 2.0_wp), angle), joint)
-         call count_bonds(simulation, bonds, length)
-         call check(bonds == 2, 'two bonds')
-         call check_close(length, 0.8_wp, 'over the overlap', relative=1.0e-12_wp)
+         call check_bonds(simulation, 2, 'over the overlap', 0.8_wp)
          call case('narrow on wide')
          call two_blocks(simulation, turned(rectangle(0.0_wp, 0.0_wp, 3.0_wp, 1.0_wp), angle), &
             turned(rectangle(1.0_wp, 1.0_wp, 1.7_wp, 2.0_wp), angle), joint)
-         call count_bonds(simulation, bonds, length)
-         call check(bonds == 2, 'two bonds')
-         call check_close(length, 0.7_wp, 'over the narrow one', relative=1.0e-12_wp)
+         call check_bonds(simulation, 2, 'over the narrow one', 0.7_wp)
       end do
    end subroutine lengths
 
@@ -80,8 +73,7 @@ contains
    subroutine joints_of_edges()
       type(simulation_type) :: simulation
       character(len=:), allocatable :: joints, floor, upper
-      real(wp) :: length
-      integer :: bonds, order, c
+      integer :: order, c
 
       joints = " &joint name = 'none' friction_angle = 5.0 / &joint name = 'left' "// &
          "friction_angle = 30.0 cohesion = 1.0e5 / &joint name = 'right' friction_angle = 20.0 "// &
@@ -93,9 +85,7 @@ contains
       do order = 1, 2
          call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(stiffness, '')// &
             rock//joints//merge(floor//upper, upper//floor, order == 1))
-         call count_bonds(simulation, bonds, length)
-         call check(bonds == 2, 'two bonds')
-         call check_close(length, 2.5_wp, 'over the whole joint', relative=1.0e-12_wp)
+         call check_bonds(simulation, 2, 'over the whole joint', 2.5_wp)
          associate (contacts => simulation%contacts(simulation%now))
             do c = 1, contacts%n
                call check_close(contacts%bond_length(c), merge(0.6_wp, 1.9_wp, &
@@ -104,29 +94,23 @@ contains
             end do
          end associate
          call run(simulation, 5)
-         call count_bonds(simulation, bonds, length)
-         call check(bonds == 2, 'and they hold')
+         call check_bonds(simulation, 2, 'and they hold')
       end do
    end subroutine joints_of_edges
 
    subroutine no_bond()
       type(simulation_type) :: simulation
-      real(wp) :: length
-      integer :: bonds
 
       call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
          rectangle(0.0_wp, 1.001_wp, 2.0_wp, 2.0_wp), joint_text(30.0_wp, cohesion, tension))
-      call count_bonds(simulation, bonds, length)
-      call check(bonds == 0, 'over a gap')
+      call check_bonds(simulation, 0, 'over a gap')
       call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
          rectangle(0.0_wp, 1.0_wp, 2.0_wp, 2.0_wp), joint_text(30.0_wp, 0.0_wp, 0.0_wp))
-      call count_bonds(simulation, bonds, length)
-      call check(bonds == 0, 'without strength')
+      call check_bonds(simulation, 0, 'without strength')
       call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
          reshape([1.0_wp, 1.0_wp, 2.0_wp, 1.2_wp, 1.0_wp, 2.0_wp], [2, 3]), &
          joint_text(30.0_wp, cohesion, tension))
-      call count_bonds(simulation, bonds, length)
-      call check(bonds == 0, 'of edges that are not parallel')
+      call check_bonds(simulation, 0, 'of edges that are not parallel')
    end subroutine no_bond
 
    !> A slow ramp pulls the upper block off: the bond holds tensile strength × length, no more.
@@ -145,8 +129,8 @@ contains
       real(wp), intent(in) :: strength
       character(len=*), intent(in) :: force
       type(simulation_type) :: simulation
-      real(wp) :: length, x
-      integer :: bonds, i
+      real(wp) :: x
+      integer :: i
 
       x = 0.75_wp
       if (force == 'force_x') x = 0.0_wp
@@ -163,8 +147,7 @@ contains
          if (simulation%counters%broken > 0) exit
       end do
       call check_close(simulation%time, 0.5_wp, 'breaks at its strength', absolute=0.01_wp)
-      call count_bonds(simulation, bonds, length)
-      call check(bonds == 0, 'both bonds at once')
+      call check_bonds(simulation, 0, 'both bonds at once')
       call check(simulation%counters%broken == 2, 'two are counted')
    end subroutine pull_until
 

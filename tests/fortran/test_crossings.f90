@@ -24,51 +24,51 @@ contains
          block_text('d', turned(rectangle(1.3_wp + shift, 1.0_wp + gap, 2.0_wp, 2.0_wp), angle)))
    end subroutine lattice
 
-   !> Corners that have others across, and contacts between two blocks.
-   subroutine count_across(simulation, across, contacts, b1, b2)
+   !> Corners that have others across.
+   pure integer function across(simulation)
       type(simulation_type), intent(in) :: simulation
-      integer, intent(out) :: across, contacts
+
+      across = count(simulation%detection%across > 0)
+   end function across
+
+   !> Contacts between two blocks.
+   pure integer function between(simulation, b1, b2)
+      type(simulation_type), intent(in) :: simulation
       integer, intent(in) :: b1, b2
       integer :: c
 
-      across = count(simulation%detection%across > 0)
-      contacts = 0
+      between = 0
       associate (list => simulation%contacts(simulation%now))
          do c = 1, list%n
             if (min(list%block_v(c), list%block_e(c)) == b1 .and. &
-               max(list%block_v(c), list%block_e(c)) == b2) contacts = contacts + 1
+               max(list%block_v(c), list%block_e(c)) == b2) between = between + 1
          end do
       end associate
-   end subroutine count_across
+   end function between
 
    !> Four corners, two pairs across, no contacts between them; at any inclination.
    subroutine four_blocks()
       type(simulation_type) :: simulation
-      integer :: across, contacts, i
+      integer :: i
 
       do i = 0, 7
          call lattice(simulation, 0.0_wp, 0.0_wp, 0.4_wp*i)
          call run(simulation, 2)
-         call count_across(simulation, across, contacts, 1, 4)
-         call check(across == 4, 'two pairs across')
-         call check(contacts == 0, 'no contact across')
-         call count_across(simulation, across, contacts, 2, 3)
-         call check(contacts == 0, 'nor of the other two')
-         call count_across(simulation, across, contacts, 1, 3)
-         call check(contacts == 2, 'faces have theirs')
+         call check(across(simulation) == 4, 'two pairs across')
+         call check(between(simulation, 1, 4) == 0, 'no contact across')
+         call check(between(simulation, 2, 3) == 0, 'nor of the other two')
+         call check(between(simulation, 1, 3) == 2, 'faces have theirs')
       end do
    end subroutine four_blocks
 
    !> Where the joint is offset, two of the four share a face.
    subroutine an_offset()
       type(simulation_type) :: simulation
-      integer :: across, contacts
 
       call lattice(simulation, 0.3_wp, 0.0_wp, 0.0_wp)
       call run(simulation, 2)
-      call count_across(simulation, across, contacts, 2, 3)
-      call check(across == 0, 'nothing across')
-      call check(contacts == 2, 'the face has contacts')
+      call check(across(simulation) == 0, 'nothing across')
+      call check(between(simulation, 2, 3) == 2, 'the face has contacts')
    end subroutine an_offset
 
    !> Each corner has two neighbours and three across.
@@ -77,7 +77,7 @@ contains
       character(len=:), allocatable :: text
       real(wp), parameter :: sixth = acos(0.5_wp)
       real(wp) :: from, to
-      integer :: across, contacts, i
+      integer :: i
 
       text = control_text(1.0e-3_wp, 10, '')//contact_text(1.0e9_wp, '')//rock// &
          joint_text(30.0_wp, 0.0_wp, 0.0_wp)
@@ -88,49 +88,41 @@ contains
             sin(from), cos(to), sin(to)], [2, 3]))
       end do
       call begin(simulation, text)
-      call count_across(simulation, across, contacts, 1, 4)
-      call check(across == 18, 'nine pairs')
-      call check(contacts == 0, 'without contacts')
+      call check(across(simulation) == 18, 'nine pairs')
+      call check(between(simulation, 1, 4) == 0, 'without contacts')
    end subroutine six_triangles
 
    !> Corners that do not touch are not joined, so that nothing lies across.
    subroutine an_open_joint()
       type(simulation_type) :: simulation
-      integer :: across, contacts
 
       call lattice(simulation, 0.0_wp, 1.0e-4_wp, 0.0_wp)
-      call count_across(simulation, across, contacts, 1, 4)
-      call check(across == 0, 'nothing across')
+      call check(across(simulation) == 0, 'nothing across')
    end subroutine an_open_joint
 
    !> Once block c is taken away, a and d can meet, and b has nothing across.
    subroutine a_block_is_removed()
       type(simulation_type) :: simulation
-      integer :: across, contacts
 
       call lattice(simulation, 0.0_wp, 0.0_wp, 0.0_wp)
       associate (list => simulation%contacts(simulation%now))
          call part_corners(simulation%detection%across, list, [.false., .false., .true., .false.])
       end associate
-      call count_across(simulation, across, contacts, 1, 4)
-      call check(across == 0, 'nothing across')
+      call check(across(simulation) == 0, 'nothing across')
    end subroutine a_block_is_removed
 
    subroutine corners_move_apart()
       type(simulation_type) :: simulation
-      integer :: across, contacts
 
       call lattice(simulation, 0.0_wp, 0.0_wp, 0.0_wp)
       call forget_parted(simulation%detection%across, simulation%blocks, 0.01_wp)
-      call count_across(simulation, across, contacts, 1, 4)
-      call check(across == 4, 'still across')
+      call check(across(simulation) == 4, 'still across')
       associate (blocks => simulation%blocks)
          blocks%vertex(1, blocks%first(4):blocks%first(5) - 1) = 0.02_wp &
             + blocks%vertex(1, blocks%first(4):blocks%first(5) - 1)
       end associate
       call forget_parted(simulation%detection%across, simulation%blocks, 0.01_wp)
-      call count_across(simulation, across, contacts, 1, 4)
-      call check(across == 2, 'one pair is left')
+      call check(across(simulation) == 2, 'one pair is left')
    end subroutine corners_move_apart
 
 end module test_crossings

@@ -6,9 +6,10 @@ module test_detection
    use dda_contact, only: contacts_type, reserve
    use dda_detection, only: detect_contacts, detection_type, measure_depths, prepare_detection
    use dda_neighbours, only: find_neighbours, neighbours_type
-   use dda_outlines, only: add_layers, add_outline, add_wall, outlines_type
+   use dda_outlines, only: add_layers, add_wall, outlines_type
    use dda_text, only: to_text
-   use models, only: blocks_of, random, random_vector, rectangle, shifted, star, turned
+   use models, only: blocks_of, place_blocks, random, random_vector, rectangle, shifted, star, &
+      turned
    use testing, only: case, check, check_close
    implicit none
 
@@ -70,14 +71,11 @@ contains
    subroutine vertex_near_edge(blocks, gap, part)
       type(blocks_type), intent(out) :: blocks
       real(wp), intent(in) :: gap, part
-      type(outlines_type) :: outlines
       real(wp) :: a(2), b(2), normal(2), place(2), along
       integer :: e
 
-      call add_outline(outlines, star(5, 1.0_wp, 1.4_wp), 1, 1, 1, '')
-      call add_outline(outlines, reshape([0.0_wp, 0.0_wp, 1.2_wp, -0.3_wp, 1.1_wp, 0.35_wp], &
-         [2, 3]), 1, 1, 1, '')
-      call blocks_of(outlines, blocks)
+      call place_blocks(blocks, star(5, 1.0_wp, 1.4_wp), &
+         reshape([0.0_wp, 0.0_wp, 1.2_wp, -0.3_wp, 1.1_wp, 0.35_wp], [2, 3]))
       blocks%position(3, :) = 6.0_wp*random_vector(2)
       blocks%position(4:6, :) = 0.05_wp*reshape(random_vector(6), [3, 2])
       call update_geometry(blocks)
@@ -237,7 +235,6 @@ contains
 
    !> A corner in a right-angled notch touches both of its faces.
    subroutine a_corner_in_a_notch()
-      type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       real(wp) :: shape(2, 7), tip(2, 3), facing
@@ -246,12 +243,8 @@ contains
       shape = reshape([-2, -2, 2, -2, 2, 1, 1, 1, 0, 0, -1, 1, -2, 1]*1.0_wp, [2, 7])
       tip = reshape([0.0_wp, 0.001_wp, 0.5_wp, 1.5_wp, -0.5_wp, 1.5_wp], [2, 3])
       do k = 0, 9
-         outlines%n = 0
-         outlines%n_vertices = 0
-         call add_outline(outlines, turned(shape, 0.5_wp*k), 1, 1, 1, '')
-         call add_outline(outlines, turned(shifted(tip, [0.0_wp, -0.002_wp*modulo(k, 2)]), &
-            0.5_wp*k), 1, 1, 1, '')
-         call blocks_of(outlines, blocks)
+         call place_blocks(blocks, turned(shape, 0.5_wp*k), &
+            turned(shifted(tip, [0.0_wp, -0.002_wp*modulo(k, 2)]), 0.5_wp*k))
          call list(blocks, contacts, distance)
          call check(contacts%n == 2, 'two contacts')
          if (contacts%n /= 2) cycle
@@ -270,14 +263,12 @@ contains
    subroutine over_the_end_of_a_block()
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
-      type(outlines_type) :: outlines
       real(wp), parameter :: depth = 1.0e-4_wp
       real(wp) :: x
       integer :: i, corners
 
-      call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), 1, 1, 1, '')
-      call add_outline(outlines, rectangle(0.0_wp, 1.0_wp, 2.0_wp, 2.0_wp), 1, 1, 1, '')
-      call blocks_of(outlines, blocks)
+      call place_blocks(blocks, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
+         rectangle(0.0_wp, 1.0_wp, 2.0_wp, 2.0_wp))
       corners = 0
       do i = -400, 400
          x = sign(abs(real(i, wp)/400.0_wp)**3, real(i, wp))*0.1_wp
@@ -298,17 +289,14 @@ contains
    !> The tip of a needle goes round a blunt corner a little off it: the gap follows the distance
    !> without jumps.
    subroutine round_a_corner()
-      type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       real(wp) :: corner(2), normal(2), tip(2), angle, gap, last, step, jump
       integer :: i
 
-      call add_outline(outlines, reshape([-1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp, 0.0_wp, &
-         -1.0_wp, 0.4_wp], [2, 4]), 1, 1, 1, '')
-      call add_outline(outlines, reshape([0.0_wp, 0.0_wp, 0.9_wp, 0.6_wp, 0.6_wp, 0.9_wp], &
-         [2, 3]), 1, 1, 1, '')
-      call blocks_of(outlines, blocks)
+      call place_blocks(blocks, reshape([-1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp, 0.0_wp, &
+         -1.0_wp, 0.4_wp], [2, 4]), reshape([0.0_wp, 0.0_wp, 0.9_wp, 0.6_wp, 0.6_wp, 0.9_wp], [2, &
+         3]))
       corner = blocks%vertex(:, 3)
       last = huge(1.0_wp)
       jump = 0.0_wp
@@ -332,15 +320,13 @@ contains
 
    !> A slab thinner than the contact distance is entered from its near face only.
    subroutine a_thin_slab()
-      type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       real(wp) :: depth
       integer :: i, c
 
-      call add_outline(outlines, rectangle(-5.0_wp, -0.005_wp, 5.0_wp, 0.0_wp), 1, 1, 1, '')
-      call add_outline(outlines, rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp), 1, 1, 1, '')
-      call blocks_of(outlines, blocks)
+      call place_blocks(blocks, rectangle(-5.0_wp, -0.005_wp, 5.0_wp, 0.0_wp), &
+         rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))
       do i = -4, 4
          depth = 2.0e-4_wp*i
          blocks%position(2, 2) = 0.5_wp - depth
@@ -375,16 +361,13 @@ contains
    !> A needle's tip at a place has a contact in penetration, where contacts are listed far off.
    logical function is_pressed(shape_of, tip) result(pressed)
       real(wp), intent(in) :: shape_of(:,:), tip(2)
-      type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       type(neighbours_type) :: near
       type(detection_type) :: detection
 
-      call add_outline(outlines, turned(shape_of, 0.3_wp), 1, 1, 1, '')
-      call add_outline(outlines, turned(shifted(reshape([0.0_wp, 0.0_wp, 0.3_wp, 4.0_wp, -0.3_wp, &
-         4.0_wp], [2, 3]), tip), 0.3_wp), 1, 1, 1, '')
-      call blocks_of(outlines, blocks)
+      call place_blocks(blocks, turned(shape_of, 0.3_wp), turned(shifted(reshape([0.0_wp, 0.0_wp, &
+         0.3_wp, 4.0_wp, -0.3_wp, 4.0_wp], [2, 3]), tip), 0.3_wp))
       call find_neighbours(near, blocks, 3.0_wp)
       call prepare_detection(detection, blocks, distance)
       detection%distance = 1.4_wp
@@ -395,7 +378,6 @@ contains
 
    !> Which of two blocks is first makes no difference to how many contacts there are, and how deep.
    subroutine either_block_first()
-      type(outlines_type) :: forth, back
       type(blocks_type) :: blocks
       type(contacts_type) :: one, other
       real(wp) :: first(2, 4), second(2, 5)
@@ -406,17 +388,9 @@ contains
          first = turned(rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp), 3.0_wp*random(-1.0_wp, 1.0_wp))
          second = shifted(star(5, 0.5_wp, 0.7_wp), random(0.9_wp, 1.2_wp)*[cos(0.7_wp*i), &
             sin(0.7_wp*i)])
-         forth%n = 0
-         forth%n_vertices = 0
-         back%n = 0
-         back%n_vertices = 0
-         call add_outline(forth, first, 1, 1, 1, '')
-         call add_outline(forth, second, 1, 1, 1, '')
-         call add_outline(back, second, 1, 1, 1, '')
-         call add_outline(back, first, 1, 1, 1, '')
-         call blocks_of(forth, blocks)
+         call place_blocks(blocks, first, second)
          call list(blocks, one, distance)
-         call blocks_of(back, blocks)
+         call place_blocks(blocks, second, first)
          call list(blocks, other, distance)
          call check(one%n == other%n, 'as many')
          met = met + one%n
@@ -447,7 +421,6 @@ contains
    subroutine pass_by(first, place, about, within)
       real(wp), intent(in) :: first(:,:), place(:,:), about, within
       real(wp), parameter :: tolerance = 4.0e-4_wp
-      type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       type(neighbours_type) :: near
@@ -459,11 +432,7 @@ contains
       do i = 1, 1000
          second = shifted(place, about*random_vector(2))
          if (separation_of(first, second) < 0.0_wp) cycle
-         outlines%n = 0
-         outlines%n_vertices = 0
-         call add_outline(outlines, first, 1, 1, 1, '')
-         call add_outline(outlines, second, 1, 1, 1, '')
-         call blocks_of(outlines, blocks)
+         call place_blocks(blocks, first, second)
          blocks%velocity(1:2, :) = reshape(random_vector(4), [2, 2])
          call find_neighbours(near, blocks, 2*within)
          call prepare_detection(detection, blocks, within)
@@ -479,7 +448,6 @@ contains
    !> Two corners in vibrating contact keep the edge that they press on.
    subroutine corners_in_vibrating_contact()
       integer, parameter :: vertex(2) = [11, 4], edge(2) = [4, 10]
-      type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       type(neighbours_type) :: near
@@ -493,11 +461,7 @@ contains
          -0.1074_wp, -0.1008_wp, -0.0341_wp, -0.0571_wp, 0.00027_wp, -0.00014_wp], [2, 6])
       do i = 1, 200
          k = 1 + modulo(i, 2)
-         outlines%n = 0
-         outlines%n_vertices = 0
-         call add_outline(outlines, first, 1, 1, 1, '')
-         call add_outline(outlines, shifted(second, 2.0e-5_wp*random_vector(2)), 1, 1, 1, '')
-         call blocks_of(outlines, blocks)
+         call place_blocks(blocks, first, shifted(second, 2.0e-5_wp*random_vector(2)))
          blocks%velocity(1:3, :) = reshape(random_vector(6), [3, 2])
          call find_neighbours(near, blocks, 0.02_wp)
          call prepare_detection(detection, blocks, 0.01_wp)
@@ -542,14 +506,11 @@ contains
    end function beyond_edges
 
    subroutine apart()
-      type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
 
-      call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), 1, 1, 1, '')
-      call add_outline(outlines, rectangle(0.0_wp, 1.0_wp + 1.01_wp*distance, 1.0_wp, 2.0_wp), 1, &
-         1, 1, '')
-      call blocks_of(outlines, blocks)
+      call place_blocks(blocks, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), &
+         rectangle(0.0_wp, 1.0_wp + 1.01_wp*distance, 1.0_wp, 2.0_wp))
       call list(blocks, contacts, distance)
       call check(contacts%n == 0, 'nothing beyond the distance')
       call list(blocks, contacts, 1.02_wp*distance)

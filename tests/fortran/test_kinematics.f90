@@ -9,7 +9,7 @@ module test_kinematics
    use dda_outlines, only: add_outline, outlines_type
    use dda_simulation, only: simulation_type
    use models, only: begin, block_text, blocks_of, contact_text, control_text, fan, joint_text, &
-      number, random_vector, rectangle, run, star
+      number, place_blocks, random_vector, rectangle, run, star
    use testing, only: case, check, check_close
    implicit none
 
@@ -216,7 +216,6 @@ contains
 
    !> ½ ρ ∫ |ẋ|² by quadrature.
    subroutine kinetic()
-      type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       real(wp), allocatable :: points(:,:), weights(:)
       real(wp) :: vertices(2, 7), sum, velocity(2), v(6)
@@ -224,10 +223,7 @@ contains
 
       do i = 1, 20
          vertices = star(7, 0.5_wp, 1.5_wp)
-         outlines%n = 0
-         outlines%n_vertices = 0
-         call add_outline(outlines, vertices, 1, 1, 1, '')
-         call blocks_of(outlines, blocks)
+         call place_blocks(blocks, vertices)
          v = random_vector(6)
          blocks%velocity(:, 1) = v
          call fan(vertices, [0.0_wp, 0.0_wp], points, weights)

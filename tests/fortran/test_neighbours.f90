@@ -5,7 +5,7 @@ module test_neighbours
    use dda_blocks, only: blocks_type, is_convex, update_geometry
    use dda_neighbours, only: find_neighbours, neighbours_type
    use dda_outlines, only: add_outline, outlines_type
-   use models, only: blocks_of, random, random_vector, rectangle, shifted, star
+   use models, only: blocks_of, place_blocks, random, random_vector, rectangle, shifted, star
    use testing, only: check
    implicit none
 
@@ -169,12 +169,10 @@ contains
    end subroutine forget
 
    subroutine one_block()
-      type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(neighbours_type) :: near
 
-      call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), 1, 1, 1, '')
-      call blocks_of(outlines, blocks)
+      call place_blocks(blocks, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))
       call find_neighbours(near, blocks, 5.0_wp)
       call check(near%n_pairs == 0 .and. near%n_probes == 0, 'has no neighbours')
    end subroutine one_block
