@@ -129,8 +129,10 @@ def add(page, kind: str) -> None:
         press(page, "Add")
 
 
-def press(page, name: str) -> None:
+def press(page, name: str, condition: str = "true") -> None:
+    """Press a button, and wait until an expression of the page is so."""
     page.get_by_role("button", name=name, exact=True).click()
+    until(page, condition)
 
 
 def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened):
@@ -159,11 +161,9 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
     assert blocks > 40
     picture(page, "model")
 
-    press(page, "Rest")
-    until(page, "page.run?.status === 'paused'")
+    press(page, "Rest", "page.run?.status === 'paused'")
     assert page.evaluate("page.run.time") == 0
-    press(page, "Run")
-    until(page, "page.view.model.frames > 3")
+    press(page, "Run", "page.view.model.frames > 3")
     page.locator(".choices .field", has_text="contacts").locator("select").select_option("force")
     picture(page, "run")
     over(page)
@@ -203,8 +203,7 @@ def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, o
     one.press("Enter")
     holds(page, "friction_angle = 33")
     assert page.evaluate("document.querySelector('[aria-invalid=true]') === null")
-    press(page, "Undo")
-    until(page, "page.model.text.includes('friction_angle = 95')")
+    press(page, "Undo", "page.model.text.includes('friction_angle = 95')")
     with edited(page):
         press(page, "Undo")
     page.get_by_role("tab", name="Text").click()
@@ -256,8 +255,7 @@ def test_the_page_is_read_by_axe_without_a_finding_on_phones_and_in_the_dark(ser
         begun(page, "pile.nml")
         page.locator("details").evaluate_all("all => all.forEach((one) => { one.open = true; })")
         look("forms")
-        press(page, "Check")
-        until(page, "page.check?.state === 'done'")
+        press(page, "Check", "page.check?.state === 'done'")
         assert page.locator("#verdict table").is_visible(), page.locator("#verdict").inner_text()
         look("check")
         page.get_by_role("tab", name="Text").click()
@@ -267,8 +265,7 @@ def test_the_page_is_read_by_axe_without_a_finding_on_phones_and_in_the_dark(ser
         look("run")
         page.get_by_role("tab", name="Save").click()
         look("save")
-        press(page, "Start page")
-        until(page, "!document.getElementById('start').hidden")
+        press(page, "Start page", "!document.getElementById('start').hidden")
         assert page.complaints == []
 
 
@@ -307,17 +304,14 @@ def test_a_page_that_is_reloaded_or_opened_again_has_model_and_run(served, opene
     (served.folder / "pile.nml").write_text(PILE.replace("duration = 0.6", "duration = 6000"))
     page = opened(served)
     begun(page, "pile.nml")
-    press(page, "Run")
-    until(page, "page.run?.status === 'running' && page.view.model.frames > 3")
+    press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 3")
     page.reload()
     until(page, "window.page?.run?.status === 'running' && page.view.model?.frames > 3")
     page.close()
     page = opened(served)
     until(page, "page.run?.status === 'running' && page.view.model.frames > 3")
-    press(page, "Pause")
-    until(page, "page.run.status === 'paused'")
-    press(page, "Edit the model")
-    until(page, "page.run === null")
+    press(page, "Pause", "page.run.status === 'paused'")
+    press(page, "Edit the model", "page.run === null")
     drawn(page)
 
 
@@ -367,14 +361,11 @@ def test_a_joint_in_place_of_another_is_a_stage_of_the_saved_namelist(served, op
     (served.folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
     page = opened(served)
     begun(page, "pile.nml")
-    press(page, "Run")
-    until(page, "page.run?.status === 'running' && page.view.model.frames > 2")
-    press(page, "Pause")
-    until(page, "page.run.status === 'paused'")
+    press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 2")
+    press(page, "Pause", "page.run.status === 'paused'")
     page.get_by_label("joint", exact=True).select_option(index=1)
     page.get_by_label("joint in its place").select_option("ice")
-    press(page, "Begin")
-    until(page, "page.run.actions.length === 1")
+    press(page, "Begin", "page.run.actions.length === 1")
     page.get_by_role("tab", name="Save").click()
     press(page, "save the namelist")
     until(page, "page.saves.fields.namelist.words.textContent.startsWith('saved')")
