@@ -84,10 +84,11 @@ def holds(page, text: str) -> None:
     drawn(page)
 
 
-def begun(page, name: str) -> None:
-    """Open a model on the start page."""
+def begun(page, name: str):
+    """The page with a model that is opened on the start page."""
     with edited(page):
         press(page, name)
+    return page
 
 
 def over(page) -> None:
@@ -189,8 +190,7 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
 
 
 def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, opened):
-    page = opened(served)
-    begun(page, "An empty model")
+    page = begun(opened(served), "An empty model")
     before = page.evaluate("page.view.model.n")
     for text, words in (("95", "0 and 89"), ("steep", "steep")):
         one = field(page, "joint 1", "friction_angle")
@@ -211,8 +211,7 @@ def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, o
 
 
 def test_a_slider_cuts_again_while_it_moves_and_text_is_the_same_model(served, opened):
-    page = opened(served)
-    begun(page, "An empty model")
+    page = begun(opened(served), "An empty model")
     page.get_by_role("tab", name="Text").click()
     page.locator("#text").press("Control+End")
     page.locator("#text").type("! mine\n&joint_set joint = 'joint', angle = 20, spacing = 4 /\n")
@@ -302,8 +301,7 @@ def test_all_is_done_by_keys(served, opened):
 
 def test_a_page_that_is_reloaded_or_opened_again_has_model_and_run(served, opened):
     (served.folder / "pile.nml").write_text(PILE.replace("duration = 0.6", "duration = 6000"))
-    page = opened(served)
-    begun(page, "pile.nml")
+    page = begun(opened(served), "pile.nml")
     press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 3")
     page.reload()
     until(page, "window.page?.run?.status === 'running' && page.view.model?.frames > 3")
@@ -317,8 +315,7 @@ def test_a_page_that_is_reloaded_or_opened_again_has_model_and_run(served, opene
 
 def test_a_joint_is_picked_by_a_click_and_has_the_forces_between_its_blocks(served, opened):
     (served.folder / "pile.nml").write_text(PILE)
-    page = opened(served)
-    begun(page, "pile.nml")
+    page = begun(opened(served), "pile.nml")
     press(page, "Run")
     over(page)
     at = page.evaluate(
@@ -344,8 +341,7 @@ def test_a_joint_is_picked_by_a_click_and_has_the_forces_between_its_blocks(serv
 
 def test_a_step_that_fails_shows_the_contact_where_it_failed(served, opened):
     (served.folder / "fails.nml").write_text(failing())
-    page = opened(served)
-    begun(page, "fails.nml")
+    page = begun(opened(served), "fails.nml")
     press(page, "Run")
     over(page)
     assert page.evaluate("page.view.failing") == [1, 0]
@@ -359,8 +355,7 @@ def test_a_step_that_fails_shows_the_contact_where_it_failed(served, opened):
 def test_a_joint_in_place_of_another_is_a_stage_of_the_saved_namelist(served, opened):
     text = PILE.replace("duration = 0.6", "duration = 6000")
     (served.folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
-    page = opened(served)
-    begun(page, "pile.nml")
+    page = begun(opened(served), "pile.nml")
     press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 2")
     press(page, "Pause", "page.run.status === 'paused'")
     page.get_by_label("joint", exact=True).select_option(index=1)
