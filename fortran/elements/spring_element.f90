@@ -162,7 +162,7 @@ contains
             term%instant = self%instant
             term%coefficient = spring%stiffness(k)
             call add_term(terms, term)
-            if (self%instant == at_theta) cycle
+            if (.not. dashpot(k) > 0.0_wp) cycle
             term%instant = end_dashpot
             term%coefficient = dashpot(k)
             call add_term(terms, term)
