@@ -10,7 +10,6 @@
 module dda_changes
    use dda_kinds, only: wp, long, pi
    use dda_added_stages, only: adopt_stages
-   use dda_baseline, only: displacement_at
    use dda_blocks, only: place_of
    use dda_column_model, only: column_model
    use dda_columns, only: column_count, column_of
@@ -21,7 +20,7 @@ module dda_changes
    use dda_errors, only: error_type, error_input, fail
    use dda_friction, only: laws_type, set_laws
    use dda_model, only: model_type
-   use dda_motion, only: motion_type
+   use dda_motion, only: motion_type, displacement_of
    use dda_running_maxima, only: change_base
    use dda_simulation, only: simulation_type, next_step
    use dda_stage, only: never
@@ -205,37 +204,29 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(fixed_point_type), intent(in) :: before(:)  !< points before the change
       type(motion_type), intent(in) :: motions(:)      !< before the change
-      real(wp) :: now(2), along
+      real(wp) :: now(2), prescribed(2, 2), along
       integer :: i, axis
 
       associate (points => simulation%model%fixed_points, time => simulation%time)
          do i = 1, size(points)
             now = place_of(simulation%blocks, points(i)%block, points(i)%reference)
             points(i)%place = 0.0_wp
+            prescribed(:, 2) = displacement_of(simulation%model%motions, points(i)%motion, time)
+            if (i <= size(before)) prescribed(:, 1) = displacement_of(motions, before(i)%motion, &
+               time)
             do axis = 1, 2
                associate (direction => points(i)%axes(:, axis))
                   along = dot_product(direction, now)
                   if (i <= size(before)) then
                      if (before(i)%held(axis)) along = dot_product(direction, before(i)%place) &
-                        + prescribed(before(i)%motion(axis), motions, time)
+                        + prescribed(axis, 1)
                   end if
-                  points(i)%place = points(i)%place + direction*(along &
-                     - prescribed(points(i)%motion(axis), simulation%model%motions, time))
+                  points(i)%place = points(i)%place + direction*(along - prescribed(axis, 2))
                end associate
             end do
          end do
       end associate
    end subroutine hold_where_they_are
-
-   !> Displacement of a motion, m; 0 without one.
-   pure real(wp) function prescribed(motion, motions, time)
-      integer, intent(in) :: motion  !< number, or 0
-      type(motion_type), intent(in) :: motions(:)  !< of the model
-      real(wp), intent(in) :: time  !< s
-
-      prescribed = 0.0_wp
-      if (motion > 0) prescribed = displacement_at(motions(motion)%curve, time)
-   end function prescribed
 
    !> Another Δt from now on.
    subroutine set_time_step(simulation, time_step)

@@ -6,7 +6,6 @@
 !> lose on the way to rest has a line of its own.
 module dda_stages
    use dda_kinds, only: wp, long
-   use dda_baseline, only: displacement_at
    use dda_blocks, only: change_material, place_of, remove_block
    use dda_columns, only: column_count, column_of, name_column
    use dda_contact, only: filter_contacts
@@ -23,6 +22,7 @@ module dda_stages
    use dda_errors, only: error_type, error_input, error_interrupted, fail
    use dda_friction, only: accept_contacts
    use dda_model, only: model_type
+   use dda_motion, only: displacement_of
    use dda_joint_motion, only: check_measured_joints
    use dda_running_maxima, only: begin_maxima, restart_points
    use dda_scheme, only: scheme_named
@@ -278,14 +278,10 @@ contains
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, intent(in) :: i  !< fixed point
       real(wp) :: place(2)
-      integer :: axis
 
       associate (point => simulation%model%fixed_points(i), motions => simulation%model%motions)
-         place = place_of(simulation%blocks, point%block, point%reference)
-         do axis = 1, 2
-            if (point%motion(axis) > 0) place = place - point%axes(:, axis) &
-               *displacement_at(motions(point%motion(axis))%curve, simulation%time)
-         end do
+         place = place_of(simulation%blocks, point%block, point%reference) &
+            - matmul(point%axes, displacement_of(motions, point%motion, simulation%time))
       end associate
    end function place_now
 

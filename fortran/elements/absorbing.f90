@@ -13,7 +13,6 @@
 module dda_absorbing
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
-   use dda_baseline, only: displacement_at
    use dda_blocks, only: blocks_type, place_of, shape_matrix
    use dda_boundary, only: boundary_type
    use dda_element, only: element_type
@@ -21,7 +20,7 @@ module dda_absorbing
    use dda_fixed_points, only: fixed_points_type, new_fixed_points, reaction_of
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, term_boundary, &
       mean_dashpot
-   use dda_motion, only: motion_type
+   use dda_motion, only: motion_type, displacement_of
    use dda_scheme, only: step_type, end_time
    use dda_support, only: fixed_point_type
    implicit none
@@ -105,16 +104,9 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the one being taken
       real(wp) :: increment(2)
-      integer :: axis
 
-      increment = 0.0_wp
-      do axis = 1, 2
-         associate (motion => self%motion(axis, i))
-            if (motion > 0) increment(axis) = self%factor(i)*(displacement_at( &
-               motions(motion)%curve, end_time(step)) - displacement_at(motions(motion)%curve, &
-               step%time))
-         end associate
-      end do
+      increment = self%factor(i)*(displacement_of(motions, self%motion(:, i), end_time(step)) &
+         - displacement_of(motions, self%motion(:, i), step%time))
       increment = matmul(increment, self%axes(:, :, i))
    end function increment_of
 

@@ -4,14 +4,13 @@
 module dda_fixed_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
-   use dda_baseline, only: velocity_at
    use dda_blocks, only: blocks_type, mass_matrix, place_of, shape_matrix
    use dda_linear_terms, only: at_end
-   use dda_motion, only: motion_type
+   use dda_motion, only: motion_type, displacement_of, velocity_of
    use dda_scheme, only: step_type
    use dda_small_matrix, only: invert
    use dda_spring_element, only: spring_element_type, spring_type, dashpots_of, &
-      wanted_displacement, wanted_rate
+      wanted_rate
    use dda_support, only: fixed_point_type
    implicit none
    private
@@ -38,18 +37,15 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: stiffness  !< of those that have none, N/m per metre of thickness
       real(wp), intent(in) :: time       !< s
-      integer :: i, axis
+      integer :: i
 
       allocate (self%point, source=points)
       self%n = size(points)
       self%instant = at_end
       where (self%point%stiffness <= 0.0_wp) self%point%stiffness = stiffness
-      allocate (self%rate(2, size(points)), source=0.0_wp)
+      allocate (self%rate(2, size(points)))
       do i = 1, size(points)
-         do axis = 1, 2
-            if (points(i)%motion(axis) > 0) self%rate(axis, i) = &
-               velocity_at(motions(points(i)%motion(axis))%curve, time)
-         end do
+         self%rate(:, i) = velocity_of(motions, points(i)%motion, time)
       end do
    end function new_fixed_points
 
@@ -118,8 +114,8 @@ contains
       if (step%scheme%chi >= 1.0_wp .or. self%instant /= at_end) return
       do i = 1, size(self%point)
          call self%get_spring(i, blocks, spring)
-         wanted(:, i) = self%rate(:, i) - (spring%stretch - wanted_displacement(spring%motion, &
-            motions, step%time))/((1.0_wp - step%scheme%chi)*step%time_step)
+         wanted(:, i) = self%rate(:, i) - (spring%stretch - displacement_of(motions, &
+            spring%motion, step%time))/((1.0_wp - step%scheme%chi)*step%time_step)
       end do
       done = .false.
       do i = 1, size(self%point)
@@ -170,7 +166,7 @@ contains
 
       do i = 1, size(self%point)
          self%point(i)%place = self%point(i)%place &
-            + wanted_displacement(self%point(i)%motion, motions, time)
+            + displacement_of(motions, self%point(i)%motion, time)
          self%point(i)%motion = 0
       end do
       self%rate = 0.0_wp

@@ -15,19 +15,17 @@
 !> (1 − χ)(χ − ½)Ω² short of it.
 module dda_spring_element
    use dda_kinds, only: wp
-   use dda_baseline, only: displacement_at, velocity_at
    use dda_blocks, only: blocks_type
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_support, energy_algorithmic, &
       energy_damping, energy_input
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, term_support, &
       at_theta, at_end, end_dashpot
-   use dda_motion, only: motion_type
+   use dda_motion, only: motion_type, displacement_of, velocity_of
    use dda_scheme, only: step_type, end_time, end_rate, velocity_weight
    implicit none
    private
-   public :: spring_element_type, spring_type, change_of, dashpots_of, wanted_displacement, &
-      wanted_rate
+   public :: spring_element_type, spring_type, change_of, dashpots_of, wanted_rate
 
    !> Two springs in the present geometry.
    type :: spring_type
@@ -97,21 +95,6 @@ contains
       share = merge(1.0_wp, step%scheme%theta, self%instant == at_end)
    end function share_of
 
-   !> Displacement of motions at a time, m.
-   pure function wanted_displacement(motion, motions, time) result(displacement)
-      integer, intent(in) :: motion(2)             !< numbers; 0: none
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      real(wp), intent(in) :: time                 !< s
-      real(wp) :: displacement(2)
-      integer :: axis
-
-      displacement = 0.0_wp
-      do axis = 1, 2
-         if (motion(axis) > 0) displacement(axis) = displacement_at(motions(motion(axis))%curve, &
-            time)
-      end do
-   end function wanted_displacement
-
    !> Velocity of motions at the end of a step, m/s.
    pure function wanted_rate(motion, before, motions, step) result(rate)
       integer, intent(in) :: motion(2)             !< numbers; 0: none
@@ -119,17 +102,13 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the one being taken
       real(wp) :: rate(2)
-      integer :: axis
 
       if (step%scheme%chi > 0.5_wp) then
-         rate = end_rate(step, wanted_displacement(motion, motions, end_time(step)) &
-            - wanted_displacement(motion, motions, step%time), before)
-         return
+         rate = end_rate(step, displacement_of(motions, motion, end_time(step)) &
+            - displacement_of(motions, motion, step%time), before)
+      else
+         rate = velocity_of(motions, motion, end_time(step))
       end if
-      rate = 0.0_wp
-      do axis = 1, 2
-         if (motion(axis) > 0) rate(axis) = velocity_at(motions(motion(axis))%curve, end_time(step))
-      end do
    end function wanted_rate
 
    !> A spring each, and its dashpot.  A block on both sides has both rows in one.
@@ -184,9 +163,9 @@ contains
       do i = 1, self%n
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
-         wanted = wanted_displacement(spring%motion, motions, end_time(step))
+         wanted = displacement_of(motions, spring%motion, end_time(step))
          if (share_of(self, step) < 1.0_wp) wanted = wanted + (1.0_wp - share_of(self, step)) &
-            *(wanted_displacement(spring%motion, motions, step%time) - wanted)
+            *(displacement_of(motions, spring%motion, step%time) - wanted)
          force = -spring%stiffness*(spring%stretch - wanted)
          c = dashpots_of(self, spring, step)
          if (any(c > 0.0_wp)) force = force + c*(velocity_weight(step)*change_of(spring, &
@@ -212,7 +191,7 @@ contains
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
          call add_energy(energy, energy_support, stored(self, spring, step, &
-            spring%stretch - wanted_displacement(spring%motion, motions, step%time), &
+            spring%stretch - displacement_of(motions, spring%motion, step%time), &
             change_of(spring, blocks%velocity) - spring%rate))
       end do
    end subroutine add_stored
@@ -246,8 +225,8 @@ contains
             call self%get_spring(i, blocks, spring)
             if (spring%block(1) == 0) cycle
             c = dashpots_of(self, spring, step)
-            y = wanted_displacement(spring%motion, motions, step%time)
-            moved = wanted_displacement(spring%motion, motions, end_time(step)) - y
+            y = displacement_of(motions, spring%motion, step%time)
+            moved = displacement_of(motions, spring%motion, end_time(step)) - y
             change = change_of(spring, d)
             w = 0.0_wp
             if (any(c > 0.0_wp)) then

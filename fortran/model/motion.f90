@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A prescribed motion by name: a record made into acceleration, velocity and displacement curves.
 module dda_motion
-   use dda_baseline, only: motion_curve_type
+   use dda_kinds, only: wp
+   use dda_baseline, only: motion_curve_type, displacement_at, velocity_at
    implicit none
    private
-   public :: motion_type
+   public :: motion_type, displacement_of, velocity_of
 
    !> A motion of the ground or of a support.
    type :: motion_type
@@ -15,5 +16,36 @@ module dda_motion
       type(motion_curve_type) :: curve
       logical :: stops = .false.               !< the input says that it is held after its end
    end type motion_type
+
+contains
+
+   !> Displacement along both axes by the motions of these numbers, m.
+   pure function displacement_of(motions, number, time) result(displacement)
+      type(motion_type), intent(in) :: motions(:)  !< of the model
+      integer, intent(in) :: number(2)             !< 0: none
+      real(wp), intent(in) :: time                 !< s
+      real(wp) :: displacement(2)
+      integer :: axis
+
+      displacement = 0.0_wp
+      do axis = 1, 2
+         if (number(axis) > 0) displacement(axis) = displacement_at(motions(number(axis))%curve, &
+            time)
+      end do
+   end function displacement_of
+
+   !> Velocity likewise, m/s.
+   pure function velocity_of(motions, number, time) result(velocity)
+      type(motion_type), intent(in) :: motions(:)  !< of the model
+      integer, intent(in) :: number(2)             !< 0: none
+      real(wp), intent(in) :: time                 !< s
+      real(wp) :: velocity(2)
+      integer :: axis
+
+      velocity = 0.0_wp
+      do axis = 1, 2
+         if (number(axis) > 0) velocity(axis) = velocity_at(motions(number(axis))%curve, time)
+      end do
+   end function velocity_of
 
 end module dda_motion
