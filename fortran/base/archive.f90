@@ -3,7 +3,7 @@
 !>
 !> `serialise` writes a value or an array while the archive is being written, and reads it while the
 !> archive is being read, so that the two directions cannot differ.  Every array is preceded by its
-!> size; the first mismatch is noted in `failure`, and nothing is read after it.  The bytes of a
+!> size; the first mismatch is kept in `failure`, and nothing is read after it.  The bytes of a
 !> large state pass through a stream: they would take as much memory as the state itself.
 module dda_archive
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr

@@ -393,7 +393,7 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: first
-      logical :: followed
+      logical :: sampled
       character(len=:), allocatable :: found, advice, topic, brief
 
       first = 0.0_wp
@@ -402,9 +402,9 @@ contains
          first = report%modes%of_scheme(1)
          found = short_text(100*first)//' % at '//short_text(report%modes%frequency(1))//' Hz'
       end if
-      followed = .true.
+      sampled = .true.
       if (report%band%known) then
-         followed = report%band%highest < 0.5_wp/linear%time_step
+         sampled = report%band%highest < 0.5_wp/linear%time_step
          if (found /= '') found = found//'; '
          found = found//damping_over(report%band, linear)
       end if
@@ -414,13 +414,13 @@ contains
          "integration = 'theta' with damping_ratio and damping_frequency")
       topic = first_mode
       brief = 'damped '//short_text(100*first)//' % by the scheme'
-      if (.not. followed) then
+      if (.not. sampled) then
          advice = 'time_step below '//short_text(0.5_wp/report%band%highest)//' s'
          topic = 'time step'
          brief = 'motions up to '//short_text(report%band%highest)//' Hz, none '// &
             'followed beyond '//short_text(0.5_wp/linear%time_step)//' Hz'
       end if
-      call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. followed), &
+      call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. sampled), &
          'damping', 'by the scheme '//found, '2 zeta = (a + b) tau/(1 - a b tau^2), tau = '// &
          'tan(omega dt/2)', advice, topic, brief)
    end subroutine check_damping

@@ -61,7 +61,7 @@ contains
       integer :: i
 
       call find_elastic(linear, count, pairs, modes%rigid, modes%mechanisms, error)
-      if (.not. allocated(error) .and. is_dispersive(linear)) call follow_moduli(linear, pairs, &
+      if (.not. allocated(error) .and. is_dispersive(linear)) call adapt_moduli(linear, pairs, &
          error)
       if (allocated(error)) return
       modes%n = pairs%n
@@ -85,7 +85,7 @@ contains
 
    !> Each mode with the moduli at its own frequency: for a given shape ω² = Σ (energies at ω), then
    !> the shape anew, until the frequency stays.
-   subroutine follow_moduli(linear, pairs, error)
+   subroutine adapt_moduli(linear, pairs, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(eigenpairs_type), intent(inout) :: pairs  !< of the given moduli, then of their own
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -115,7 +115,7 @@ contains
             if (abs(pairs%value(i) - last) <= close_enough*last) exit
          end do
       end do
-   end subroutine follow_moduli
+   end subroutine adapt_moduli
 
    !> Damping ratio of a mass-normalised mode by the materials of the blocks.
    pure real(wp) function material_damping(linear, omega, shape) result(ratio)

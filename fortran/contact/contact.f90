@@ -53,7 +53,7 @@ module dda_contact
       integer, allocatable :: state(:)         !< open, slide or stick
       logical, allocatable :: bonded(:)        !< cohesion and tension not yet lost
       logical, allocatable :: was_bonded(:)    !< at the start of the step
-      logical, allocatable :: was_closed(:)    !< its normal spring held at the start of the step
+      logical, allocatable :: was_closed(:)    !< its normal spring acted at the start of the step
       !> signed distance at which the normal spring is free of force, m, ≤ 0
       real(wp), allocatable :: offset(:)
       real(wp), allocatable :: bond_length(:)  !< length that the bond acts on, m
@@ -78,7 +78,7 @@ module dda_contact
       real(wp), allocatable :: acting_damage(:) !< at which its bond acts in this step, else 1
       real(wp), allocatable :: slider(:)       !< shear force of friction if nothing of it is bond
       !> in this step it has slipped back to its centre first: assumed; by the law at the solution
-      logical, allocatable :: from_centre(:), trial_from_centre(:)
+      logical, allocatable :: past_centre(:), trial_past_centre(:)
       ! Damping and impacts, where a model has joints with them
       logical :: with_damping = .false.
       integer, allocatable :: damping(:)       !< how it acts in this step
@@ -86,7 +86,7 @@ module dda_contact
       real(wp), allocatable :: slip_rate(:)    !< velocity of the slip then, m/s
       real(wp), allocatable :: lead(:)         !< s: its spring acts at gap + lead × gap_rate
       real(wp), allocatable :: spring_gap(:)   !< where that is at the start of the step, m
-      real(wp), allocatable :: held_force(:)   !< that it holds, without impulses, N/m
+      real(wp), allocatable :: static_force(:) !< compression without that of impacts, N/m
       real(wp), allocatable :: normal_gain(:)  !< change of the acting gap by that of the gap
       real(wp), allocatable :: shear_gain(:)   !< the same of the stretch by the slip
       real(wp), allocatable :: normal_shift(:) !< of the acting gap, m
@@ -97,7 +97,7 @@ module dda_contact
       !> [2,n] springs and forces at d = 0 in place of those of the states, N/m, see
       !> dda_static_relaxation; else not allocated
       real(wp), allocatable :: imposed_spring(:,:), imposed_force(:,:)
-      !> bounds at which friction is held, N/m, see dda_friction_bounds; else not allocated
+      !> frozen bounds of friction, N/m, see dda_friction_bounds; else not allocated
       real(wp), allocatable :: held_bound(:)
       !> share of a spring that the assumed state does without: of the shear spring of a sliding
       !> contact, of the normal spring of an open one
@@ -184,7 +184,7 @@ contains
       call operation%apply(reals=contacts%slip_sign)
       call operation%apply(columns=contacts%spring)
       call operation%apply(reals=contacts%new_gap)
-      if (contacts%with_damping) call operation%apply(reals=contacts%held_force)
+      if (contacts%with_damping) call operation%apply(reals=contacts%static_force)
       if (.not. contacts%with_laws) return
       call operation%apply(integers=contacts%point)
       call operation%apply(reals=contacts%place)
@@ -227,8 +227,8 @@ contains
       call operation%apply(reals=contacts%tangent)
       call operation%apply(reals=contacts%normal_free)
       if (.not. contacts%with_net_slip) return
-      call operation%apply(logicals=contacts%from_centre)
-      call operation%apply(logicals=contacts%trial_from_centre)
+      call operation%apply(logicals=contacts%past_centre)
+      call operation%apply(logicals=contacts%trial_past_centre)
       call operation%apply(reals=contacts%acting_damage)
       call operation%apply(reals=contacts%slider)
    end subroutine for_each_of_step
@@ -278,8 +278,8 @@ contains
       call move_alloc(from%tangent, to%tangent)
       call move_alloc(from%normal_free, to%normal_free)
       if (.not. from%with_net_slip) return
-      call move_alloc(from%from_centre, to%from_centre)
-      call move_alloc(from%trial_from_centre, to%trial_from_centre)
+      call move_alloc(from%past_centre, to%past_centre)
+      call move_alloc(from%trial_past_centre, to%trial_past_centre)
       call move_alloc(from%acting_damage, to%acting_damage)
       call move_alloc(from%slider, to%slider)
    end subroutine hand_over
@@ -329,7 +329,7 @@ contains
       new%multiplier(first:last) = old%multiplier(from:to)
       new%slide_force(first:last) = old%slide_force(from:to)
       new%slip_sign(first:last) = old%slip_sign(from:to)
-      if (new%with_damping) new%held_force(first:last) = old%held_force(from:to)
+      if (new%with_damping) new%static_force(first:last) = old%static_force(from:to)
       new%spring(:, first:last) = old%spring(:, from:to)
       if (.not. new%with_laws) return
       new%place(first:last) = old%place(from:to)

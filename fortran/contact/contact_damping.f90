@@ -24,10 +24,10 @@ module dda_contact_damping
    use dda_scheme, only: step_type, end_rate, momentum_weight, velocity_weight
    implicit none
    private
-   public :: losses_type, damp_contacts, hold_forces, strike, carry, lift, is_approached, &
+   public :: losses_type, damp_contacts, find_static_forces, strike, carry, lift, is_approached, &
       softness_of, spring_energy, losses_of
 
-   !> of the way of a step: a contact pressed by less than this is being closed, not held
+   !> of the way of a step: a contact pressed by less than this is being closed, not at rest
    real(wp), parameter :: just_touched = 0.25_wp
    !> stiffness of the impact law over M/(χΔt²): what a velocity misses of its target
    real(wp), parameter :: rigidity = 1.0e5_wp
@@ -120,22 +120,22 @@ contains
       end associate
    end subroutine damp
 
-   !> After the converged step: the forces that contacts hold, without those of impacts.
-   pure subroutine hold_forces(contacts)
+   !> After the converged step: the normal forces of contacts without those of impacts.
+   pure subroutine find_static_forces(contacts)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
       integer :: c
 
       do c = 1, contacts%n
          select case (contacts%damping(c))
          case (is_struck, is_lifted)
-            contacts%held_force(c) = 0.0_wp
+            contacts%static_force(c) = 0.0_wp
          case (is_carried)
-            contacts%held_force(c) = min(contacts%held_force(c), contacts%normal_force(c))
+            contacts%static_force(c) = min(contacts%static_force(c), contacts%normal_force(c))
          case default
-            contacts%held_force(c) = max(0.0_wp, contacts%normal_force(c))
+            contacts%static_force(c) = max(0.0_wp, contacts%normal_force(c))
          end select
       end do
-   end subroutine hold_forces
+   end subroutine find_static_forces
 
    !> The contact closes at a velocity that its spring has not yet felt.
    pure logical function is_approached(contacts, step, c)
@@ -186,7 +186,7 @@ contains
       contacts%damping(c) = is_carried
       contacts%normal_gain(c) = gain
       contacts%shear_gain(c) = gain
-      contacts%normal_shift(c) = -contacts%held_force(c)/laws%normal_stiffness - contacts%gap(c) &
+      contacts%normal_shift(c) = -contacts%static_force(c)/laws%normal_stiffness - contacts%gap(c) &
          - gain*way_of(step, contacts%gap_rate(c), 0.0_wp)
       contacts%shear_shift(c) = -gain*way_of(step, contacts%slip_rate(c), 0.0_wp)
    end subroutine carry
@@ -201,7 +201,7 @@ contains
       contacts%damping(c) = is_lifted
       contacts%normal_gain(c) = 0.0_wp
       contacts%shear_gain(c) = 0.0_wp
-      contacts%normal_shift(c) = -share*contacts%held_force(c)/laws%normal_stiffness &
+      contacts%normal_shift(c) = -share*contacts%static_force(c)/laws%normal_stiffness &
          - contacts%gap(c)
       contacts%shear_shift(c) = (share - 1.0_wp)*contacts%stretch(c)
    end subroutine lift

@@ -119,7 +119,7 @@ contains
          tiny(1.0_wp))
    end function strength_ratio_of
 
-   !> Friction at a held bound, whatever the normal force is, also where the contact opens.
+   !> Friction at a frozen bound, whatever the normal force is, also where the contact opens.
    pure subroutine bound_friction(response, bound, trial)
       type(response_type), intent(inout) :: response  !< with the normal force
       real(wp), intent(in) :: bound  !< N/m

@@ -11,7 +11,7 @@ module dda_friction
    use dda_coulomb, only: coulomb_contact_type, respond, bound_friction
    use dda_joint_bond, only: accept_bond, add_bond, is_cohesive, slider_stretch
    use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end, &
-      comes_down, may_lift
+      opens_at_centre, slip_lifts
    use dda_joint_law, only: joint_state_type
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
@@ -19,7 +19,7 @@ module dda_friction
    implicit none
    private
    public :: laws_type, set_laws, weaker_joint, law_of, find_response, acting_gap, acting_stretch, &
-      end_stretch, accept_contacts, acts_at_theta, shear_stiffness_of, inelastic_slip, has_slipped
+      end_stretch, accept_contacts, acts_at_theta, shear_stiffness_of, inelastic_slip, slip_counts
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
@@ -248,7 +248,7 @@ contains
             associate (law => laws%slot(contacts%joint(c))%law)
                if (is_cohesive(contacts, law, c)) then
                   call accept_bond(contacts, law, c)
-               else if (has_slipped(contacts, laws, c)) then
+               else if (slip_counts(contacts, laws, c)) then
                   call accept_slip(contacts, laws, c)
                end if
             end associate
@@ -275,21 +275,20 @@ contains
       contacts%lifted(c) = state%lifted
    end subroutine accept_slip
 
-   !> Contact c has slipped beyond the elastic slip in the converged step, under a joint law: so
-   !> that it counts for what may lift it.
-   pure logical function has_slipped(contacts, laws, c)
+   !> Slip of contact c beyond the elastic one counts in the converged step, under a joint law.
+   pure logical function slip_counts(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
       associate (law => laws%slot(contacts%joint(c))%law)
-         has_slipped = contacts%trial_state(c) == contact_slide
-         if (has_slipped .and. law%dilates) has_slipped = may_lift(contacts, law, c)
-         if (has_slipped .or. .not. contacts%with_net_slip) return
-         has_slipped = contacts%trial_from_centre(c)
-         if (.not. has_slipped) has_slipped = comes_down(contacts, law, c)
+         slip_counts = contacts%trial_state(c) == contact_slide
+         if (slip_counts .and. law%dilates) slip_counts = slip_lifts(contacts, law, c)
+         if (slip_counts .or. .not. contacts%with_net_slip) return
+         slip_counts = contacts%trial_past_centre(c)
+         if (.not. slip_counts) slip_counts = opens_at_centre(contacts, law, c)
       end associate
-   end function has_slipped
+   end function slip_counts
 
    !> Slip of contact c in the converged step beyond that of its shear spring, m.
    pure real(wp) function inelastic_slip(contacts, laws, c)

@@ -198,7 +198,7 @@ contains
       new%multiplier(c) = 0.0_wp
       new%slide_force(c) = 0.0_wp
       new%slip_sign(c) = 1.0_wp
-      if (new%with_damping) new%held_force(c) = 0.0_wp
+      if (new%with_damping) new%static_force(c) = 0.0_wp
       new%spring(:, c) = 0.0_wp
       if (.not. new%with_laws) return
       new%place(c) = 0.0_wp

@@ -12,7 +12,7 @@ module dda_joint_contact
    implicit none
    private
    public :: response_type, state_of, joint_response, acts_before_end, closure_of, touch_law, &
-      line_of, slide_response, joint_energy, centre_shift, comes_down, may_lift, &
+      line_of, slide_response, joint_energy, centre_shift, opens_at_centre, slip_lifts, &
       most_closings
 
    integer, parameter :: most_closings = 8     !< in a step, after which what closes slides first
@@ -27,7 +27,7 @@ module dda_joint_contact
       !> excess of force over the strength of a bond, of that strength; ≤ 0: it holds
       real(wp) :: strength_ratio
       real(wp) :: slider = 0.0_wp      !< shear force of friction if nothing of it is bond, N/m
-      logical :: from_centre = .false. !< slip has come back to the centre, and goes on from there
+      logical :: past_centre = .false. !< slip has come back to the centre, and goes on from there
    end type response_type
 
 contains
@@ -60,7 +60,7 @@ contains
       integer, intent(in) :: c                     !< number of the contact
 
       starts_at_centre = contacts%with_net_slip
-      if (starts_at_centre) starts_at_centre = contacts%from_centre(c)
+      if (starts_at_centre) starts_at_centre = contacts%past_centre(c)
    end function starts_at_centre
 
    !> What slip back to the centre takes off the stretch of contact c, m.
@@ -93,24 +93,24 @@ contains
 
    !> Slip of this step lifts contact c.  That of a step in which it closes does not: its normal
    !> force would jump as it touches.
-   pure logical function may_lift(contacts, law, c)
+   pure logical function slip_lifts(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
-      may_lift = law%dilates
-      if (may_lift) may_lift = contacts%was_closed(c)
-   end function may_lift
+      slip_lifts = law%dilates
+      if (slip_lifts) slip_lifts = contacts%was_closed(c)
+   end function slip_lifts
 
    !> Contact c has opened in this step as slip comes down to its centre.
-   pure logical function comes_down(contacts, law, c)
+   pure logical function opens_at_centre(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list, solved
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
-      comes_down = law%has_centre .and. contacts%trial_state(c) == contact_open
-      if (comes_down) comes_down = contacts%was_closed(c)
-   end function comes_down
+      opens_at_centre = law%has_centre .and. contacts%trial_state(c) == contact_open
+      if (opens_at_centre) opens_at_centre = contacts%was_closed(c)
+   end function opens_at_centre
 
    !> Forces at a gap and a trial stretch, both at the instant at which the contact acts.
    pure type(response_type) function joint_response(contacts, law, c, gap, stretch) &
@@ -124,7 +124,7 @@ contains
       logical :: intact, lifts
 
       response = response_type(contact_open, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp)
-      lifts = may_lift(contacts, law, c)
+      lifts = slip_lifts(contacts, law, c)
       closure = closure_of(contacts, law, c, gap)
       state = state_of(contacts, c)
       state%way = sign(1.0_wp, stretch)
@@ -182,7 +182,7 @@ contains
       if (response%state /= contact_slide) return
       slip = abs(stretch) - response%bound/law%shear_spring(state)
       if (state%way*state%net_slip < 0.0_wp .and. slip > abs(state%net_slip)) then
-         response%from_centre = .true.
+         response%past_centre = .true.
          centre = law%slipped(state, -state%net_slip, 0.0_wp)
          call stick_or_slide(law, centre, closure + law%lift(centre) - law%lift(state), &
             stretch + state%net_slip, .false., .true., response)
@@ -224,7 +224,7 @@ contains
       state%way = contacts%slip_sign(c)
       lifted = contacts%normal_free(c)
       normal_force = lifted - contacts%tangent(c)*gap
-      if (may_lift(contacts, law, c)) then
+      if (slip_lifts(contacts, law, c)) then
          normal_force = law%sliding_force(state, law%lift(state) - gap, &
             max(0.0_wp, contacts%slip_sign(c)*(stretch + centre_shift(contacts, c))))
          lifted = normal_force + contacts%tangent(c)*gap

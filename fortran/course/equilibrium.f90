@@ -27,7 +27,7 @@
 module dda_equilibrium
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type, begin_memory
-   use dda_columns, only: follow_columns
+   use dda_columns, only: take_over_columns
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_contact_search, only: find_contacts
    use dda_elements, only: set_elements, freeze_elements, balance_elements, prepare_elements
@@ -166,7 +166,7 @@ contains
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)
       simulation%laws%theta = 1.0_wp
       call freeze_elements(simulation%elements, simulation%blocks, simulation%time)
-      call follow_columns(simulation)
+      call take_over_columns(simulation)
       call stop_blocks(simulation)
       call stop_damping(simulation%blocks, simulation%energy)
    end subroutine begin_statics

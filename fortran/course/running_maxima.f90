@@ -6,7 +6,7 @@
 !> and accelerations: the steps on its way to rest are none of the model.
 module dda_running_maxima
    use dda_kinds, only: wp
-   use dda_base_motion, only: begin_base, renew_base, follow_base
+   use dda_base_motion, only: begin_base, renew_base, update_base
    use dda_blocks, only: place_of
    use dda_elements, only: plastic_strain
    use dda_first_contacts, only: begin_first_contacts, reserve_first_contacts, add_movement, &
@@ -25,7 +25,7 @@ module dda_running_maxima
 
    real(wp), parameter :: least_share = 1.0e-5_wp  !< of the model's size: below, no contact moves
 
-   real(wp), parameter :: least_followed = 1.0e-7_wp  !< of it: below, slip is not followed closely
+   real(wp), parameter :: least_recorded = 1.0e-7_wp  !< of it: below, slip is not recorded at once
 
 contains
 
@@ -109,11 +109,11 @@ contains
 
       associate (maxima => simulation%maxima, dt => simulation%last_time_step, &
          size_of_model => 2*half_size(simulation%model%blocks))
-         call follow_base(maxima%base, simulation%model, simulation%blocks, &
+         call update_base(maxima%base, simulation%model, simulation%blocks, &
             step_type(simulation%scheme, simulation%time - dt, dt), simulation%time)
          ! Of a step the path holds half the model at most.
          look = may_exceed(maxima%contacts, maxima%largest, simulation%path, &
-            least_followed*size_of_model) .or. 2*simulation%speed*dt >= size_of_model
+            least_recorded*size_of_model) .or. 2*simulation%speed*dt >= size_of_model
       end associate
       look = look .or. finished(simulation)
       call take_state(simulation, .true., look)

@@ -14,7 +14,7 @@ module dda_base_motion
    use dda_text, only: quoted
    implicit none
    private
-   public :: base_type, base_point, begin_base, renew_base, follow_base, base_words, &
+   public :: base_type, base_point, begin_base, renew_base, update_base, base_words, &
       counts_from_motion
 
    integer, parameter :: base_absolute = 0  !< nothing that all values could count from
@@ -148,7 +148,7 @@ contains
    end function named_point
 
    !> Its motion at the end of a step, as supports have it (`dda_spring_element`).
-   subroutine follow_base(base, model, blocks, step, time)
+   subroutine update_base(base, model, blocks, step, time)
       type(base_type), intent(inout) :: base     !< of the model
       type(model_type), intent(in) :: model      !< of the run
       type(blocks_type), intent(in) :: blocks    !< at the end of the step
@@ -171,7 +171,7 @@ contains
             base%displacement = place_of(blocks, point%block, point%reference) - base%zero
          end associate
       end select
-   end subroutine follow_base
+   end subroutine update_base
 
    !> Displacement of the supports at a time, m.
    pure function moved(base, model, time)

@@ -13,7 +13,7 @@ module dda_columns
    use dda_simulation, only: companions_type, simulation_type, next_step
    implicit none
    private
-   public :: make_columns, column_count, column_of, follow_columns, name_column
+   public :: make_columns, column_count, column_of, take_over_columns, name_column
 
    !> The runs of all columns.
    type, extends(companions_type) :: columns_type
@@ -57,7 +57,7 @@ contains
 
    !> The sides of the model take over the present step of their columns, solved and not yet taken;
    !> of a model that is being brought to rest, their rest.
-   subroutine follow_columns(simulation)
+   subroutine take_over_columns(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(simulation_type), pointer :: run
       integer :: i
@@ -70,7 +70,7 @@ contains
                run%system%d, forces_at_side(run, field))
          end associate
       end do
-   end subroutine follow_columns
+   end subroutine take_over_columns
 
    !> Forces of the neighbours that the blocks at the side would have in level ground.  What a face
    !> with a neighbour has of the area of a cell has the cell's own strain at the side of the model:

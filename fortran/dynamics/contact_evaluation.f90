@@ -96,7 +96,7 @@ contains
          residual = max(residual, contacts%force_residual(c))
          contacts%trial_state(c) = next_state(contacts, response, c)
          if (contacts%with_net_slip) then
-            contacts%trial_from_centre(c) = response%from_centre
+            contacts%trial_past_centre(c) = response%past_centre
             contacts%slider(c) = response%slider
          end if
          contacts%normal_force(c) = response%normal_force

@@ -38,7 +38,7 @@ module dda_contact_terms
       integer, allocatable :: changed(:)      !< [contacts] what that is for
       !> springs and forces of contacts that neither slide nor are bonded follow from their states
       logical :: by_state = .false.
-      !> [contacts] state that K̂ and f̂ hold of such a contact in this step, else `none`
+      !> [contacts] state that K̂ and f̂ have of such a contact in this step, else `none`
       integer, allocatable :: steady(:)
       type(rank_one_type) :: spring_changes   !< since the solver was renewed
    end type contact_terms_type
@@ -47,15 +47,15 @@ contains
 
    !> Nothing is assembled yet.
    subroutine prepare_contact_terms(terms, n)
-      type(contact_terms_type), intent(out) :: terms  !< what K̂ and f̂ hold of the contacts
+      type(contact_terms_type), intent(out) :: terms  !< what K̂ and f̂ have of the contacts
       integer, intent(in) :: n  !< blocks
 
       allocate (terms%dirty(n), source=is_dirty_stiffness)
    end subroutine prepare_contact_terms
 
-   !> Hold the contacts in their assumed states; blocks of those that have changed become dirty.
+   !> Assemble the contacts in their assumed states; blocks of those that have changed become dirty.
    subroutine update_contact_terms(terms, contacts, laws)
-      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ hold of the contacts
+      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ have of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: p, c
@@ -88,7 +88,7 @@ contains
 
    !> Forces at rest of contacts first … last, and what has changed; in a new list all forces have.
    pure subroutine compare_range(terms, contacts, laws, first, last)
-      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ hold of the contacts
+      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ have of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
@@ -112,9 +112,9 @@ contains
       end do
    end subroutine compare_range
 
-   !> Other springs of contact c, noted for the solver.
+   !> Other springs of contact c, recorded for the solver.
    pure subroutine renew_springs(terms, contacts, laws, c)
-      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ hold of the contacts
+      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ have of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
@@ -140,7 +140,7 @@ contains
       same_bits = transfer(a, 0_long) == transfer(b, 0_long)
    end function same_bits
 
-   !> Contact c neither holds nor retains anything.
+   !> Contact c has no force and retains no spring.
    elemental logical function is_free(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c  !< number of the contact
@@ -150,7 +150,7 @@ contains
       if (is_free) is_free = .not. contacts%bonded(c)
    end function is_free
 
-   !> Contact c is open, and its friction is held all the same.
+   !> Contact c is open, and has friction at a frozen bound all the same.
    elemental logical function rubs_open(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c  !< number of the contact
@@ -160,13 +160,13 @@ contains
          contacts%held_bound(c) > 0.0_wp
    end function rubs_open
 
-   !> The friction of contact c has come to its held bound.
-   elemental logical function at_held_bound(contacts, c)
+   !> The friction of contact c has come to its frozen bound.
+   elemental logical function at_frozen_bound(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c  !< number of the contact
 
-      at_held_bound = abs(contacts%slide_force(c)) >= contacts%held_bound(c)
-   end function at_held_bound
+      at_frozen_bound = abs(contacts%slide_force(c)) >= contacts%held_bound(c)
+   end function at_frozen_bound
 
    !> Normal and shear stiffness of contact c in K̂, N/m.
    pure function acting_springs(contacts, laws, c) result(springs)
@@ -200,7 +200,7 @@ contains
       if (.not. laws%plain) springs(1) = contacts%tangent(c)
       if (rubs_open(contacts, c)) then
          springs(1) = 0.0_wp
-         if (at_held_bound(contacts, c)) springs(2) = 0.0_wp
+         if (at_frozen_bound(contacts, c)) springs(2) = 0.0_wp
       else if (contacts%state(c) == contact_open) then
          springs = [contacts%retained(c)*springs(1), 0.0_wp]
       end if
@@ -246,7 +246,7 @@ contains
       forces(2) = shear_stiffness_of(contacts, laws, c)*stretch
       if (rubs_open(contacts, c)) then
          forces(1) = 0.0_wp
-         if (at_held_bound(contacts, c)) forces(2) = contacts%slide_force(c)
+         if (at_frozen_bound(contacts, c)) forces(2) = contacts%slide_force(c)
          return
       end if
       if (.not. contacts%retained(c) > 0.0_wp .and. contacts%state(c) /= contact_slide) return

@@ -5,7 +5,7 @@ module dda_energy_budget
    use dda_blocks, only: blocks_type, momentum_of
    use dda_contact, only: contacts_type, not_damped
    use dda_contact_damping, only: losses_type, losses_of, spring_energy
-   use dda_friction, only: end_stretch, has_slipped, inelastic_slip, laws_type
+   use dda_friction, only: end_stretch, slip_counts, inelastic_slip, laws_type
    use dda_joint_bond, only: bond_losses, bond_after, is_cohesive
    use dda_joint_contact, only: closure_of, joint_energy, state_of
    use dda_joint_law, only: joint_state_type
@@ -249,7 +249,7 @@ contains
             .or. contacts%was_bonded(c))
          stretched = end_stretch(contacts, laws, c)
          slip = 0.0_wp
-         if (has_slipped(contacts, laws, c)) slip = inelastic_slip(contacts, laws, c)
+         if (slip_counts(contacts, laws, c)) slip = inelastic_slip(contacts, laws, c)
          lift = law%lift(law%slipped(state, slip, contacts%shear_force(c))) - law%lift(state)
          after = joint_energy(law, state, closure + contacts%gap(c) - contacts%new_gap(c) + lift, &
             stretched, contacts%normal_force(c) /= 0.0_wp .or. contacts%bonded(c))

@@ -4,8 +4,8 @@
 !> uniform.
 !>
 !> Contacts are not looked at in every step.  Since the last look none can have moved by more than
-!> the blocks have, so that none can exceed the largest, or what is worth following, while that way
-!> is short enough.  What is worth following are movements of more than 1e-7 of the model's size.
+!> the blocks have, so that none can exceed the largest, or what is worth recording, while that way
+!> is short enough.  Movements of more than 1e-7 of the model's size are worth recording.
 module dda_first_contacts
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -86,12 +86,12 @@ contains
       first%edge = pack(first%edge, stays)
    end subroutine drop_removed
 
-   !> A look at the contacts could find what is more than the largest so far and worth following.
+   !> A look at the contacts could find what is more than the largest so far and worth recording.
    pure logical function may_exceed(first, largest, path, least)
       type(first_contacts_type), intent(in) :: first   !< the contacts
       type(largest_type), intent(in) :: largest(:)     !< [maxima] so far
       real(wp), intent(in) :: path                     !< sum of the farthest moves of all steps, m
-      real(wp), intent(in) :: least                    !< movement that is worth following, m
+      real(wp), intent(in) :: least                    !< movement that is worth recording, m
       real(wp) :: way
 
       may_exceed = .false.

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Friction bounds found from outside the open–close iteration.
 !>
-!> With the bounds of friction held, a step has one solution, the least of a convex function, and
+!> With frozen bounds of friction a step has one solution, the least of a convex function, and
 !> the iteration finds it.  Its normal forces give new bounds.  This map of bounds is continuous,
-!> and held bounds only take energy, so that it stays within limits: by Brouwer's theorem it has a
+!> and frozen bounds only take energy, so that it stays within limits: by Brouwer's theorem it has a
 !> fixed point, a solution with friction, however high friction is.
 !>
 !> Where more normal force leads to more slip resistance and so to yet more normal force, plain
@@ -45,14 +45,14 @@ contains
       contacts%held_bound = bounds_of(contacts, laws)
    end subroutine hold_bounds
 
-   !> Friction follows the normal force again.
+   !> Bounds of friction are those of the normal forces again.
    pure subroutine release_bounds(contacts)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
 
       if (allocated(contacts%held_bound)) deallocate (contacts%held_bound)
    end subroutine release_bounds
 
-   !> The next bounds, from the normal forces that the held ones have led to.
+   !> The next bounds, from the normal forces that the frozen ones have led to.
    pure subroutine renew_bounds(bounds, contacts, laws)
       type(bounds_type), intent(inout) :: bounds  !< of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved

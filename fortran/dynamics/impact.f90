@@ -216,7 +216,7 @@ contains
       integer :: c
 
       do c = 1, contacts%n
-         if (contacts%damping(c) /= is_damped .or. .not. contacts%held_force(c) > 0.0_wp) cycle
+         if (contacts%damping(c) /= is_damped .or. .not. contacts%static_force(c) > 0.0_wp) cycle
          if (laws%restitution(contacts%joint(c)) < 0.0_wp) cycle
          if (impacts%hit(contacts%block_v(c)) .or. impacts%hit(contacts%block_e(c))) &
             call carry(contacts, laws, blocks, step, c)

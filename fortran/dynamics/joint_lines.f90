@@ -19,7 +19,7 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: c
 
-      if (contacts%with_net_slip) contacts%from_centre(:contacts%n) = .false.
+      if (contacts%with_net_slip) contacts%past_centre(:contacts%n) = .false.
       do c = 1, contacts%n
          associate (law => laws%slot(contacts%joint(c))%law)
             call touch_law(contacts, law, c, max(0.0_wp, closure_of(contacts, law, c, &
@@ -40,7 +40,7 @@ contains
       do c = 1, contacts%n
          off = abs(contacts%normal_force(c) - assumed_normal(contacts, c))
          if (off <= allowed .and. .not. passes_centre(contacts, c)) cycle
-         if (contacts%with_net_slip) contacts%from_centre(c) = contacts%trial_from_centre(c)
+         if (contacts%with_net_slip) contacts%past_centre(c) = contacts%trial_past_centre(c)
          gap = acting_gap(contacts, laws, c, contacts%new_gap(c))
          call find_response(contacts, laws, c, contacts%new_gap(c), &
             contacts%stretch(c) + contacts%slip(c), response)
@@ -55,8 +55,8 @@ contains
       integer, intent(in) :: c  !< number of the contact
 
       passes_centre = contacts%with_net_slip
-      if (passes_centre) passes_centre = contacts%from_centre(c) .neqv. &
-         contacts%trial_from_centre(c)
+      if (passes_centre) passes_centre = contacts%past_centre(c) .neqv. &
+         contacts%trial_past_centre(c)
    end function passes_centre
 
    !> Contact c would resist shear or tension without a normal force.

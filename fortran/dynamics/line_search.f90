@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Line search of the open–close iteration on the energy of the step from the previous iterate.
 !>
-!> With the friction bounds held, the step's solution is the least of a convex function: inertia,
+!> With frozen bounds of friction the step's solution is the least of a convex function: inertia,
 !> elasticity and loads are quadratic, each contact adds ½ k min(gap, 0)² and a slider whose
 !> potential is quadratic up to its bound and linear beyond.  The slope of that function from the
 !> previous d to the new one grows monotonically; its zero is the share of the step to take.

@@ -27,7 +27,7 @@ module dda_system
       !> [entries] near pair of each lower entry; beyond the last pair where only elements couple
       integer, allocatable :: pair_of_entry(:)
       integer, allocatable :: first_contact(:)     !< [pairs+2] first contact of each near pair
-      type(contact_terms_type) :: contact_terms    !< what K̂ and f̂ hold of the contacts
+      type(contact_terms_type) :: contact_terms    !< what K̂ and f̂ have of the contacts
       type(linear_terms_type) :: terms             !< springs and dashpots of the elements
       real(wp), allocatable :: constant(:,:,:)     !< [6,6,n] M/(χΔt²) + θ elasticity, damping
       !> linear part of K̂; diagonal blocks, of those that elements act on: of others, `constant`

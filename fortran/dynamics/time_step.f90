@@ -5,8 +5,8 @@ module dda_time_step
    use dda_kinds, only: wp
    use dda_breaking, only: break_faces
    use dda_friction, only: accept_contacts
-   use dda_columns, only: column_count, column_of, follow_columns, name_column
-   use dda_contact_damping, only: damp_contacts, hold_forces
+   use dda_columns, only: column_count, column_of, take_over_columns, name_column
+   use dda_contact_damping, only: damp_contacts, find_static_forces
    use dda_contact_search, only: find_contacts
    use dda_damage_passes, only: most_passes
    use dda_diagnostics, only: explain, check_state
@@ -137,7 +137,7 @@ contains
          call name_column(simulation, i, failure)
          if (allocated(failure)) call move_alloc(failure, error)
       end do
-      if (.not. allocated(error)) call follow_columns(simulation)
+      if (.not. allocated(error)) call take_over_columns(simulation)
    end subroutine solve_columns
 
    !> Solve the step of a column, with a wider search where it moves too far for the first.
@@ -296,7 +296,7 @@ contains
          call integrate(simulation%blocks, d, step)
          call update_state(simulation%energy, simulation%blocks)
          call accept_contacts(contacts, simulation%laws)
-         if (simulation%laws%damped) call hold_forces(contacts)
+         if (simulation%laws%damped) call find_static_forces(contacts)
          simulation%neighbours%travel = simulation%neighbours%travel + path
          simulation%path = simulation%path + path
          call record_changes(simulation)

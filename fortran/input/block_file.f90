@@ -100,7 +100,7 @@ contains
       end if
    end subroutine allow
 
-   !> All variables; the first thing that is wrong is noted.
+   !> All variables; the first thing that is wrong is kept.
    subroutine read_variables(reader, blocks)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       type(block_file_type), intent(inout) :: blocks  !< filled

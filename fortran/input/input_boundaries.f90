@@ -2,7 +2,7 @@
 !> The groups &boundary: edges of the outline that are held, by springs if need be, or absorb waves.
 !>
 !> Edges that are held become fixed points at the Gauss points of the edges; the others become
-!> boundaries or free fields of the model.  What comes in through these is noted for the output.
+!> boundaries or free fields of the model.  What comes in through these is recorded for the output.
 module dda_input_boundaries
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, place_of

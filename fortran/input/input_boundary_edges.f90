@@ -18,7 +18,7 @@ module dda_input_boundary_edges
 
 contains
 
-   !> Note the pieces of a group; an error if another one holds part of them in the same direction.
+   !> Add the pieces of a group; an error if another one has part of them in the same direction.
    subroutine claim_edges(model, lines, group, pieces, direction, error)
       type(model_type), intent(inout) :: model  !< receives them
       integer, intent(in) :: lines(:)  !< [groups &boundary up to this one] in the input

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The samples and frames of a run so far, in a file that only grows: FILE.journal.
 !>
-!> It holds the data of the output as rows of numbers in the order of the steps.  A
-!> checkpoint notes how far it went and its checksum up to there; a resumed run cuts it back to that
-!> mark and goes on.  While a run has it open no other run can.
+!> It has the data of the output as rows of numbers in the order of the steps.  A checkpoint records
+!> its length and its checksum up to there; a resumed run cuts it back to that mark and goes on.
+!> While a run has it open no other run can.
 module dda_journal
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
    use, intrinsic :: iso_fortran_env, only: int8
@@ -139,13 +139,13 @@ contains
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
       integer(int8), allocatable :: bytes(:)
-      integer(long) :: left, held
+      integer(long) :: left, on_disk
 
       call open_again(file, journal%file, error)
       if (allocated(error)) return
       call begin_checksum(checksum)
-      held = size_of_file(file)
-      left = min(journal%bytes, held)
+      on_disk = size_of_file(file)
+      left = min(journal%bytes, on_disk)
       do while (left > 0 .and. .not. allocated(error))
          if (allocated(bytes)) deallocate (bytes)
          allocate (bytes(min(left, piece)))
@@ -153,7 +153,7 @@ contains
          call add_bytes(checksum, bytes)
          left = left - size(bytes)
       end do
-      if (.not. allocated(error) .and. (held < journal%bytes .or. checksum%value &
+      if (.not. allocated(error) .and. (on_disk < journal%bytes .or. checksum%value &
          /= journal%checksum%value)) call fail(error, error_file, journal%file%name// &
          ' does not hold what it held at the checkpoint')
       call close_file(file, error)

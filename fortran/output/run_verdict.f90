@@ -23,7 +23,7 @@ module dda_run_verdict
    use dda_running_maxima, only: least_movement
    use dda_simulation, only: simulation_type, ending, comes_suddenly
    use dda_text, only: counted, to_text, short_text, valid_text
-   use dda_verdict_lines, only: verdict_lines_type, tell, note, add_figure, value_text
+   use dda_verdict_lines, only: verdict_lines_type, tell, add_value, add_figure, value_text
    implicit none
    private
    public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
@@ -100,7 +100,7 @@ contains
          call judge_point(verdict, simulation, i, told)
       end do
       call judge_joints(verdict, simulation)
-      call note(verdict, 'energy_balance_j_m', balance(simulation%energy))
+      call add_value(verdict, 'energy_balance_j_m', balance(simulation%energy))
    end subroutine conclude
 
    !> What happened, the largest values of all steps, and what is to be doubted.
@@ -112,9 +112,9 @@ contains
 
       associate (maxima => simulation%maxima)
          do i = 1, size(maxima_table)
-            if (maxima%largest(i)%value >= 0.0_wp) call note(verdict, 'largest_'// &
+            if (maxima%largest(i)%value >= 0.0_wp) call add_value(verdict, 'largest_'// &
                trim(maxima_table(i)%number), maxima%largest(i)%value)
-            if (maxima%last(i)%value >= 0.0_wp) call note(verdict, 'residual_'// &
+            if (maxima%last(i)%value >= 0.0_wp) call add_value(verdict, 'residual_'// &
                trim(maxima_table(i)%number), maxima%last(i)%value)
          end do
       end associate
@@ -175,19 +175,19 @@ contains
             call tell(verdict, to_text(moved(2))//' of '//to_text(moved(1))// &
                ' contacts have slipped and '//to_text(moved(3))//' have opened at the end')
          end if
-         call note(verdict, 'contacts_slipped', real(moved(2), wp))
-         call note(verdict, 'contacts_opened', real(moved(3), wp))
+         call add_value(verdict, 'contacts_slipped', real(moved(2), wp))
+         call add_value(verdict, 'contacts_opened', real(moved(3), wp))
       end if
       associate (broken => simulation%counters%broken)
          if (broken > 0) then
             call tell(verdict, counted(to_text(broken), 'bond has broken', &
                'bonds have broken'))
-            call note(verdict, 'bonds_broken', real(broken, wp))
+            call add_value(verdict, 'bonds_broken', real(broken, wp))
          end if
       end associate
       if (simulation%stop%reason /= '') then
          call tell(verdict, ending(simulation))
-         call note(verdict, 'end_s', simulation%time)
+         call add_value(verdict, 'end_s', simulation%time)
       end if
    end subroutine tell_movement
 
@@ -204,7 +204,7 @@ contains
       type(run_verdict_type), intent(inout) :: verdict   !< gets figures
       type(simulation_type), intent(in) :: simulation    !< at its present time
       integer, parameter :: moving(*) = [of_displacement, of_tilt, of_velocity, &
-         of_point_displacement, of_point_drift], held(*) = [of_strain, of_plastic_strain, &
+         of_point_displacement, of_point_drift], loaded(*) = [of_strain, of_plastic_strain, &
          of_penetration, of_contact_force], along(*) = [of_slip, of_opening]
       integer :: i
 
@@ -223,9 +223,9 @@ contains
             if (largest(along(i))%value > least_movement(simulation)) call add_maximum(verdict, &
                simulation, along(i), .true.)
          end do
-         do i = 1, size(held)
-            if (largest(held(i))%value > 0.0_wp) call add_maximum(verdict, simulation, held(i), &
-               .true.)
+         do i = 1, size(loaded)
+            if (largest(loaded(i))%value > 0.0_wp) call add_maximum(verdict, simulation, &
+               loaded(i), .true.)
          end do
          call add_bodies(verdict, simulation)
       end associate
@@ -251,7 +251,7 @@ contains
       energies = body_energies(simulation%elements, simulation%blocks)
       if (.not. energies(2) > 0.0_wp) return
       share = sqrt(energies(1)/energies(2))
-      call note(verdict, key, share)
+      call add_value(verdict, key, share)
       call add_figure(verdict, 'error of stresses', [character(len=len(key)) :: '', key], &
          [0.0_wp, share], '1', 'of bodies, energy norm, by jumps at faces')
    end subroutine add_bodies
@@ -289,7 +289,7 @@ contains
 
       if (.not. simulation%model%stages(1)%static) return
       call farthest_moved(simulation%blocks, simulation%model%blocks%position, b, way)
-      call note(verdict, key, way)
+      call add_value(verdict, key, way)
       if (b > 0) call add_figure(verdict, 'from as drawn', [character(len=len(key)) :: '', key], &
          [0.0_wp, way], 'm', label(simulation, b))
    end subroutine add_drawn
@@ -329,13 +329,14 @@ contains
          associate (raw => shaken%raw(axis), resolved => shaken%low(axis))
             call spectral_acceleration(raw%spectrum, raw%last, spectral(1), period(1))
             call spectral_acceleration(resolved%spectrum, resolved%last, spectral(2), period(2))
-            call note(verdict, 'pga_m_s2['//name//']', raw%acceleration)
-            call note(verdict, 'pga_below_50_hz_m_s2['//name//']', low_passed_peak(raw%spectrum))
-            call note(verdict, 'arias_m_s['//name//']', arias_intensity(raw))
-            call note(verdict, 'sa_m_s2['//name//']', spectral(1))
-            call note(verdict, 'sa_period_s['//name//']', period(1))
-            call note(verdict, 'pgv_m_s['//name//']', shaken%velocity(axis))
-            call note(verdict, 'resolved_frequency_hz['//name//']', verdict%frequency)
+            call add_value(verdict, 'pga_m_s2['//name//']', raw%acceleration)
+            call add_value(verdict, 'pga_below_50_hz_m_s2['//name//']', &
+               low_passed_peak(raw%spectrum))
+            call add_value(verdict, 'arias_m_s['//name//']', arias_intensity(raw))
+            call add_value(verdict, 'sa_m_s2['//name//']', spectral(1))
+            call add_value(verdict, 'sa_period_s['//name//']', period(1))
+            call add_value(verdict, 'pgv_m_s['//name//']', shaken%velocity(axis))
+            call add_value(verdict, 'resolved_frequency_hz['//name//']', verdict%frequency)
             low = arias_intensity(resolved)
             place = name//', '//merge('x', 'y', axis == 1)//', below '// &
                short_text(verdict%frequency)//' Hz'
@@ -355,7 +356,7 @@ contains
          character(len=*), intent(in) :: title, key, units, where
          real(wp), intent(in) :: value
 
-         if (index(key, 'resolved') > 0) call note(verdict, key//'['//name//']', value)
+         if (index(key, 'resolved') > 0) call add_value(verdict, key//'['//name//']', value)
          if (told) call add_figure(verdict, title, [character(len=len(key) + len(name) + 2) :: &
             key//'['//name//']', ''], [value, 0.0_wp], units, where)
       end subroutine add_point
@@ -379,9 +380,9 @@ contains
             do k = 1, size(keys)
                key = ''
                if (k <= 2) key(1) = 'largest_'//trim(keys(k))//name//']'
-               if (k <= 2) call note(verdict, trim(key(1)), most(k))
+               if (k <= 2) call add_value(verdict, trim(key(1)), most(k))
                if (.not. ieee_is_nan(last(k))) key(2) = trim(keys(k))//name//']'
-               if (key(2) /= '') call note(verdict, trim(key(2)), last(k))
+               if (key(2) /= '') call add_value(verdict, trim(key(2)), last(k))
                if (any(key /= '')) call add_figure(verdict, trim(titles(k)), key, &
                   [most(min(k, 2)), last(k)], trim(units(k)), name)
             end do

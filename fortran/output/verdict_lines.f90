@@ -7,7 +7,7 @@ module dda_verdict_lines
    use dda_text, only: padded, screen_width, short_text, wrapped
    implicit none
    private
-   public :: verdict_lines_type, verdict_value_type, tell, note, add_figure, figure_lines, &
+   public :: verdict_lines_type, verdict_value_type, tell, add_value, add_figure, figure_lines, &
       doubt_lines, screen_text, value_text, died_out, check_says_more, no_bars
 
    character(len=*), parameter :: check_says_more = 'what to change: sitedda check FILE.nml', &
@@ -73,13 +73,13 @@ contains
    end subroutine tell
 
    !> Add a number.
-   pure subroutine note(lines, name, value)
+   pure subroutine add_value(lines, name, value)
       class(verdict_lines_type), intent(inout) :: lines  !< in the making
       character(len=*), intent(in) :: name               !< with its unit
       real(wp), intent(in) :: value                      !< in that unit
 
       lines%values = [lines%values, verdict_value_type(name, value)]
-   end subroutine note
+   end subroutine add_value
 
    !> Add a line of the table.
    pure subroutine add_figure(lines, name, keys, value, units, place)

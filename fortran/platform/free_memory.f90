@@ -11,7 +11,7 @@ module dda_free_memory
    private
    public :: free_memory, require_memory, require_addresses, require_for_factor, require_for_blas, &
       fail_allocation
-   public :: reserve_type, hold_reserve
+   public :: reserve_type, make_reserve
 
    !> RLIMIT_DATA and RLIMIT_AS on Linux: private pages, all addresses
    integer(c_int), parameter :: data_pages = 2, address_space = 9
@@ -26,8 +26,7 @@ module dda_free_memory
 
    real(wp), parameter :: call_bytes = 2.0_wp**22  !< of a call of LAPACK beside its buffer
 
-   !> Memory that is held for what must not lack it; deallocated for that time.  No page of it is
-   !> touched.
+   !> Memory reserved for what must not lack it, deallocated for that time.  No page is touched.
    type :: reserve_type
       integer(int8), allocatable :: bytes(:)
    end type reserve_type
@@ -107,13 +106,13 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(reserve_type), volatile :: trial  ! lest a compiler leaves it out, which nothing reads
 
-      call hold_reserve(trial, bytes, what, advice, error)
+      call make_reserve(trial, bytes, what, advice, error)
    end subroutine require_addresses
 
-   !> Hold memory, or an error.
-   subroutine hold_reserve(reserve, bytes, what, advice, error)
-      type(reserve_type), intent(inout) :: reserve  !< held, unless it was
-      real(wp), intent(in) :: bytes            !< to hold
+   !> Reserve memory, or an error.
+   subroutine make_reserve(reserve, bytes, what, advice, error)
+      type(reserve_type), intent(inout) :: reserve  !< made, unless it was
+      real(wp), intent(in) :: bytes            !< to reserve
       character(len=*), intent(in) :: what     !< what needs it, for the message
       character(len=*), intent(in) :: advice   !< what to do
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -123,7 +122,7 @@ contains
       allocate (reserve%bytes(int(bytes, long)), stat=status)
       if (status /= 0) call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
          ' GB of memory, which the system does not give; '//advice)
-   end subroutine hold_reserve
+   end subroutine make_reserve
 
    !> The error of a factor that the system has no memory for.
    subroutine fail_allocation(bytes, what, error)

@@ -60,18 +60,18 @@ contains
       type(c_funptr) :: before, ignore
 
       ignore = transfer(ignored, ignore)
-      before = c_signal(interrupt, c_funloc(note))
-      before = c_signal(user, c_funloc(note))
-      before = c_signal(terminate, c_funloc(note))
+      before = c_signal(interrupt, c_funloc(record_signal))
+      before = c_signal(user, c_funloc(record_signal))
+      before = c_signal(terminate, c_funloc(record_signal))
       before = c_signal(file_size, ignore)
    end subroutine watch_interrupts
 
-   !> The handler: only note the signal.
-   subroutine note(number) bind(c)
+   !> The handler: only record the signal.
+   subroutine record_signal(number) bind(c)
       integer(c_int), value :: number  !< of the signal
 
       last_signal = number
-   end subroutine note
+   end subroutine record_signal
 
    !> From here on the host is asked, too, now and then.
    subroutine ask_host(question)

@@ -14,7 +14,7 @@ module dda_run
    use dda_input, only: read_model
    use dda_interrupts, only: stop_heard
    use dda_frame, only: append_frame
-   use dda_free_memory, only: reserve_type, hold_reserve
+   use dda_free_memory, only: reserve_type, make_reserve
    use dda_journal, only: journal_type, open_journal, keep_in_place, begin_row, append_numbers, &
       row_sample, journal_name
    use dda_model, only: model_type, run_steps, run_duration
@@ -156,7 +156,7 @@ contains
          if (.not. allocated(error)) call open_journal(run%journal, model%output%file, error)
          call begin_checkpoints(run%checkpoints, model)
       end associate
-      call hold_for_output(run, error)
+      call reserve_for_output(run, error)
       run%writes = .not. allocated(error)
       allocate (run%sample(sample_size(run%simulation)))
       call system_clock(run%saved)
@@ -299,28 +299,28 @@ contains
       call end_task(run%publishing)
    end subroutine publish
 
-   !> Write the output in the memory that was held for it, and hold it again for the next time.
+   !> Write the output in the memory reserved for it, and reserve it again for the next time.
    subroutine write_now(run, complete, error)
       type(run_type), intent(inout) :: run  !< with the files it writes
       logical, intent(in) :: complete  !< the run has reached its duration
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call hold_for_output(run, error)
+      call reserve_for_output(run, error)
       if (allocated(error)) return
       deallocate (run%reserve%bytes)
       call write_output(run%simulation%model%output%file, run%journal, run%simulation, complete, &
          error)
-      if (.not. complete) call hold_for_output(run, error)
+      if (.not. complete) call reserve_for_output(run, error)
    end subroutine write_now
 
-   !> Hold the memory that writing the output takes.
-   subroutine hold_for_output(run, error)
+   !> Reserve the memory that writing the output takes.
+   subroutine reserve_for_output(run, error)
       type(run_type), intent(inout) :: run  !< with the files it writes
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call hold_reserve(run%reserve, writing_memory(run%simulation), 'writing '// &
+      call make_reserve(run%reserve, writing_memory(run%simulation), 'writing '// &
          run%simulation%model%output%file, 'use fewer blocks, or a machine with more', error)
-   end subroutine hold_for_output
+   end subroutine reserve_for_output
 
    !> Flush the buffers of this process, which a fork would copy.
    subroutine flush_run(run, error)

@@ -105,14 +105,14 @@ contains
       e = parts(strain)
       more = parts(change)
       modulus = moduli(point)
-      associate (theta => step%scheme%theta, held => relaxed_modulus(self%branches%body))
+      associate (theta => step%scheme%theta, relaxed => relaxed_modulus(self%branches%body))
          call add_branches(self%branches, state, e(1:2), more(1:2), theta, acting(1:2), slope)
          body = body_of(self%branches, state, more, step%time_step)
          acting(1:2) = acting(1:2) + body%before(1:2) + theta*(body%after(1:2) - body%before(1:2))
          slope = slope + theta*body%slope
-         acting(3) = held*(e(3) + theta*more(3)) + body%before(3) + theta*(body%after(3) &
+         acting(3) = relaxed*(e(3) + theta*more(3)) + body%before(3) + theta*(body%after(3) &
             - body%before(3))
-         volume = modulus(2)*theta*(held + body%stiffness)
+         volume = modulus(2)*theta*(relaxed + body%stiffness)
       end associate
       acting = acting*[modulus(1), modulus(1), modulus(2)]
       stress = [acting(3) + acting(1), acting(3) - acting(1), acting(2)]

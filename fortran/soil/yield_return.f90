@@ -6,7 +6,7 @@
 !>
 !>     ½(1 + sin φ) σ_i − ½(1 − sin φ) σ_j ≤ c cos φ ,   σ_i ≤ T .
 !>
-!> With a dilation ψ < φ the mean of a pair is held at a value m_ij in what φ has beyond ψ, as the
+!> With a dilation ψ < φ the mean of a pair is frozen at a value m_ij in what φ has beyond ψ, as the
 !> normal force is in the bound of friction:
 !>
 !>     ½(1 + sin ψ) σ_i − ½(1 − sin ψ) σ_j ≤ c cos φ − (sin φ − sin ψ) m_ij .
@@ -46,11 +46,11 @@ module dda_yield_return
 contains
 
    !> Return a trial stress.
-   pure type(return_type) function return_principal(strength, elastic, trial, held) result(to)
+   pure type(return_type) function return_principal(strength, elastic, trial, frozen) result(to)
       type(strength_type), intent(in) :: strength  !< of the point
       real(wp), intent(in) :: elastic(3, 3)        !< D of principal strains, Pa
       real(wp), intent(in) :: trial(3)             !< σ₁ ≥ σ₂, σ₃, Pa
-      real(wp), intent(in) :: held(3)              !< principal stresses whose means are held, Pa
+      real(wp), intent(in) :: frozen(3)            !< principal stresses whose means are frozen, Pa
       real(wp) :: gradient(3, bounds), bound(bounds), off, least
       type(return_type) :: other
       integer :: n
@@ -59,7 +59,7 @@ contains
 
       to%stress = trial
       to%slope = elastic
-      call planes(strength, held, gradient, bound)
+      call planes(strength, frozen, gradient, bound)
       if (all(matmul(trial, gradient) <= bound)) return
       least = huge(1.0_wp)
       do n = 1, 3
@@ -77,23 +77,23 @@ contains
    end function return_principal
 
    !> Planes of strength: gradients and bounds.
-   pure subroutine planes(strength, held, gradient, bound)
+   pure subroutine planes(strength, frozen, gradient, bound)
       type(strength_type), intent(in) :: strength  !< of the point
-      real(wp), intent(in) :: held(3)              !< principal stresses whose means are held, Pa
+      real(wp), intent(in) :: frozen(3)            !< principal stresses whose means are frozen, Pa
       real(wp), intent(out) :: gradient(3, bounds)
       real(wp), intent(out) :: bound(bounds)       !< Pa
-      real(wp) :: sine, held_sine
+      real(wp) :: sine, frozen_sine
       integer :: i
 
       sine = sin(strength%dilation)
-      held_sine = sin(strength%friction) - sine
+      frozen_sine = sin(strength%friction) - sine
       gradient = 0.0_wp
       do i = 1, pairs
          gradient(major(i), i) = 0.5_wp*(1.0_wp + sine)
          gradient(minor(i), i) = -0.5_wp*(1.0_wp - sine)
          bound(i) = strength%cohesion*cos(strength%friction)
-         if (held_sine > 0.0_wp) bound(i) = max(0.0_wp, bound(i) - held_sine*0.5_wp &
-            *(held(major(i)) + held(minor(i))))
+         if (frozen_sine > 0.0_wp) bound(i) = max(0.0_wp, bound(i) - frozen_sine*0.5_wp &
+            *(frozen(major(i)) + frozen(minor(i))))
       end do
       do i = 1, 3
          gradient(i, pairs + i) = 1.0_wp

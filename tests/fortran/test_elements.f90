@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Elements: the energy of supports, first velocities, and a kind of elements that only this tester
-!> knows, from the pattern of K̂ to the transfer function.
+!> Elements: the energy of supports and of faces between materials, first velocities, and a kind of
+!> elements that only this tester knows, from the pattern of K̂ to the transfer function.
 module test_elements
    use dda_kinds, only: wp, pi
    use bolts, only: bolt_type, put_bolts
@@ -14,12 +14,15 @@ module test_elements
    use dda_kinematics, only: kinetic_energy
    use dda_linear_model, only: linear_model_type, linearise
    use dda_linear_terms, only: add_term, at_end, at_theta, linear_term_type, mean_dashpot
+   use dda_material, only: elasticity, material_type
    use dda_modes, only: find_modes, modes_type
    use dda_scheme, only: scheme_type
    use dda_scheme_response, only: amplification_roots, steady_type, steady_weights
    use dda_simulation, only: next_step, simulation_type
    use dda_start, only: set_rates
    use dda_transfer, only: prepare_transfer, transfer_at, transfer_type
+   use dda_weld, only: weld_type
+   use dda_weld_springs, only: jump_stiffness, n_deformations, springs_of, strains_of
    use eigenvalues, only: distance_of, roots_of
    use models, only: begin, block_text, contact_text, control_text, joint_text, number, random, &
       random_vector, rectangle, rock, run
@@ -442,5 +445,41 @@ contains
          end associate
       end do
    end subroutine dashpot_to_ground
+
+   !> The strains of both sides give a face one traction, and the energy that its springs have.
+   subroutine faces_between_materials()
+      type(weld_type) :: weld
+      real(wp) :: moduli(3, 3, 2), strains(3, n_deformations, 2), q(n_deformations), by_springs, &
+         by_strains, stress(3, 2), traction(2, 2)
+      integer :: i, k
+
+      call case('faces between materials')
+      weld%length = 1.3_wp
+      weld%area = [0.7_wp, 0.3_wp]
+      weld%along = [0.6_wp, 0.8_wp]
+      do k = 1, 2
+         moduli(:, :, k) = elasticity(material_type(young_modulus=3.0_wp/k**2, &
+            poisson_ratio=0.2_wp*k), plane_strain=.true.)
+      end do
+      strains = strains_of(weld, moduli)
+      do i = 1, 20
+         q = random_vector(n_deformations)
+         associate (springs => springs_of(weld, moduli))
+            by_springs = sum(springs%stiffness(:springs%n) &
+               *matmul(q, springs%weight(:, :springs%n))**2)
+         end associate
+         by_strains = dot_product(jump_stiffness(weld, moduli), [sum(q(:2)**2), sum(q(3:4)**2)])
+         do k = 1, 2
+            associate (strain => matmul(strains(:, :, k), q), n => [weld%along(2), -weld%along(1)])
+               stress(:, k) = matmul(moduli(:, :, k), strain)
+               by_strains = by_strains + weld%area(k)*dot_product(strain, stress(:, k))
+               traction(:, k) = [dot_product(n, stress([1, 3], k)), &
+                  dot_product(n, stress([3, 2], k))]
+            end associate
+         end do
+         call check(norm2(traction(:, 2) - traction(:, 1)) < 1.0e-13_wp, 'one traction')
+         call check_close(by_strains, by_springs, 'energy', relative=1.0e-13_wp)
+      end do
+   end subroutine faces_between_materials
 
 end module test_elements

@@ -202,7 +202,7 @@ contains
             most = max(most, lost)
             lowest = min(lowest, contacts%lifted(1))
             travel = max(travel, contacts%lifted(1))
-            if (contacts%trial_from_centre(1)) passed = passed + 1
+            if (contacts%trial_past_centre(1)) passed = passed + 1
          end do
       end do
       call check(least >= -1.0e-12_wp*most, 'no slip gains energy')
@@ -246,7 +246,7 @@ contains
       contacts%slip(1) = place - contacts%net_slip(1)
       call find_response(contacts, laws, 1, lift - closure, stretch + contacts%slip(1), response)
       contacts%trial_state(1) = response%state
-      contacts%trial_from_centre(1) = response%from_centre
+      contacts%trial_past_centre(1) = response%past_centre
       contacts%normal_force(1) = response%normal_force
       contacts%shear_force(1) = response%shear_force
       call accept_contacts(contacts, laws)
