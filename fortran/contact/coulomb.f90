@@ -94,7 +94,7 @@ contains
       response%normal_force = 0.0_wp
       response%shear_force = 0.0_wp
       response%bound = 0.0_wp
-      response%strength_ratio = -1.0_wp
+      response%strength_ratio = 0.0_wp
       if (law%normal_stiffness*gap >= law%multiplier .and. .not. law%bonded) return
       response%normal_force = law%multiplier - law%normal_stiffness*gap
       response%bound = law%friction*max(response%normal_force, 0.0_wp) + law%cohesion_force

@@ -123,7 +123,7 @@ contains
       real(wp) :: closure
       logical :: intact, lifts
 
-      response = response_type(contact_open, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp)
+      response = response_type(contact_open, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
       lifts = slip_lifts(contacts, law, c)
       closure = closure_of(contacts, law, c, gap)
       state = state_of(contacts, c)
@@ -188,7 +188,7 @@ contains
             stretch + state%net_slip, .false., .true., response)
       end if
       if (response%normal_force <= 0.0_wp) response = response_type(contact_open, 0.0_wp, &
-         0.0_wp, 0.0_wp, -1.0_wp)
+         0.0_wp, 0.0_wp, 0.0_wp)
    end subroutine pass_centre
 
    !> Force beyond the strength that a contact loses by breaking, over that strength.
@@ -201,7 +201,7 @@ contains
       logical, intent(in) :: intact                   !< it breaks rather than slips
       real(wp) :: tension
 
-      excess = -1.0_wp
+      excess = 0.0_wp
       tension = law%tension(state)
       if (contacts%bonded(c)) excess = -response%normal_force - tension
       if (intact) excess = max(excess, abs(response%shear_force) - response%bound)

@@ -149,7 +149,7 @@ contains
             new(of_acceleration) = (a(1) - base%acceleration(1))**2 &
                + (a(2) - base%acceleration(2))**2
             ! No principal strain is larger than the root of this sum.
-            new(of_strain) = q(4)**2 + q(5)**2 + 0.5_wp*q(6)**2
+            new(of_strain) = dot_product(q(4:6), q(4:6))
             if (new(of_strain) > square(of_strain)) new(of_strain) = principal(q(4:6))**2
          end associate
          do i = 1, of_strain

@@ -147,12 +147,14 @@ contains
    end function free_stack
 
    !> One block on one fixed point.
-   function hinged_bar() result(text)
+   function hinged_bar(size) result(text)
+      real(wp), intent(in) :: size  !< half of its width, m
       character(len=:), allocatable :: text
 
       text = head('1.0e-3', '', '1.0e10')// &
          "&material name='rock', density=2500.0, young_modulus=5.0e9, poisson_ratio=0.25 /"//nl// &
-         '&layers width=2.0, thickness=0.5 /'//nl//'&fixed_point x=0.1, y=0.4 /'//nl
+         '&layers width='//to_text(2*size)//', thickness='//to_text(size/2)//' /'//nl// &
+         '&fixed_point x='//to_text(size/10)//', y='//to_text(0.4_wp*size)//' /'//nl
    end function hinged_bar
 
    !> Four fixed points in a base block of some width and 1 m of height below y = 0.

@@ -56,6 +56,8 @@ contains
       call penalty_for_shift(linear, 1.0_wp, penalty, error)
       call check_no_error(error, 'shift')
       call check_close(penalty%frequency, 0.99_wp*limit, 'one per cent below', relative=1.0e-7_wp)
+      call penalty_for_shift(linear, 60.0_wp, penalty, error)
+      call check_no_error(error, 'more than half')
       call penalty_for_shift(linear, 2.0_wp, penalty, error, reference=14.188_wp)
       call check_close(penalty%frequency, 0.98_wp*14.188_wp, 'of a given frequency', &
          relative=1.0e-7_wp)

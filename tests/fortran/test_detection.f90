@@ -5,6 +5,7 @@ module test_detection
    use dda_blocks, only: blocks_type, update_geometry
    use dda_contact, only: contacts_type, reserve
    use dda_detection, only: detect_contacts, detection_type, measure_depths, prepare_detection
+   use dda_entrance, only: corners_type, entrance_edge, other_end
    use dda_neighbours, only: find_neighbours, neighbours_type
    use dda_outlines, only: add_layers, add_wall, outlines_type
    use dda_text, only: to_text
@@ -285,6 +286,29 @@ contains
       end do
       call check(corners > 10 .and. corners < 790, 'both kinds occur')
    end subroutine over_the_end_of_a_block
+
+   !> Edges within 3° of each other are parallel: they share an overlap, and either may be the
+   !> entrance.
+   subroutine parallel_edges()
+      type(blocks_type) :: blocks
+      type(corners_type) :: corners
+      real(wp), parameter :: angle(2) = [2.99_wp, 3.01_wp]*pi/180.0_wp
+      integer :: i
+
+      call case('edges that are almost parallel')
+      allocate (blocks%inner(1), source=.false.)
+      corners%edge = 1
+      corners%overshoot = -1.0_wp
+      corners%glancing = .false.
+      corners%gap = [0.0_wp, -1.0_wp, 0.01_wp, 1.0_wp]
+      do i = 1, 2
+         corners%normal = reshape([0.0_wp, 1.0_wp, sin(angle(i)), 1.0_wp, -1.0_wp, 0.0_wp, &
+            cos(angle(i)), 0.0_wp], [4, 2])
+         corners%separation = [0.0_wp, 0.0_wp, -sin(angle(i)), -1.0_wp]
+         call check(other_end(blocks, corners, 1, 1.0_wp, distance) == merge(3, 0, i == 1), 'ends')
+         call check(entrance_edge(blocks, corners, 1.0_wp, 0.0_wp) == merge(3, 1, i == 1), 'edge')
+      end do
+   end subroutine parallel_edges
 
    !> The tip of a needle goes round a blunt corner a little off it: the gap follows the distance
    !> without jumps.

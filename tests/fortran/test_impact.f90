@@ -2,6 +2,7 @@
 !> Impacts: restitution as a property of the joint, at any stiffness and phase; energy; dashpots.
 module test_impact
    use dda_kinds, only: wp, pi
+   use dda_blocks, only: update_geometry
    use dda_energy, only: energy_impact, total_energy
    use dda_errors, only: error_type
    use dda_simulation, only: simulation_type
@@ -50,6 +51,25 @@ contains
          call check(unexplained < 1.0e-6_wp, 'audit: '//number(unexplained))
       end do
    end subroutine bounces_at_random_phases
+
+   !> A contact that is pressed by up to a quarter of its way of a step is hit, a deeper one rests.
+   subroutine bounce_from_a_touch()
+      type(simulation_type) :: simulation
+      real(wp), parameter :: depth(2) = [0.24e-3_wp, 0.26e-3_wp]
+      real(wp) :: growth
+      integer :: i
+
+      call case('contacts that have just touched')
+      growth = 0.0_wp
+      do i = 1, 2
+         call begin_drop(simulation, 0.05_wp, -2.0_wp, 'restitution = 0.5')
+         simulation%blocks%position(2, 2) = simulation%blocks%position(2, 2) - depth(i)
+         call update_geometry(simulation%blocks)
+         call follow(simulation, 3, growth)
+         call check((abs(simulation%blocks%velocity(2, 2) - 0.5_wp) < 1.0e-3_wp) .eqv. i == 1, &
+            number(simulation%blocks%velocity(2, 2))//' from '//number(depth(i)))
+      end do
+   end subroutine bounce_from_a_touch
 
    !> The block falls from a phase of a step of 1 ms; Ω is that of its two corners.
    subroutine begin_drop(simulation, omega, phase, joint)

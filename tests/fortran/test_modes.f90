@@ -201,7 +201,11 @@ contains
       call check(modes%rigid == 3 .and. modes%mechanisms == 0 .and. modes%n == 4, &
          'moves as one body')
       call case('a bar on one fixed point')
-      call linear_of(linear, hinged_bar(), 'closed')
+      call linear_of(linear, hinged_bar(1.0e3_wp), 'closed')
+      call find_modes(linear, 2, modes, error)
+      call check_no_error(error, 'modes of a hill')
+      call check(modes%rigid == 1, 'a hill swings')
+      call linear_of(linear, hinged_bar(1.0_wp), 'closed')
       call find_modes(linear, 2, modes, error)
       call check_no_error(error, 'modes')
       call check(modes%rigid == 1 .and. modes%n == 2, 'it swings')

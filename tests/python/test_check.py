@@ -200,9 +200,20 @@ def test_the_scheme_may_damp_the_first_mode_by_a_tenth(write_input, ratio, verdi
 
 @pytest.mark.parametrize(("percent", "verdict"), [(0.8, "ok"), (1.2, "warn")])
 def test_contacts_may_penetrate_by_a_hundredth_of_a_block(write_input, percent, verdict):
+    line = finding(sitedda.check(write_input(standing(percent))).text, "penalty bounds")
+    assert line.startswith(verdict) and f"penetrate by {percent} %" in line
+
+
+@pytest.mark.parametrize("percent", [4.9, 5.1])
+def test_a_run_doubts_contacts_deeper_than_a_twentieth_of_a_block(write_input, percent):
+    verdict = sitedda.run(write_input(standing(percent)), output=False).verdict
+    assert ("penetration" in [one.topic for one in verdict.doubts]) == (percent > 5)
+
+
+def standing(percent: float) -> list:
     """A cube of 1 m on a base by two corners: half of its weight over k_n."""
     weight = 2500.0 * 9.81
-    groups = [
+    return [
         group("run"),
         group("control", time_step=1e-3, steps=1, gravity=[0.0, -9.81], settle=True),
         group("contact", normal_stiffness=weight / 2 / (percent / 100)),
@@ -213,8 +224,6 @@ def test_contacts_may_penetrate_by_a_hundredth_of_a_block(write_input, percent, 
         group("fixed_point", x=-1.5, y=-0.5),
         group("fixed_point", x=1.5, y=-0.5),
     ]
-    line = finding(sitedda.check(write_input(groups)).text, "penalty bounds")
-    assert line.startswith(verdict) and f"penetrate by {percent} %" in line
 
 
 # --- What a run says of its check -----------------------------------------------------------------

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as xml
 
 import numpy as np
 import pytest
-from model_text import changed, flying_block, group, rectangle, tower
+from model_text import ROCK, changed, flying_block, group, rectangle, tower
 from PIL import Image
 from scipy.signal import butter, lsim, sosfilt
 from test_view import EVIL, TITLE, sliding_blocks
@@ -359,6 +359,15 @@ def test_the_output_says_how_strongly_points_were_shaken(run):
                 value = pytest.approx(value, rel=1e-9)
             assert attributes[f"{measure}[{name}]"] == value, measure
             assert run.verdict.values[f"{measure}[{name}]"] == attributes[f"{measure}[{name}]"]
+
+
+@pytest.mark.parametrize("interval", [1, 2])
+def test_points_resolve_waves_of_eight_blocks_and_a_quarter_of_the_sampling(write_input, interval):
+    wave = np.sqrt(ROCK["young_modulus"] / (2 + 2 * ROCK["poisson_ratio"]) / ROCK["density"]) / 8.0
+    groups = changed(sliding_blocks(20), "output", history_interval=interval)
+    attributes = sitedda.run(write_input(groups), output=False).history.attrs
+    expected = {1: wave, 2: 500.0 / 2 / 4}[interval]
+    assert attributes["resolved_frequency_hz[top<&]"] == pytest.approx(expected, rel=1e-12)
 
 
 def low_passed_peak(time, acceleration) -> float:

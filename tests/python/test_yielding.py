@@ -84,7 +84,7 @@ def test_yielding_loses_what_it_takes(integration, dilation):
     "strength, message",
     [
         ({"dilation_angle": 31.0}, "must not be above friction_angle"),
-        ({"tensile_strength": 7e6}, "must not be above cohesion / tan"),
+        ({"tensile_strength": 5.98e6}, "must not be above cohesion / tan"),
         ({"cohesion": None}, "needs the cohesion"),
         ({"residual_cohesion": 1e6}, "need the softening_displacement"),
         ({"residual_cohesion": 4e6, "softening_displacement": 0.1}, "must not be above cohesion"),
@@ -102,6 +102,11 @@ def test_yielding_loses_what_it_takes(integration, dilation):
 def test_strengths_that_do_not_go_together_are_refused(strength, message):
     with pytest.raises(sitedda.InputError, match=message):
         squeezed_block(0.0, steps=2, **strength).run()
+
+
+def test_the_tensile_strength_may_be_that_of_the_cone():
+    apex = SOLID["cohesion"] / np.tan(np.radians(SOLID["friction_angle"]))
+    squeezed_block(0.0, steps=1, tensile_strength=apex).run()
 
 
 def strip(cells, sink, size=(5.0, 3.0), angle=0.0, young=1e8, poisson=0.49, steps=60, **control):

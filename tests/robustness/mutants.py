@@ -45,7 +45,7 @@ EXCLUDED = {
         rf"({SEARCHES})|({WAYS}).*:(constant|number) "
     ),
     "what counts as rounding or as endless: far from all that a model has": (
-        r".*:constant (\d\.0e-([6-9]|1\d)_wp|1\.0e[6-9]_wp)"
+        r".*:(constant|number) (\d\.0e-([6-9]|1\d)_wp|1\.0e[6-9]_wp)"
     ),
     "whole numbers that name states and columns, or are sizes of tables": (
         r".*:(?!most_|least_|enough|wanted_|few_|many_)\w+:constant \d+(_long)?$"
@@ -59,10 +59,11 @@ EXCLUDED = {
     "where a series takes over from its formula: both hold": r".*:(small|small_step):constant",
     "so stiff that more changes nothing": r".*:(rigid|unyielding|rigidity):constant",
     "how a search or a fit gets to its end, or more than it needs": (
-        r".*:(stride|stiffest|golden|aside|half|both_sides|sum_weight|small_misfit|first_share"
-        r"|slack|gain_allowed|short_way|steepest\w*):constant"
+        r".*:(stride|stiffest|golden|aside|half|both_sides|sum_weight|least_weight|small_misfit"
+        r"|wanted_misfit|first_share|slack|gain_allowed|short_way|steepest\w*):constant"
     ),
     "which pairs are looked at: more than touch": r"contact/neighbours\.f90",
+    "corners of cells, as edges end within 1e-6 of each other or not": r"model/weld\.f90:near:",
     "places in files: a wrong one is no output at all": (
         r"output/(journal|output_file|output_reader|contact_table|frame|sample|output_place)\.f90"
         r"|input/(block_file|classic_header|input_text|input_value|input_names)\.f90"
