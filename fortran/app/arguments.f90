@@ -107,7 +107,7 @@ contains
       call get_command_argument(i, word)
    end function argument
 
-   !> Whether a change of the input is where its output goes.
+   !> A change of the input names its output.
    pure logical function names_output(arguments)
       type(arguments_type), intent(in) :: arguments  !< of the command line
       integer :: i

@@ -105,7 +105,7 @@ contains
       call print_amplifications(run%simulation, run%was_complete, error)
    end subroutine run_input
 
-   !> What a model takes for granted: its elastic law, and what its motions are.
+   !> Assumptions of a model: its elastic law, and the kind of its motions.
    subroutine say_description(model)
       type(model_type), intent(in) :: model  !< as read from the input
       integer :: i
@@ -178,7 +178,7 @@ contains
       end if
    end subroutine close_run
 
-   !> What happened, figures, doubts, counts of the run, its output.
+   !> Events, figures, doubts, counts of the run, its output.
    subroutine print_summary(simulation)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       type(run_verdict_type) :: verdict

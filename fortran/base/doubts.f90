@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What is to be doubted of a run: topics with a sentence each.
+!> Doubts about a run: topics with a sentence each.
 module dda_doubts
    use dda_archive, only: archive_type, serialise, serialise_count
    implicit none

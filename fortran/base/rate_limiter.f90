@@ -17,7 +17,7 @@ module dda_rate_limiter
 
 contains
 
-   !> Whether the pause since the last execution is over.
+   !> The pause since the last execution is over.
    logical function is_due(limiter)
       type(rate_limiter_type), intent(in) :: limiter  !< of the task
       integer(long) :: now

@@ -169,7 +169,7 @@ contains
       end do
    end function valid_text
 
-   !> Whether bytes, of which the first is above 127, are one character.
+   !> Bytes, of which the first is above 127, are one character.
    pure logical function is_character(bytes, length)
       character(len=*), intent(in) :: bytes  !< to judge
       integer, intent(in) :: length          !< that the first asks for

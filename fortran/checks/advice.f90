@@ -204,7 +204,7 @@ contains
       bracketed = g(2) > 0.0_wp
    end subroutine bracket_root
 
-   !> How far 1/f² at k = 1/s is from that of the target.
+   !> Difference of 1/f² at k = 1/s from that of the target.
    subroutine miss(work, s, penalty, g, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: s

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a check says of bodies and their cells.
+!> Check of bodies and their cells.
 module dda_check_bodies
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type, place_of
@@ -37,7 +37,7 @@ contains
       separate_blocks = size(model%body_names) + count(model%blocks%body == 0)
    end function separate_blocks
 
-   !> How many blocks there are, and of how many cells.
+   !> Numbers of blocks and of their cells.
    pure function blocks_in_words(model) result(words)
       type(model_type), intent(in) :: model  !< with its blocks
       character(len=:), allocatable :: words
@@ -143,8 +143,8 @@ contains
       end do
    end function thinnest_part
 
-   !> How many cells a ray from an edge across the body passes; 0 where it meets no side that faces
-   !> the edge.
+   !> Number of cells that a ray from an edge across the body passes; 0 where it meets no side that
+   !> faces the edge.
    pure subroutine cross(blocks, welds, first, weld, free, edge, cells, width)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(weld_type), intent(in) :: welds(:)  !< of all bodies

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a check says of boundaries that absorb waves: what their dashpots send back, and what the
+!> Check of boundaries that absorb waves: what their dashpots send back, and what the
 !> sides of the model do.
 module dda_check_boundaries
    use dda_kinds, only: wp, pi
@@ -42,7 +42,7 @@ contains
       end associate
    end subroutine check_boundaries
 
-   !> What dashpots reflect of waves that come straight on, and up to which angle they absorb.
+   !> Part of waves straight on that dashpots reflect, and angle up to which they absorb.
    subroutine check_dashpots(blocks, boundaries, linear, report)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(boundary_type), intent(in) :: boundaries(:)  !< all with dashpots
@@ -150,7 +150,7 @@ contains
          advice_if(.not. late, "kind = 'free_field' at both sides, or 'tied' for level ground"))
    end subroutine check_sides
 
-   !> What differs from level ground is far enough from the sides.
+   !> Departures from level ground are far enough from the sides.
    subroutine check_free_fields(model, report)
       type(model_type), intent(in) :: model  !< as read from the input
       type(report_type), intent(inout) :: report  !< check report

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a check says of materials with a law of their own: how well it has its curves, whether
+!> Check of materials with a law of their own: how well it has its curves, whether
 !> blocks resolve waves in softened soil, and cells that soften faster than they unload.
 module dda_check_laws
    use dda_kinds, only: wp

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a check says of the damping of materials: how much, over which frequencies, and where it may
+!> Check of the damping of materials: how much, over which frequencies, and where it may
 !> be too much.
 module dda_check_material
    use dda_kinds, only: wp

@@ -201,7 +201,7 @@ contains
       call add_line(report, verdict_ok, 'time step', found, 'paper eq. 13', '')
    end subroutine check_highest
 
-   !> How long velocities that change their sign every step last: warned of where it is longer than
+   !> Duration of velocities that change their sign every step: warned of where it is longer than
    !> a period of the first mode.
    subroutine check_ringing(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -220,7 +220,7 @@ contains
          ringing%advice), ringing_topic, ringing%brief)
    end subroutine check_ringing
 
-   !> What impacts leave of a velocity, and what that hangs on.
+   !> Part of a velocity that impacts leave, and what that hangs on.
    subroutine check_impacts(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which blocks something holds along gravity, as the elements of a model say: springs to the ground
+!> Blocks that something holds along gravity, as the elements of a model say: springs to the ground
 !> that resist that direction in static stages, from the first stage on or from a later one.
 module dda_held_blocks
    use dda_kinds, only: wp

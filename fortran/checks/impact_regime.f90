@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What is left of a velocity in impacts: by the joint, by the scheme, or by the phase of the step.
+!> Velocity that is left after impacts: by the joint, by the scheme, or by the phase of the step.
 !>
 !> A contact without `restitution` is resolved up to Ω = ωΔt of about ½, and leaves exp(−πχΩ/2);
 !> beyond, anything up to 1/χ − 1 is left, by the phase at which the step meets it.

@@ -260,7 +260,7 @@ contains
       end do
    end function shares_of_laws
 
-   !> What the run has and static equilibrium leaves out: integration, motions, elements.
+   !> Parts of a run that static equilibrium leaves out: integration, motions, elements.
    subroutine restore_run(linear, simulation)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state

@@ -146,7 +146,7 @@ contains
       end associate
    end subroutine note_names
 
-   !> What the weight does to a model: what nothing holds, strains, depth of contacts.
+   !> Effects of the weight on a model: blocks that nothing holds, strains, depth of contacts.
    subroutine note_weights(model, notes)
       type(model_type), intent(in) :: model  !< with gravity
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far

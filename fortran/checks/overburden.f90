@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What blocks carry of the weight above them, if it goes straight along gravity: an estimate that
+!> Weight that blocks carry of those above them, if it goes straight along gravity: an estimate that
 !> needs no step.
 !>
 !> The model is cut into columns along gravity.  A block takes what comes down in the columns that

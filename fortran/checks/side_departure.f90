@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How far the sides of a model are going to depart from their free fields: an estimate before the
+!> Departure of the sides of a model from their free fields: an estimate before the
 !> run, for waves that are long against the depth.
 !>
 !> Ground of depth H(x) on a base that radiates moves sideways as a bar, u(x) over its depth:

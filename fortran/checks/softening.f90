@@ -38,8 +38,8 @@ contains
       end associate
    end function coarse_points
 
-   !> What to say of joint j where it softens faster than the inertia of the lightest two blocks
-   !> holds it in a step: M/(χΔt²) < T²/2G; else blank.
+   !> Words on joint j where it softens faster than the inertia of the lightest two blocks
+   !> resists in a step: M/(χΔt²) < T²/2G; else blank.
    pure function long_steps(model, j) result(words)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: j               !< joint

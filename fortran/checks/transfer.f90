@@ -131,7 +131,7 @@ contains
       end if
    end subroutine excite
 
-   !> What ties the model to the ground, in words.
+   !> Words on the ties of the model to the ground.
    pure function ground_name(linear) result(name)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       character(len=:), allocatable :: name

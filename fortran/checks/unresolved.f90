@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How many modes a time step cannot resolve (ω > 4/Δt, paper eq. 13), and of which kind.
+!> Number and kind of modes that a time step cannot resolve (ω > 4/Δt, paper eq. 13).
 !>
 !> Two bounds cost nothing.  K lies below the block-diagonal matrix of the upper bracket, so its
 !> eigenvalues do too (Courant–Fischer): at most as many modes lie beyond as blocks alone have

@@ -43,7 +43,7 @@ module dda_contact_damping
 
 contains
 
-   !> How all contacts act in the step to come, before any is struck.
+   !> Dashpots of all contacts in the step to come, before any is struck.
    subroutine damp_contacts(contacts, laws, blocks, step)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with joints
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -206,7 +206,7 @@ contains
       contacts%shear_shift(c) = (share - 1.0_wp)*contacts%stretch(c)
    end subroutine lift
 
-   !> How far a coordinate moves in a step between two velocities, m.
+   !> Way of a coordinate in a step between two velocities, m.
    pure real(wp) function way_of(step, first, last) result(way)
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: first, last  !< m/s, at its start and its end
@@ -254,7 +254,7 @@ contains
          + 0.5_wp*laws%shear_stiffness*contacts%stretch(c)**2
    end function spring_energy
 
-   !> What a damped contact stores at the end of the converged step, and where the rest has gone.
+   !> Energy of a damped contact at the end of the converged step, and its losses.
    !>
    !> An impulse takes its product with the mean velocity; what the scheme makes the way differ
    !> from that is algorithmic, and nothing where χ = ½.

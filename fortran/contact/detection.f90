@@ -116,7 +116,7 @@ contains
       detection%pressed = hardest
    end subroutine measure_depths
 
-   !> How far strain as that of a cell has moved the surface of its body, m; 0 of other blocks.
+   !> Movement of the surface of a body by strain as that of a cell, m; 0 of other blocks.
    pure real(wp) function settled(blocks, b)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: b                 !< block

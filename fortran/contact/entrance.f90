@@ -141,7 +141,7 @@ contains
          .and. overshoot <= 0.0_wp .and. overshoot > -tolerance
    end function is_glancing
 
-   !> Which choice is the entrance: of those that can separate the blocks, that of least
+   !> The choice that is the entrance: of those that can separate the blocks, that of least
    !> penetration; of parallel edges, the one that holds the foot.  A glancing one only if there is
    !> no other; if all are, the one along which the corners move.
    pure integer function entrance_edge(blocks, corners, size, tolerance) result(best)

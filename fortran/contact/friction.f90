@@ -114,7 +114,7 @@ contains
       law%tension_force = laws%tension(joint)*length
    end function law_of
 
-   !> What contact c exerts if the step ends at a gap and a trial stretch.
+   !> Forces of contact c if the step ends at a gap and a trial stretch.
    pure subroutine find_response(contacts, laws, c, gap, stretch, response)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

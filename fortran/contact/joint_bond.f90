@@ -134,7 +134,7 @@ contains
       end associate
    end function fitting_damage
 
-   !> What contact c loses in the converged step by friction and by fracture, J/m.
+   !> Losses of contact c in the converged step by friction and by fracture, J/m.
    pure function bond_losses(contacts, law, c) result(losses)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law     !< of the contact

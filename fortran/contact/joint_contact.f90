@@ -32,7 +32,7 @@ module dda_joint_contact
 
 contains
 
-   !> What contact c remembers.
+   !> Memory of contact c.
    pure type(joint_state_type) function state_of(contacts, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       integer, intent(in) :: c                     !< number of the contact
@@ -63,7 +63,7 @@ contains
       if (starts_at_centre) starts_at_centre = contacts%past_centre(c)
    end function starts_at_centre
 
-   !> What slip back to the centre takes off the stretch of contact c, m.
+   !> Stretch of contact c that slip back to the centre takes off, m.
    pure real(wp) function centre_shift(contacts, c) result(shift)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       integer, intent(in) :: c                     !< number of the contact

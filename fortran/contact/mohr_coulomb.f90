@@ -142,7 +142,7 @@ contains
          min(1.0_wp, after%slip_path/law%weakening_slip))
    end function slipped
 
-   !> How far slip has lifted the contact, m.
+   !> Lift of the contact by slip, m.
    pure real(wp) function lift(law, state)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact

@@ -124,7 +124,7 @@ contains
       neighbours%n_pairs = kept
    end subroutine drop_joined
 
-   !> Which vertices and which blocks are convex: constants of the run.
+   !> Convex vertices and blocks: constants of the run.
    subroutine mark_convex(neighbours, blocks)
       type(neighbours_type), intent(inout) :: neighbours  !< `convex`, `convex_block`
       type(blocks_type), intent(in) :: blocks             !< reference shapes

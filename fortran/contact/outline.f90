@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which pieces of the edges of a model are its outline, and which of these lie where one asks for.
+!> Pieces of the edges of a model that are its outline, and those of them at a given place.
 !>
 !> An edge belongs to the outline where no edge of another block runs along it.  Pieces are in the
 !> order of the blocks and of their edges.

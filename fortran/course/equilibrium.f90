@@ -50,7 +50,7 @@ module dda_equilibrium
    private
    public :: equilibrium_type, equilibrate, evaluate_present, farthest_moved
 
-   !> How rest was found.
+   !> Way in which rest was found.
    type :: equilibrium_type
       integer :: steps = 0                      !< static steps
       logical :: at_rest = .false.
@@ -470,7 +470,7 @@ contains
       end select
    end function others_fall
 
-   !> Which blocks stand deeper in each other than their force explains.
+   !> Blocks that stand deeper in each other than their force explains.
    function words_of_depth(simulation, c) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< contact that is too deep
@@ -492,7 +492,7 @@ contains
       words = counted(to_text(equilibrium%steps), 'static step', 'static steps')
    end function static_steps
 
-   !> How well it is known that the blocks are at rest.
+   !> Words on how well it is known that the blocks are at rest.
    function words_of_rest(simulation, equilibrium) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(equilibrium_type), intent(in) :: equilibrium  !< at rest

@@ -10,7 +10,7 @@ module dda_output_times
 
    real(wp), parameter :: nearly = 1.0_wp + 1.0e-9_wp  !< for rounding of times
 
-   !> What a step is shortened for.
+   !> Times that a step is shortened for.
    type :: aim_type
       real(wp) :: time = 0.0_wp      !< of the output that the step is to end at, s
       real(wp) :: planned = 0.0_wp   !< Δt before it was shortened, s; 0: it was not

@@ -114,7 +114,7 @@ contains
       if (.not. allocated(error)) call book(simulation, energy_initial, 1.0_wp)
    end subroutine begin_displaced
 
-   !> What a support that goes on moving carries does not rest.
+   !> Blocks on a support that goes on moving do not rest.
    subroutine refuse_moving_supports(simulation, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< names the motion
@@ -428,7 +428,7 @@ contains
          '(contact_points = 5)')
    end subroutine doubt_broken
 
-   !> How far blocks have moved in a static stage, and from the model as drawn.
+   !> Movement of blocks in a static stage, and from the model as drawn.
    function moved_in_words(simulation, places) result(words)
       type(simulation_type), intent(in) :: simulation  !< at rest
       real(wp), intent(in) :: places(:,:)              !< [2,blocks] at the begin of the stage, m
@@ -449,7 +449,7 @@ contains
          ', by '//short_text(way)//' m'
    end function moved_in_words
 
-   !> What static steps have lost by their scheme goes to the static stages.
+   !> Losses of static steps by their scheme go to the static stages.
    pure subroutine book_statics(energy, before)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(energy_type), intent(in) :: before  !< at the beginning of the stage

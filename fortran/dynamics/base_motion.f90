@@ -211,7 +211,7 @@ contains
       counts_from_motion = base%kind /= base_rests .and. size(model%motions) > 0
    end function counts_from_motion
 
-   !> What values count from, in words.
+   !> Words on the origin that values count from.
    pure function base_words(base, model) result(words)
       type(base_type), intent(in) :: base        !< of the model
       type(model_type), intent(in) :: model      !< of the run

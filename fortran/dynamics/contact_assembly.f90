@@ -92,7 +92,7 @@ contains
       end associate
    end subroutine assemble_rows
 
-   !> What a near pair of blocks i > j gives to K̂ and f̂.
+   !> Terms of a near pair of blocks i > j in K̂ and f̂.
    subroutine assemble_pair(system, contacts, i, j, entry, row_too, column_too)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< this step's list

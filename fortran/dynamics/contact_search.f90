@@ -129,7 +129,7 @@ contains
       simulation%iteration%noise = force_noise(simulation%model, stiffest_contact(contacts))
    end subroutine prepare_laws
 
-   !> How far slip has lifted the contacts at most, m.
+   !> Largest lift of the contacts by slip, m.
    pure real(wp) function highest_lift(simulation) result(highest)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer :: c
@@ -144,8 +144,8 @@ contains
       end associate
    end function highest_lift
 
-   !> How far contacts may change in a step and still be the same: by the travel of the step, from a
-   !> depth of now.
+   !> Change of contacts in a step with which they are still the same: by the travel of the step,
+   !> from a depth of now.
    pure subroutine bound_history(history, detection)
       type(history_type), intent(inout) :: history  !< of the contacts
       type(detection_type), intent(in) :: detection  !< settings of the contact detection

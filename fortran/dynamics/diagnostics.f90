@@ -101,7 +101,7 @@ contains
       end do
    end function all_are_sound
 
-   !> What the energy audit has against a run; '' if it balances.
+   !> Objection of the energy audit to a run; '' if it balances.
    pure function audit_warning(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text

@@ -221,7 +221,7 @@ contains
       end do
    end subroutine find_pressed
 
-   !> How many contacts there are, and how many have slipped and opened by more than a limit.
+   !> Numbers of contacts, and of those that have slipped and opened by more than a limit.
    subroutine count_moved(first, contacts, blocks, limit, numbers)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(contacts_type), intent(in) :: contacts        !< of the last step

@@ -80,7 +80,7 @@ contains
       bounds%difference = abs(change(bounds%worst))
    end subroutine renew_bounds
 
-   !> What friction the normal forces allow, N/m.
+   !> Friction that the normal forces allow, N/m.
    pure function bounds_of(contacts, laws) result(bound)
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -97,7 +97,7 @@ contains
       edges = [minval(edges), maxval(edges)]
    end function edges_of
 
-   !> What to say of the overlap of contact c.
+   !> Words on the overlap of contact c.
    pure function words(simulation, c, found) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< bonded contact

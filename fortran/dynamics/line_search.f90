@@ -291,7 +291,7 @@ contains
       end do
    end function slope_range
 
-   !> What contact c exerts at a share of the step.
+   !> Forces of contact c at a share of the step.
    pure subroutine respond_at(contacts, laws, c, alpha, response)
       type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What damping of the materials (`dda_damping`) gives to a step: terms of K̂ and f̂, energies, and
+!> Damping of the materials (`dda_damping`) in a step: terms of K̂ and f̂, energies, and
 !> the memory of the generalised Maxwell bodies.
 !>
 !> With h_l = ω_l Δt/2 and K the elastic matrix of a block,

@@ -18,7 +18,7 @@ module dda_maxima
       of_opening, of_penetration, of_penetration_ratio, of_contact_force, of_point_displacement, &
       of_point_velocity, of_point_acceleration, of_point_drift, of_plastic_strain, number_of_maxima
 
-   !> What is looked for.
+   !> Kinds of largest values.
    type :: maximum_type
       character(len=18) :: name
       character(len=6) :: units    !< as pint reads them

@@ -28,7 +28,7 @@ module dda_simulation
       next_step, exchange_lists, end_of_run, finished, stage_finished, summary, ending, &
       block_name, comes_suddenly
 
-   !> What has been counted since the start.
+   !> Counts since the start.
    type :: counters_type
       integer(long) :: iterations = 0      !< open–close iterations
       integer(long) :: searches = 0        !< neighbour searches
@@ -41,7 +41,7 @@ module dda_simulation
       integer :: most_iterations = 0       !< in one step
    end type counters_type
 
-   !> What the rule of &stop keeps; without one, only a blank reason.
+   !> State of the rule of &stop; without one, only a blank reason.
    type :: stop_state_type
       character(len=:), allocatable :: reason   !< why the run has ended early; blank: it has not
       real(wp), allocatable :: first(:,:)       !< [3, blocks] places that movement counts from
@@ -167,7 +167,7 @@ contains
       end associate
    end function stage_finished
 
-   !> What step control did, in words; counts where they are not zero.
+   !> Words on what step control did; counts where they are not zero.
    pure function summary(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text

@@ -110,7 +110,7 @@ contains
       end associate
    end subroutine solve_step
 
-   !> What has not converged in a step.
+   !> Words on an iteration that has not converged in a step.
    pure function unsettled(simulation) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: words

@@ -53,7 +53,7 @@ contains
       if (allocated(error)) deallocate (analysis%model)
    end subroutine read_input
 
-   !> What a run will meet: damping, resolution, ringing, cost.
+   !> Check of a run before it begins: damping, resolution, ringing, cost.
    subroutine check_input(analysis, report, passes, error)
       type(analysis_type), intent(in) :: analysis  !< whose input has been read
       character(len=:), allocatable, intent(out) :: report  !< lines for a person

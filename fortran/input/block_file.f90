@@ -132,7 +132,7 @@ contains
          reader%dataset%file//': '//reason)
    end subroutine refuse
 
-   !> Whether the file has a variable.
+   !> The file has a variable.
    logical function has(reader, name)
       type(reader_type), intent(in) :: reader  !< open
       character(len=*), intent(in) :: name  !< of the variable

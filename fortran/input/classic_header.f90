@@ -75,7 +75,7 @@ contains
       end do
    end subroutine skip_attributes
 
-   !> What kind of list it is, which the library checks, and how many entries it has: no more than
+   !> Kind of a list, which the library checks, and number of its entries: no more than
    !> the file has bytes.
    pure subroutine begin_list(cursor, n)
       type(cursor_type), intent(inout) :: cursor  !< at a list, then at its first entry

@@ -178,7 +178,7 @@ contains
 
    contains
 
-      !> What the original rules cannot be combined with.
+      !> Settings that the original rules cannot be combined with.
       subroutine refuse(is, why)
          logical, intent(in) :: is            !< of the input
          character(len=*), intent(in) :: why  !< in words
@@ -381,7 +381,7 @@ contains
       end do
    end subroutine read_points
 
-   !> What ends the run early, and output times that its steps must meet.
+   !> Rules that end the run early, and output times that its steps must meet.
    subroutine read_ends(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks and stages
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order

@@ -21,7 +21,7 @@ module dda_input_blocks
 
 contains
 
-   !> Whether a group makes blocks.
+   !> A group makes blocks.
    pure logical function is_block_group(name)
       character(len=*), intent(in) :: name       !< of the group
 

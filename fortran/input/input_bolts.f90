@@ -43,7 +43,7 @@ contains
       end do
    end subroutine read_bolts
 
-   !> What only a grouted bolt has must not be given of another.
+   !> Variables of grouted bolts must not be given of another.
    subroutine check_values(own, group, error)
       type(bolt_values), intent(in) :: own   !< as read
       type(group_type), intent(in) :: group  !< of the input

@@ -28,7 +28,7 @@ module dda_input_boundaries
    private
    public :: read_boundaries, check_rest, kind_type, boundary_kinds, acts_as
 
-   !> What a kind of boundary is.
+   !> Properties of a kind of boundary.
    type :: kind_type
       character(len=16) :: name
       character(len=16) :: at_rest  !< the kind that acts like it in models of static stages alone
@@ -110,7 +110,7 @@ contains
       if (own%motion_is == 'within') kind = 'fixed'
    end function acts_as
 
-   !> What stands on dashpots would sink for ever under a weight that comes on in a dynamic stage.
+   !> Models on dashpots would sink for ever under a weight that comes on in a dynamic stage.
    subroutine check_rest(model, groups, error)
       type(model_type), intent(in) :: model  !< with boundaries and stages
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -158,7 +158,7 @@ contains
          reading%pressure_velocity]))
    end function has_half_space
 
-   !> What a kind of boundary has not must not be given.
+   !> Variables that a kind of boundary does not have must not be given.
    subroutine check_words(reading, group, model, error)
       type(reading_type), intent(inout) :: reading  !< as read; defaults are set
       type(group_type), intent(in) :: group  !< of the input

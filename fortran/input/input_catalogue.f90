@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the schema has of a name, and what is said where it has none.
+!> Names in the schema, and messages about those that are not.
 module dda_input_catalogue
    use dda_input_schema, only: input_groups, input_variables
    use dda_input_variable, only: variable_type

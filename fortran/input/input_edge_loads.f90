@@ -175,7 +175,7 @@ contains
       end associate
    end subroutine wettable
 
-   !> What is left of whole edges without some pieces of them, which are in the same order.
+   !> Remainders of whole edges without some pieces of them, which are in the same order.
    function without(edges, pieces) result(left)
       type(edge_piece_type), intent(in) :: edges(:)   !< whole ones
       type(edge_piece_type), intent(in) :: pieces(:)  !< to leave out

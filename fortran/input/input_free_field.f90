@@ -127,7 +127,7 @@ contains
       end function span_of
    end function same_span
 
-   !> What columns do not know must not act on their blocks: removal and loads on edges.
+   !> Removal and loads on edges, which columns do not know, must not act on their blocks.
    subroutine check_columns(model, groups, error)
       type(model_type), intent(in) :: model  !< complete
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a group says: the values of its variables, checked by the schema.
+!> Values of the variables of a group, checked by the schema.
 !>
 !> `dda_input_groups`, which is made from the schema, has a type for the values of each group.
 module dda_input_group
@@ -46,7 +46,7 @@ contains
       value_or = merge(value, otherwise, is_set(value))
    end function value_or
 
-   !> Whether a group gives a variable at all.
+   !> A group gives a variable at all.
    pure logical function given(group, name)
       type(group_type), intent(in) :: group   !< of the input
       character(len=*), intent(in) :: name    !< of the variable

@@ -16,7 +16,7 @@ module dda_input_material_law
 
 contains
 
-   !> What a law asks for is there, and goes with the rest of the material.
+   !> Variables that a law asks for are there, and go with the rest of the material.
    subroutine check_law(group, own, material, error)
       type(group_type), intent(in) :: group           !< &material
       type(material_values), intent(in) :: own        !< its values
@@ -85,7 +85,7 @@ contains
       if (soil%curve == 'table') soil%table = curve_type(own%strains, own%reductions, own%dampings)
    end subroutine read_soil
 
-   !> What each curve needs.
+   !> Variables that each curve needs.
    subroutine require_of_curve(group, own, error)
       type(group_type), intent(in) :: group     !< &material
       type(material_values), intent(in) :: own  !< its values

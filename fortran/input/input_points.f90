@@ -74,7 +74,7 @@ contains
       b = 0
    end function number_of_block
 
-   !> Whether a block holds a point.
+   !> A point lies in a block.
    pure logical function holds(blocks, b, point)
       type(blocks_type), intent(in) :: blocks  !< of the model
       integer, intent(in) :: b  !< number of the block

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What an input means, as JSON: every variable of every group but those of blocks, as it is given,
+!> Meaning of an input as JSON: every variable of every group but those of blocks, as it is given,
 !> by default, or derived.
 !>
 !> It stands in the output, so that what reads an output reads no input.
@@ -89,7 +89,7 @@ contains
       call add(page, trim(merge('{} ', '}  ', between == '{')))
    end subroutine add_group
 
-   !> What the model has in place of a value, or has made of others; nothing where it is as given.
+   !> Values that the model has in place of those given, or has made of others.
    pure function derived(model, group, name, k) result(value)
       type(model_type), intent(in) :: model    !< of the input
       type(group_type), intent(in) :: group    !< with its values

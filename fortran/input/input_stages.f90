@@ -101,7 +101,7 @@ contains
       end do
    end subroutine begin_other_motions
 
-   !> What a stage adds is not there before: points do not hold, loads do not act.
+   !> Additions of a stage are not there before: points do not hold, loads do not act.
    pure subroutine wait_for_stages(model)
       type(model_type), intent(inout) :: model  !< with all its stages
       integer :: s, i
@@ -160,7 +160,7 @@ contains
       end associate
    end subroutine read_stage
 
-   !> What the lists of a stage name.
+   !> Items that the lists of a stage name.
    subroutine take_lists(model, group, own, stage, error)
       type(model_type), intent(in) :: model  !< as read from the input
       type(group_type), intent(in) :: group  !< of the input
@@ -243,7 +243,7 @@ contains
       end do
    end subroutine replace_names
 
-   !> What is gone cannot go again, and a motion begins once.
+   !> Removed items cannot be removed again, and a motion begins once.
    subroutine check_history(model, s, group, error)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: s  !< stage just read
@@ -272,7 +272,7 @@ contains
 
    contains
 
-      !> What a stage before has done is not done again.
+      !> A stage does not do again what one before has done.
       subroutine refuse(again, what, names, done)
          logical, intent(in) :: again(:)          !< [names] in stage k and now
          character(len=*), intent(in) :: what, names(:), done  !< in words; names of all of them

@@ -56,7 +56,7 @@ contains
             'cohesion / tan('//prefix//'friction_angle) = '//to_text(apex(cohesion, angle))//' Pa')
       end subroutine check_tension
 
-      !> What is left is no more than what was there.
+      !> A residual strength is no more than the peak.
       subroutine check_residual(name, peak, residual)
          character(len=*), intent(in) :: name       !< of the strength
          real(wp), intent(in) :: peak, residual     !< as given

@@ -119,7 +119,7 @@ contains
       failure = unknown_variable(trim(input_groups(g)%name), name)
    end subroutine take_variable
 
-   !> What belongs to another value of a variable must not be given.
+   !> Variables of another value of a variable must not be given.
    pure subroutine check_switches(group, error)
       type(group_type), intent(in) :: group  !< with its values
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -139,7 +139,7 @@ contains
       end do
    end subroutine check_switches
 
-   !> What a word of a group is, given or by default; blank if it is none that it may be.
+   !> Value of a word of a group, given or by default; blank if it is none that it may be.
    pure function word_of(group, name) result(word)
       type(group_type), intent(in) :: group  !< with its values
       character(len=*), intent(in) :: name   !< of the variable

@@ -331,7 +331,7 @@ contains
       end if
    end subroutine cut
 
-   !> Whether a name of a variable and its equals sign stand at a position.
+   !> A name of a variable and its equals sign stand at a position.
    pure logical function is_assigned(text, at)
       character(len=*), intent(in) :: text  !< of the group
       integer, intent(in) :: at             !< position

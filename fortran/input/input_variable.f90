@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the schema says of a group and of a variable.
+!> Groups and variables as the schema has them.
 module dda_input_variable
    use dda_group_values, only: unset
    use dda_kinds, only: wp

@@ -263,7 +263,7 @@ def groups(every: list[Group]) -> str:
     firsts = accumulate((len(group.variables) for group in every), initial=1)
     readers = "".join(map(reader_of, own, firsts))
     return f"""! Made from schema.txt by make_schema.py.
-!> What reads the values of each group of the input.
+!> Readers of the values of each group of the input.
 module dda_input_groups
    use dda_errors, only: error_type
    use dda_group_values

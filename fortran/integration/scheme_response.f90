@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the time integration does to linear vibrations: closed forms for a member (θ, χ).
+!> Effect of the time integration on linear vibrations: closed forms for a member (θ, χ).
 !>
 !> One oscillator, Ω = ωΔt, D = 1 + θχΩ²: the amplification matrix has
 !>

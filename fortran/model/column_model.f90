@@ -86,7 +86,7 @@ contains
       call take_joined(blocks, model%blocks, number)
    end subroutine take_blocks
 
-   !> Which cells of the column do not touch each other as blocks do.
+   !> Pairs of cells of the column that do not touch each other as blocks do.
    pure subroutine take_joined(blocks, before, number)
       type(blocks_type), intent(inout) :: blocks  !< of the column
       type(blocks_type), intent(in) :: before     !< of the model
@@ -107,7 +107,7 @@ contains
       end do
    end subroutine take_joined
 
-   !> What absorbs waves below the column.
+   !> Dashpots below the column.
    pure subroutine take_boundaries(column, boundaries, number)
       type(model_type), intent(inout) :: column            !< receives them
       type(boundary_type), intent(in) :: boundaries(:)     !< of the model

@@ -159,7 +159,7 @@ contains
          advice_on(damping, limit))
    end subroutine fit_body
 
-   !> What may help a bad fit.
+   !> Advice on a bad fit.
    pure function advice_on(damping, limit) result(text)
       type(damping_type), intent(in) :: damping  !< fitted
       real(wp), intent(in) :: limit  !< rad/s

@@ -48,7 +48,7 @@ contains
       values = history_of(load, k) + share*(history_of(load, last) - history_of(load, k))
    end function values_at
 
-   !> What changes in a load, at one of its times.
+   !> Values of a load that change, at one of its times.
    pure function history_of(load, k) result(values)
       type(edge_load_type), intent(in) :: load  !< its times
       integer, intent(in) :: k                  !< time

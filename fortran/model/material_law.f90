@@ -21,7 +21,7 @@ module dda_material_law
    integer, parameter :: loss_scheme = 3   !< by the time integration
    integer, parameter :: losses = 3
 
-   !> What a law is told of a point.
+   !> Data of a point for its law.
    type :: strain_point_type
       real(wp) :: elasticity(3, 3) = 0.0_wp  !< D of small strains, Pa
       real(wp) :: held(3) = 0.0_wp           !< σ₀, Pa
@@ -164,7 +164,7 @@ contains
       full_secant = 1.0_wp
    end function full_secant
 
-   !> How well the law has what was asked of it; here: blank.
+   !> Words on the fit of the law to its curves; here: blank.
    function no_words(self) result(words)
       class(material_law_type), intent(in) :: self  !< law
       character(len=:), allocatable :: words

@@ -53,7 +53,7 @@ contains
       end associate
    end function motion_words
 
-   !> How a motion goes on after its end.
+   !> Words for a motion after its end.
    pure function after(curve, as_body_force) result(words)
       type(motion_curve_type), intent(in) :: curve  !< of the motion
       logical, intent(in) :: as_body_force  !< its acceleration acts in the frame of the base

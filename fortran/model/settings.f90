@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How a run is stepped, how contacts are treated, what is written.
+!> Settings of a run: steps, contacts, output.
 module dda_settings
    use dda_group_values, only: contact_values, control_values, output_values
    use dda_kinds, only: wp, long

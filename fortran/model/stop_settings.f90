@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What ends a run before its duration (group &stop).
+!> Rules that end a run before its duration (group &stop).
 module dda_stop_settings
    use dda_kinds, only: wp
    implicit none

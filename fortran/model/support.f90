@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What acts on blocks from outside at material points, and the points that are measured.
+!> Supports and loads at material points, and the points that are measured.
 module dda_support
    use dda_kinds, only: wp
    use dda_interpolation, only: find_interval

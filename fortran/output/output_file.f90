@@ -399,7 +399,7 @@ contains
       call describe(dataset, 'maxima_base', base_words(simulation%maxima%base, simulation%model))
    end subroutine describe_run
 
-   !> What happened, in words and numbers.
+   !> Verdict, in words and numbers.
    subroutine describe_verdict(dataset, verdict)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(run_verdict_type), intent(in) :: verdict  !< of all frames
@@ -427,7 +427,7 @@ contains
       end do
    end function sources_of
 
-   !> Whether the output exists, is complete, and was made from this input and these records.
+   !> The output exists, is complete, and was made from this input and these records.
    logical function is_complete(file, model)
       character(len=*), intent(in) :: file      !< output
       type(model_type), intent(in) :: model  !< as read from the input
@@ -514,7 +514,7 @@ contains
       end associate
    end subroutine put_maxima
 
-   !> What does not change of the bolts.
+   !> Constants of the bolts.
    subroutine put_bolts(dataset, simulation)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(simulation_type), intent(in) :: simulation  !< at its present time

@@ -24,7 +24,7 @@ contains
       name = file//'.partial'
    end function partial_name
 
-   !> What an output is written to before it gets its name.
+   !> File that an output is written to before it gets its name.
    pure function writing_name(file) result(name)
       character(len=*), intent(in) :: file  !< path of the output
       character(len=:), allocatable :: name
@@ -118,7 +118,7 @@ contains
       end subroutine refuse
    end subroutine check_name
 
-   !> Whether a name that an input gives stays at or below the working folder, or the input's.
+   !> A name that an input gives stays at or below the working folder, or the input's.
    logical function is_below(name, input)
       character(len=*), intent(in) :: name   !< path that the input gives
       character(len=*), intent(in) :: input  !< path of the input

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How strongly measured points were shaken: peak acceleration and velocity, Arias intensity and
+!> Intensity of shaking of measured points: peak acceleration and velocity, Arias intensity and
 !> spectral acceleration, from the samples as they are written; accelerations also below the
 !> frequency up to which they are motion of the ground (`dda_resolved_band`).
 module dda_point_intensity

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which movement of a run is no more than rounding, by what drives it.
+!> Movement of a run that is no more than rounding, by what drives it.
 module dda_rest_bound
    use dda_kinds, only: wp
    use dda_model, only: model_type, half_size
@@ -15,7 +15,7 @@ module dda_rest_bound
 
 contains
 
-   !> What moved, at its largest, is rounding.
+   !> The largest movement is rounding.
    pure logical function is_at_rest(simulation, largest)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       real(wp), intent(in) :: largest                  !< displacement of a block so far, m

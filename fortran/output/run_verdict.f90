@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What happened in a run, in words and numbers: from its largest values and, of measured points and
+!> Events of a run, in words and numbers: from its largest values and, of measured points and
 !> joints, from the samples as they are written.
 module dda_run_verdict
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
@@ -103,7 +103,7 @@ contains
       call add_value(verdict, 'energy_balance_j_m', balance(simulation%energy))
    end subroutine conclude
 
-   !> What happened, the largest values of all steps, and what is to be doubted.
+   !> Events, the largest values of all steps, and doubts.
    subroutine judge_movement(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets words, figures and values
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -128,7 +128,7 @@ contains
       if (words /= '') call add_doubt(verdict%doubts, 'energy', words)
    end subroutine judge_movement
 
-   !> What the check said before the run, without what the run has answered: nothing rings at rest,
+   !> Doubts of the check before the run, without what the run has answered: nothing rings at rest,
    !> and the first mode is of joints that stay closed.
    pure function standing_doubts(simulation) result(standing)
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -191,7 +191,7 @@ contains
       end if
    end subroutine tell_movement
 
-   !> What moved is rounding.
+   !> All movement is rounding.
    pure logical function rests(simulation)
       type(simulation_type), intent(in) :: simulation    !< at its present time
 
@@ -241,7 +241,7 @@ contains
       end associate
    end function turns
 
-   !> How far the stresses of bodies are off at the end, by the jumps at faces of cells.
+   !> Error of the stresses of bodies at the end, by the jumps at faces of cells.
    subroutine add_bodies(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets a figure and its value
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -279,7 +279,7 @@ contains
       end associate
    end subroutine add_maximum
 
-   !> How far blocks are at the end from the model as drawn, where the run counts from rest.
+   !> Distance of blocks at the end from the model as drawn, where the run counts from rest.
    subroutine add_drawn(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets a value, and a figure
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -311,7 +311,7 @@ contains
       end if
    end function who_text
 
-   !> How strongly a measured point was shaken, along the axis of its largest velocity: numbers of
+   !> Intensity of shaking of a measured point, along the axis of its largest velocity: numbers of
    !> all frequencies and of those that are motion of the ground, figures of the latter.
    subroutine judge_point(verdict, simulation, i, told)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples

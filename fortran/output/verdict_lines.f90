@@ -14,7 +14,7 @@ module dda_verdict_lines
       no_bars = 'these figures have no error bars: sitedda accuracy FILE.nml gives them'
 
    integer, parameter :: columns(3) = [20, 34, 48]  !< before largest value, that at the end, place
-   !> What is less at the end than this share of the largest has died out.
+   !> Share of the largest value below which that at the end has died out.
    real(wp), parameter :: died_out = 1.0e-5_wp
 
    !> A number of the verdict.
@@ -37,7 +37,7 @@ module dda_verdict_lines
       real(wp) :: value(2) = 0.0_wp                !< in that unit
    end type figure_type
 
-   !> What has been found.
+   !> Contents of a verdict.
    type :: verdict_lines_type
       character(len=:), allocatable :: happened        !< a sentence
       type(doubt_type), allocatable :: doubts(:)

@@ -208,7 +208,7 @@ contains
       end if
    end subroutine open_again
 
-   !> Whether a file, open or not, stands under a name.
+   !> A file, open or not, stands under a name.
    logical function is_under(file, name)
       type(byte_file_type), intent(in) :: file  !< open
       character(len=*), intent(in) :: name      !< path

@@ -16,7 +16,7 @@ module dda_file_system
       basic = 2047_c_int
    integer, parameter :: kinds = 61440, regular = 32768, link = 40960  !< S_IFMT, S_IFREG, S_IFLNK
 
-   !> What stands under a name.
+   !> Status of a file.
    type :: file_status_type
       logical :: exists = .false.
       logical :: regular = .false.  !< bytes on a disk: no folder, link, pipe or device
@@ -90,14 +90,14 @@ contains
       unused = c_unlink(name//c_null_char)
    end subroutine remove_file
 
-   !> Whether two paths lead to the same existing file, by links of any kind.
+   !> Two paths lead to the same existing file, by links of any kind.
    logical function same_file(first, second) result(same)
       character(len=*), intent(in) :: first, second  !< paths
 
       same = is_same(status_of(first, .true.), status_of(second, .true.))
    end function same_file
 
-   !> Whether two are the same existing file.
+   !> Two are the same existing file.
    pure logical function is_same(first, second)
       type(file_status_type), intent(in) :: first, second  !< of files
 
@@ -105,7 +105,7 @@ contains
          all(first%device == second%device)
    end function is_same
 
-   !> What stands under a name; a symbolic link is what it is, unless it is to be followed.
+   !> Status of a name; of a symbolic link itself, unless it is to be followed.
    type(file_status_type) function status_of(name, follow) result(status)
       character(len=*), intent(in) :: name           !< path
       logical, intent(in), optional :: follow        !< a link: what it leads to
@@ -118,7 +118,7 @@ contains
          status = status_from(found)
    end function status_of
 
-   !> What an open file is.
+   !> Status of an open file.
    type(file_status_type) function status_of_descriptor(descriptor) result(status)
       integer(c_int), intent(in) :: descriptor  !< of an open file
       type(statx_type) :: found
@@ -139,7 +139,7 @@ contains
       status%device = found%device
    end function status_from
 
-   !> Whether a name stands for a pipe, a device, a socket or a folder: opening or reading it might
+   !> A name stands for a pipe, a device, a socket or a folder: opening or reading it might
    !> never end.
    logical function is_special(name)
       character(len=*), intent(in) :: name  !< path, also of a link
@@ -149,14 +149,14 @@ contains
       is_special = found%exists .and. .not. found%regular
    end function is_special
 
-   !> Whether a file exists.
+   !> A file exists.
    logical function is_file(name)
       character(len=*), intent(in) :: name  !< path
 
       inquire (file=name, exist=is_file)
    end function is_file
 
-   !> Whether a folder exists.
+   !> A folder exists.
    logical function is_folder(name)
       character(len=*), intent(in) :: name  !< path
 

@@ -58,7 +58,7 @@ contains
          beside_buffers()//'; '//advice)
    end subroutine require_memory
 
-   !> What a limit on addresses has to leave besides, in words.
+   !> Words on addresses that a limit has to leave besides.
    function beside_buffers() result(words)
       character(len=:), allocatable :: words
 
@@ -188,7 +188,7 @@ contains
       if (status /= 0) value = otherwise
    end function number_after
 
-   !> What stands behind a key at the beginning of a line of a file; blank where there is none.
+   !> Text behind a key at the beginning of a line of a file; blank where there is none.
    function text_after(file, key) result(text)
       character(len=*), intent(in) :: file, key  !< path; '': the first line
       character(len=:), allocatable :: text

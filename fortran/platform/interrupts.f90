@@ -22,7 +22,7 @@ module dda_interrupts
    real(wp), parameter :: patience = 0.3_wp  !< s of the processor for a step to end
    real(wp), parameter :: between = 0.05_wp  !< s between two questions to the host
 
-   !> What the thread that works has been told.
+   !> Messages to the thread that works.
    type :: request_type
       integer(c_int) :: signal = 0      !< that this thread was asked to stop with; 0: none
       logical :: host = .false.         !< the host wants it to stop

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Which files may be replaced: regular ones that begin as this program's do.
+!> Files that may be replaced: regular ones that begin as this program's do.
 module dda_own_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long
@@ -62,7 +62,7 @@ contains
       if (begins_as(name, kind, other)) call remove_file(name)
    end subroutine remove_own
 
-   !> Whether a file begins as those of a kind.  One that holds nothing, or zeros as its content
+   !> A file begins as those of a kind.  One that is empty, or of zeros as its content
    !> never reached the disk, may have been any.
    logical function begins_as(name, kind, error)
       character(len=*), intent(in) :: name     !< path of a regular file

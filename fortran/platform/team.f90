@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How many threads work together, by what other programs leave of the processors.
+!> Number of threads that work together, by what other programs leave of the processors.
 !>
 !> Threads that share the loops of a step wait for the slowest.  Where another program takes turns
 !> with one of them on a processor, each wait may last as long as a turn, some milliseconds, and two
@@ -125,7 +125,7 @@ contains
       if (status == 0) seconds = nano*counts(2)
    end function waited_by_me
 
-   !> What other programs have cost so far, in words; blank if the team was never smaller.
+   !> Words on the cost of other programs so far; blank if the team was never smaller.
    function team_words() result(words)
       character(len=:), allocatable :: words
 

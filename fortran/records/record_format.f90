@@ -81,7 +81,7 @@ contains
       if (index(text, 'EVENT_NAME:') == 1) format = 'esm'
    end function told_by
 
-   !> How many numbers a line holds; 0 if it holds anything else.
+   !> Number of numbers in a line; 0 if it has anything else.
    pure integer function row_length(text) result(numbers)
       character(len=*), intent(in) :: text  !< line of the file, without comment
       real(wp) :: value

@@ -64,8 +64,8 @@ contains
       column%begun = .true.
    end subroutine take_line
 
-   !> How many columns a line names; 0 if it is no heading.  Names do not begin like numbers; units
-   !> in brackets do not count.
+   !> Number of columns that a line names; 0 if it is no heading.  Names do not begin like numbers;
+   !> units in brackets do not count.
    pure integer function heading_columns(text) result(columns)
       character(len=*), intent(in) :: text  !< line of the file, without comment
       character(len=:), allocatable :: names

@@ -163,7 +163,7 @@ contains
       scan%power = scan%power + merge(-power, power, negative)
    end subroutine scan_exponent
 
-   !> Whether one of some characters stands at a position.
+   !> One of some characters stands at a position.
    pure function stands(text, at, characters) result(is)
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(in) :: at  !< position in the text
@@ -174,7 +174,7 @@ contains
       if (at <= len(text)) is = index(characters, text(at:at)) > 0
    end function stands
 
-   !> Whether a number may end before this character.
+   !> A number may end before this character.
    pure function ends_number(text, at, joined, commas) result(ends)
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(in) :: at  !< position in the text

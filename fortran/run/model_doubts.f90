@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the check of a model says against it, for the verdict of its run.
+!> Warnings of the check of a model, for the verdict of its run.
 !>
 !> A check takes as long as some 100 steps and the memory of two models; it is made where a run is
 !> longer than that, or small.

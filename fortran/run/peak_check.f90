@@ -24,7 +24,7 @@ module dda_peak_check
 
 contains
 
-   !> What a run should say of its peak; blank if the peak is right, or nothing is known to be
+   !> Warning about the peak of a run; blank if the peak is right, or nothing is known to be
    !> right.
    subroutine peak_warning(simulation, wanted, peak, text)
       type(simulation_type), intent(in) :: simulation   !< at the end of the run

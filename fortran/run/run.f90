@@ -255,7 +255,7 @@ contains
       if (show .and. .not. allocated(error)) call publish(run, error)
    end subroutine record_step
 
-   !> Whether an interval ends at a step.
+   !> An interval ends at a step.
    pure logical function due(step, interval)
       integer(long), intent(in) :: step  !< number of the step
       integer, intent(in) :: interval  !< steps; 0: never

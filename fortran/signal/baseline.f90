@@ -33,7 +33,7 @@ module dda_baseline
    real(wp), parameter :: largest = 1.0e12_wp   ! of values and times: keeps sums far from overflow
    real(wp), parameter :: still = 1.0e-4_wp     ! of the largest velocity: at the end, rounding
 
-   !> What is done to a record.
+   !> Treatment of a record.
    type :: baseline_type
       integer :: order = 2          !< of the polynomial taken from the velocity, 0 (nothing) to 2
       logical :: at_rest = .true.   !< the corrected velocity is zero at the last sample (order > 0)
@@ -70,7 +70,7 @@ contains
       call go_on(curve, wanted)
    end subroutine make_motion_curve
 
-   !> What follows the last sample.
+   !> Motion after the last sample.
    pure subroutine go_on(curve, wanted)
       type(motion_curve_type), intent(inout) :: curve  !< joined samples
       type(baseline_type), intent(in) :: wanted        !< what is done to the record

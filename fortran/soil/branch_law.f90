@@ -41,7 +41,7 @@ contains
       call add_recoverable(branches, strain, change, response)
    end function respond
 
-   !> What slips of the branches.
+   !> Slipping parts of the branches.
    pure subroutine add_slipping(branches, elastic, change, response)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: elastic(:)           !< [n] e₀
@@ -62,7 +62,7 @@ contains
       end do
    end subroutine add_slipping
 
-   !> What is recoverable of the branches.
+   !> Recoverable parts of the branches.
    pure subroutine add_recoverable(branches, strain, change, response)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: strain               !< γ₀

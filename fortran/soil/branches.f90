@@ -106,7 +106,7 @@ contains
          *hypot(1.0_wp - relaxed_modulus(branches%body), 2.0_wp*damping%ratio)
    end subroutine set_body
 
-   !> What is left of the modulus of a body in the long run, over the given one: 1 − g_b.
+   !> Long-term modulus of a body over the given one: 1 − g_b.
    pure real(wp) function relaxed_modulus(body)
       type(damping_type), intent(in) :: body  !< fitted, or none
 
@@ -126,7 +126,7 @@ contains
       end do
    end function secant_ratio
 
-   !> What the body adds to G_s/G.
+   !> Part of the body in G_s/G.
    elemental real(wp) function body_ratio(branches, strain)
       type(branches_type), intent(in) :: branches  !< with their body
       real(wp), intent(in) :: strain               !< above 0
@@ -146,7 +146,7 @@ contains
          + body_loops(branches, strain, reduction)
    end function loop_damping
 
-   !> What the body adds to it.
+   !> Part of the body in the damping ratio.
    elemental real(wp) function body_loops(branches, strain, reduction) result(ratio)
       type(branches_type), intent(in) :: branches  !< with their body
       real(wp), intent(in) :: strain               !< above 0

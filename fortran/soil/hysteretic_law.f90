@@ -122,7 +122,7 @@ contains
       tangent(:, 3) = [slope(1, 2), -slope(1, 2), slope(2, 2)]
    end subroutine respond
 
-   !> What all branches act with, over G.
+   !> Stress of all branches, over G.
    pure subroutine add_branches(branches, state, e, change, theta, acting, slope)
       type(branches_type), intent(in) :: branches   !< fitted
       real(wp), intent(in) :: state(:)              !< [any] of the point
@@ -306,7 +306,7 @@ contains
       secant = ratio(1)
    end function secant
 
-   !> How well branches fit their curves.
+   !> Words on the fit of the branches to their curves.
    function in_words(self) result(words)
       class(hysteretic_law_type), intent(in) :: self  !< law
       character(len=:), allocatable :: words
@@ -318,7 +318,7 @@ contains
       end associate
    end function in_words
 
-   !> What of their curve they do not meet; blank: nothing.
+   !> Words on parts of the curve that they do not meet; blank: none.
    function unmet(self) result(words)
       class(hysteretic_law_type), intent(in) :: self  !< law
       character(len=:), allocatable :: words

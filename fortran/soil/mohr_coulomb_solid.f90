@@ -152,7 +152,7 @@ contains
       poisson = d(1, 2)/(d(1, 1) + d(1, 2))
    end function poisson
 
-   !> What principal values a, b of a stress in the plane are in its axes.
+   !> Components of a stress in the plane with principal values a, b.
    pure function in_axes(direction, principal) result(stress)
       real(wp), intent(in) :: direction(2)  !< cosine and sine of twice the angle of the first
       real(wp), intent(in) :: principal(2)  !< Pa

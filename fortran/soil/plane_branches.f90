@@ -43,7 +43,7 @@ contains
       potential = within*(r - 0.5_wp*within)
    end function potential
 
-   !> What a recoverable branch acts with in a step, and its derivative by Δe.
+   !> Stress of a recoverable branch in a step, and its derivative by Δe.
    pure subroutine recoverable(e, change, cap, theta, acting, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(in) :: theta                 !< θ
@@ -91,7 +91,7 @@ contains
       slope = slope/length**2
    end subroutine mean_along
 
-   !> What a piece of the line beyond the cap adds to ∫ p dt and, by Gauss's rule, to ∫ t ∂p/∂e dt.
+   !> Part of a piece of the line beyond the cap in ∫ p dt and, by Gauss's rule, in ∫ t ∂p/∂e dt.
    pure subroutine add_beyond(foot, along, cap, start, from, to, mean, slope)
       real(wp), intent(in) :: foot(2), along(2), cap  !< q, t̂, y
       real(wp), intent(in) :: start, from, to         !< s₀; ends t of the piece

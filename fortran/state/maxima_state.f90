@@ -36,7 +36,7 @@ contains
       call serialise_largest(archive, simulation)
    end subroutine serialise_maxima
 
-   !> What values count from.
+   !> Origin that values count from.
    subroutine serialise_base(archive, base, points)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(base_type), intent(inout) :: base        !< of the model

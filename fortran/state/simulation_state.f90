@@ -79,7 +79,7 @@ contains
       call serialise_number(archive, simulation%now, 1, size(simulation%contacts))
    end subroutine serialise_clock
 
-   !> What stages have changed of the model.
+   !> Changes of the model by stages.
    subroutine serialise_stage(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -202,7 +202,7 @@ contains
       end associate
    end subroutine serialise_counters
 
-   !> What the rule of &stop keeps.
+   !> State of the rule of &stop.
    subroutine serialise_stop(archive, stop_state)
       type(archive_type), intent(inout) :: archive          !< written or read
       type(stop_state_type), intent(inout) :: stop_state    !< with its arrays, if there is a rule
