@@ -20,7 +20,7 @@ module dda_check_band
 
 contains
 
-   !> The band that holds the bands of all motions.
+   !> The band that covers those of all motions.
    subroutine significant_band(motions, band)
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(band_type), intent(out) :: band  !< Hz, of the motions

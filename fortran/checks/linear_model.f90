@@ -86,7 +86,7 @@ module dda_linear_model
       real(wp) :: total = 0.0_wp                  !< xᵀKx, summed without cancellation
       real(wp) :: share(energy_kinds) = 0.0_wp    !< of each kind, sum 1 (0 if there is no energy)
       real(wp) :: of_penalty = 0.0_wp             !< share of springs in proportion to k_n
-      !> term, or block for strain, that holds the most of its kind
+      !> term, or block for strain, that has the most of its kind
       integer :: holder(energy_kinds) = 0
       real(wp) :: most(energy_kinds) = 0.0_wp     !< its share of all
    end type energy_share_type
@@ -309,7 +309,7 @@ contains
             term%damped = .not. contacts%bonded(c) .and. &
                simulation%laws%restitution(contacts%joint(c)) >= 0.0_wp
             if (is_point(contacts, c)) term%place = on_edge(simulation%blocks%vertex, &
-               contacts%vertex(c), simulation%blocks%next(contacts%vertex(c)), contacts%place(c))
+               contacts%vertex(c), simulation%blocks%next(contacts%vertex(c)), contacts%fraction(c))
             if (contacts%with_laws) call take_law(simulation%laws, contacts, c, term)
             call add_spring(linear, term, term_normal, normal_slope(simulation%laws, contacts, &
                c), contacts%normal_v(:, c), contacts%normal_e(:, c))

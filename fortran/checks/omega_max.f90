@@ -37,9 +37,9 @@ module dda_omega_max
       integer(long) :: products = 0      !< of K with a vector
       type(bracket_type) :: bracket
       type(energy_share_type) :: energy        !< of its mode
-      integer :: kind = 0                !< what governs: the kind that holds most of that energy
-      integer :: spring = 0              !< spring of that kind that holds the most, else 0
-      !> blocks of that spring, or the block whose strain holds the most
+      integer :: kind = 0                !< what governs: the kind that has most of that energy
+      integer :: spring = 0              !< spring of that kind that has the most, else 0
+      !> blocks of that spring, or the block whose strain has the most
       integer :: block(2) = 0
       real(wp), allocatable :: shape(:,:)          !< [6,n] mass-normalised
       character(len=:), allocatable :: governs     !< the same in words
@@ -140,8 +140,8 @@ contains
       omega = sqrt(largest)
    end subroutine largest_of_blocks
 
-   !> The kind that holds most of the energy of the highest mode, and the spring or block of that
-   !> kind that holds the most.
+   !> The kind that has most of the energy of the highest mode, and the spring or block of that
+   !> kind that has the most.
    subroutine name_governing(linear, result)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(omega_max_type), intent(inout) :: result  !< highest frequency

@@ -157,14 +157,14 @@ contains
       end do
    end function weights_at
 
-   !> Part that holds the elasticity of a damping.
+   !> Part with the elasticity of a damping.
    pure integer function elastic_part(k)
       integer, intent(in) :: k  !< number of the damping
 
       elastic_part = instants + 2*k - 1
    end function elastic_part
 
-   !> Part that holds the mass of a damping.
+   !> Part with the mass of a damping.
    pure integer function mass_part(k)
       integer, intent(in) :: k  !< number of the damping
 

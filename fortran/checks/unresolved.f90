@@ -29,7 +29,7 @@ module dda_unresolved
       integer :: least = 0                    !< at least so many lie beyond
       integer :: most = 0                     !< at most so many
       logical :: exact = .false.              !< the two are one
-      !> by the kind that holds most energy; of `most`, or of the exact count
+      !> by the kind that has most energy; of `most`, or of the exact count
       integer :: of_kind(energy_kinds) = 0
       character(len=:), allocatable :: words
    end type unresolved_type
@@ -142,7 +142,7 @@ contains
       end do
    end subroutine split_blocks
 
-   !> The kind of stiffness that holds most of the energy of a block's motion.
+   !> The kind of stiffness that has most of the energy of a block's motion.
    pure integer function governing(x, by_kind)
       real(wp), intent(in) :: x(6), by_kind(:,:,:)
       real(wp) :: energy(energy_kinds)

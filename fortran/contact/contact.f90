@@ -63,7 +63,7 @@ module dda_contact
       logical :: with_laws = .false.
       real(wp), allocatable :: length(:)       !< tributary length, m; 0: not yet taken
       integer, allocatable :: point(:)         !< of an overlap, see dda_contact_points; 0: corner
-      real(wp), allocatable :: place(:)        !< of a point: share of the edge before it, else 0
+      real(wp), allocatable :: fraction(:)     !< of a point: of the edge before it, else 0
       real(wp), allocatable :: share(:)        !< of the stiffness of a contact, 1 at a corner
       real(wp), allocatable :: slip_path(:)    !< slip beyond the elastic one, added up, m
       real(wp), allocatable :: weakened(:)     !< 0: peak strength, 1: residual strength
@@ -187,7 +187,7 @@ contains
       if (contacts%with_damping) call operation%apply(reals=contacts%static_force)
       if (.not. contacts%with_laws) return
       call operation%apply(integers=contacts%point)
-      call operation%apply(reals=contacts%place)
+      call operation%apply(reals=contacts%fraction)
       call operation%apply(reals=contacts%share)
       call operation%apply(reals=contacts%length)
       call operation%apply(reals=contacts%slip_path)
@@ -332,7 +332,7 @@ contains
       if (new%with_damping) new%static_force(first:last) = old%static_force(from:to)
       new%spring(:, first:last) = old%spring(:, from:to)
       if (.not. new%with_laws) return
-      new%place(first:last) = old%place(from:to)
+      new%fraction(first:last) = old%fraction(from:to)
       new%share(first:last) = old%share(from:to)
       new%length(first:last) = old%length(from:to)
       new%slip_path(first:last) = old%slip_path(from:to)

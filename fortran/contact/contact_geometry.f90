@@ -60,23 +60,23 @@ contains
    end subroutine set_contacts
 
    !> Geometry of contact c between a material point of an edge, its `vertex`, and another edge.
-   pure subroutine set_point(contacts, c, blocks, place)
+   pure subroutine set_point(contacts, c, blocks, fraction)
       type(contacts_type), intent(inout) :: contacts  !< list
       integer, intent(in) :: c                        !< number of the contact
       type(blocks_type), intent(in) :: blocks         !< present geometry
-      real(wp), intent(in) :: place                   !< share of the edge before the point
+      real(wp), intent(in) :: fraction                !< of the edge before the point
       real(wp) :: here(2), from(2), offset(2)
 
       associate (e => contacts%edge(c), f => contacts%vertex(c), i => contacts%block_v(c), &
          j => contacts%block_e(c), normal => contacts%normal(:, c))
-         here = on_edge(blocks%vertex, f, blocks%next(f), place)
+         here = on_edge(blocks%vertex, f, blocks%next(f), fraction)
          from = here - blocks%vertex(:, e)
-         contacts%place(c) = place
+         contacts%fraction(c) = fraction
          contacts%gap(c) = dot_product(normal, from)
          offset = here - blocks%position(1:2, i)
          call set_gradients(blocks%axes(:, :, i), offset, offset, &
-            on_edge(blocks%reference, f, blocks%next(f), place), normal, contacts%normal_v(:, c), &
-            contacts%shear_v(:, c))
+            on_edge(blocks%reference, f, blocks%next(f), fraction), normal, &
+            contacts%normal_v(:, c), contacts%shear_v(:, c))
          offset = here - blocks%position(1:2, j)
          call set_gradients(blocks%axes(:, :, j), offset - contacts%gap(c)*normal, offset, &
             on_edge(blocks%reference, e, blocks%next(e), &
@@ -86,13 +86,13 @@ contains
    end subroutine set_point
 
    !> A point of the edge between two vertices.
-   pure function on_edge(vertices, first, last, place) result(point)
+   pure function on_edge(vertices, first, last, fraction) result(point)
       real(wp), intent(in) :: vertices(:,:)  !< [2,vertices] m
       integer, intent(in) :: first, last     !< two of them
-      real(wp), intent(in) :: place          !< share of the edge before the point
+      real(wp), intent(in) :: fraction       !< of the edge before the point
       real(wp) :: point(2)
 
-      point = vertices(:, first) + (vertices(:, last) - vertices(:, first))*place
+      point = vertices(:, first) + (vertices(:, last) - vertices(:, first))*fraction
    end function on_edge
 
    !> Rows nᵀT and tᵀT of a material point (T: `shape_matrix` of dda_blocks).

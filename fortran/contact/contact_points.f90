@@ -13,13 +13,13 @@ module dda_contact_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, reserve
-   use dda_contact_geometry, only: candidate_type, set_contacts, set_point
+   use dda_contact_geometry, only: candidate_type, on_edge, set_contacts, set_point
    use dda_friction, only: laws_type, weaker_joint
    use dda_growth, only: grow
-   use dda_overlap, only: overlap_type, overlap_of, is_shared, node, narrow, wide
+   use dda_overlap, only: overlap_type, overlap_of, has_points, node, narrow, wide
    implicit none
    private
-   public :: point_list_type, add_points, place_points
+   public :: point_list_type, add_points, move_points
 
    real(wp), parameter :: same = 1.0e-2_wp  !< of an overlap, a move that is none
 
@@ -29,7 +29,7 @@ module dda_contact_points
       integer :: pair = 1                                !< first of the near pair in work
       type(candidate_type), allocatable :: candidate(:)  !< [n]
       integer, allocatable :: point(:)                   !< [n] 0: corner
-      real(wp), allocatable :: place(:)                  !< [n] share of the edge before it
+      real(wp), allocatable :: fraction(:)               !< [n] of the edge before it
    end type point_list_type
 
 contains
@@ -45,7 +45,7 @@ contains
 
       list%n = 0
       if (.not. allocated(list%candidate)) allocate (list%candidate(0), list%point(0), &
-         list%place(0))
+         list%fraction(0))
       first = 1
       do while (first <= contacts%n)
          last = first
@@ -70,7 +70,7 @@ contains
       call set_contacts(contacts, 1, blocks, list%n, list%candidate)
       contacts%point(:list%n) = list%point(:list%n)
       do c = 1, list%n
-         if (list%point(c) > 0) call set_point(contacts, c, blocks, list%place(c))
+         if (list%point(c) > 0) call set_point(contacts, c, blocks, list%fraction(c))
       end do
    end subroutine add_points
 
@@ -83,7 +83,7 @@ contains
       type(laws_type), intent(in) :: laws           !< numbers of points
       real(wp), intent(in) :: distance              !< m, up to which a contact is listed
       type(overlap_type) :: overlap
-      real(wp) :: place
+      real(wp) :: fraction
       integer :: e, f, i, n
 
       n = laws%points(weaker_joint(laws, blocks%joint(contacts%edge(c)), blocks%joint(own)))
@@ -92,13 +92,13 @@ contains
       if (any(list%point(list%pair:list%n) > 0 .and. list%candidate(list%pair:list%n)%edge == e &
          .and. list%candidate(list%pair:list%n)%vertex == f)) return
       overlap = overlap_of(blocks, e, f, wide)
-      if (.not. is_shared(blocks, e, f, overlap)) return
+      if (.not. has_points(blocks, e, f, overlap)) return
       do i = 1, n
          if (i == 1 .and. overlap%corner_from) cycle
          if (i == n .and. overlap%corner_to) cycle
-         place = place_of(overlap, n, i)
-         if (abs(distance_of(blocks, e, f, place)) <= distance) call append(list, &
-            candidate_type(f, e, 0, contacts%pair(c)), i, place)
+         fraction = fraction_of(overlap, n, i)
+         if (abs(distance_of(blocks, e, f, fraction)) <= distance) call append(list, &
+            candidate_type(f, e, 0, contacts%pair(c)), i, fraction)
       end do
    end subroutine add_overlap
 
@@ -119,30 +119,29 @@ contains
    end subroutine order
 
    !> Share of the edge before point i of n.
-   pure real(wp) function place_of(overlap, n, i) result(place)
+   pure real(wp) function fraction_of(overlap, n, i) result(fraction)
       type(overlap_type), intent(in) :: overlap  !< of the edge with another
       integer, intent(in) :: n, i                !< points, number of one
 
-      place = overlap%from + node(n, i)*(overlap%to - overlap%from)
-   end function place_of
+      fraction = overlap%from + node(n, i)*(overlap%to - overlap%from)
+   end function fraction_of
 
    !> Signed distance of a point of edge f to edge e, m.
-   pure real(wp) function distance_of(blocks, e, f, place) result(distance)
+   pure real(wp) function distance_of(blocks, e, f, fraction) result(distance)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges
-      real(wp), intent(in) :: place            !< share of f before the point
+      real(wp), intent(in) :: fraction         !< of f before the point
       real(wp) :: from(2)
 
-      from = blocks%vertex(:, f) + place*(blocks%vertex(:, blocks%next(f)) - blocks%vertex(:, f)) &
-         - blocks%vertex(:, e)
+      from = on_edge(blocks%vertex, f, blocks%next(f), fraction) - blocks%vertex(:, e)
       distance = blocks%along(2, e)*from(1) - blocks%along(1, e)*from(2)
    end function distance_of
 
-   subroutine append(list, candidate, point, place)
+   subroutine append(list, candidate, point, fraction)
       type(point_list_type), intent(inout) :: list    !< receives a contact
       type(candidate_type), intent(in) :: candidate   !< who touches whom
       integer, intent(in) :: point                    !< number in its overlap, 0: corner
-      real(wp), intent(in) :: place                   !< share of the edge before it
+      real(wp), intent(in) :: fraction                !< of the edge before it
       type(candidate_type), allocatable :: longer(:)
 
       list%n = list%n + 1
@@ -151,15 +150,15 @@ contains
          longer(:list%n - 1) = list%candidate
          call move_alloc(longer, list%candidate)
          call grow(list%point, 2*list%n)
-         call grow(list%place, 2*list%n)
+         call grow(list%fraction, 2*list%n)
       end if
       list%candidate(list%n) = candidate
       list%point(list%n) = point
-      list%place(list%n) = place
+      list%fraction(list%n) = fraction
    end subroutine append
 
-   !> Places of all points with their histories, and their geometry there.
-   pure subroutine place_points(contacts, blocks, laws, matched)
+   !> All points on their overlaps, with their histories and their geometry there.
+   pure subroutine move_points(contacts, blocks, laws, matched)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with history
       type(blocks_type), intent(in) :: blocks         !< present geometry
       type(laws_type), intent(in) :: laws             !< numbers of points
@@ -173,20 +172,20 @@ contains
          associate (e => contacts%edge(c), f => contacts%vertex(c))
             n = laws%points(weaker_joint(laws, blocks%joint(e), blocks%joint(f)))
             overlap = overlap_of(blocks, e, f, merge(narrow, wide, matched(c)))
-            fresh = place_of(overlap, n, contacts%point(c))
-            moved = abs(fresh - contacts%place(c))*blocks%length(f)
+            fresh = fraction_of(overlap, n, contacts%point(c))
+            moved = abs(fresh - contacts%fraction(c))*blocks%length(f)
          end associate
          if (.not. matched(c)) then
-            contacts%place(c) = fresh
+            contacts%fraction(c) = fresh
             call begin_beside(contacts, c, blocks, matched)
          else if (.not. contacts%bonded(c) .and. moved > same*overlap%length .and. &
             overlap%length > 0.0_wp) then
-            contacts%place(c) = fresh
+            contacts%fraction(c) = fresh
          end if
-         call set_point(contacts, c, blocks, contacts%place(c))
+         call set_point(contacts, c, blocks, contacts%fraction(c))
          contacts%gap(c) = contacts%gap(c) - contacts%offset(c)
       end do
-   end subroutine place_points
+   end subroutine move_points
 
    !> The history of the nearest contact of the same overlap, where one has a history.
    pure subroutine begin_beside(contacts, c, blocks, matched)
@@ -203,8 +202,8 @@ contains
          k = c + step
          do while (k >= 1 .and. k <= contacts%n)
             if (contacts%pair(k) /= contacts%pair(c)) exit
-            apart = abs(place_in(contacts, k, blocks, contacts%edge(c), contacts%vertex(c)) &
-               - contacts%place(c))
+            apart = abs(fraction_in(contacts, k, blocks, contacts%edge(c), contacts%vertex(c)) &
+               - contacts%fraction(c))
             if (matched(k) .and. apart < least) then
                least = apart
                nearest = k
@@ -224,25 +223,25 @@ contains
       contacts%lifted(c) = contacts%lifted(nearest)
    end subroutine begin_beside
 
-   !> Where contact k is on edge f in its overlap with edge e; far away if it is not.
-   pure real(wp) function place_in(contacts, k, blocks, e, f) result(place)
+   !> Fraction of edge f before contact k in its overlap with edge e; huge if it is in none.
+   pure real(wp) function fraction_in(contacts, k, blocks, e, f) result(fraction)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: k                     !< number of the contact
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: e, f                  !< edges
       real(wp) :: along(2)
 
-      place = huge(1.0_wp)
+      fraction = huge(1.0_wp)
       associate (v => contacts%vertex(k), touched => contacts%edge(k))
          if (contacts%point(k) > 0) then
-            if (v == f .and. touched == e) place = contacts%place(k)
+            if (v == f .and. touched == e) fraction = contacts%fraction(k)
          else if ((touched == e .and. any(v == [f, blocks%next(f)])) .or. &
             (touched == f .and. any(v == [e, blocks%next(e)]))) then
             along = blocks%vertex(:, blocks%next(f)) - blocks%vertex(:, f)
-            place = dot_product(blocks%vertex(:, v) - blocks%vertex(:, f), along) &
+            fraction = dot_product(blocks%vertex(:, v) - blocks%vertex(:, f), along) &
                /dot_product(along, along)
          end if
       end associate
-   end function place_in
+   end function fraction_in
 
 end module dda_contact_points

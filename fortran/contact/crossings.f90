@@ -29,7 +29,7 @@ contains
       integer, intent(inout) :: across(:,:)         !< [most_across,vertices] vertices, else 0
       logical, intent(out) :: marked(:)             !< [n] contacts of such corners
       logical :: joined(contacts%n), face(contacts%n)
-      integer :: place(size(across, 2)), room(2), c
+      integer :: node(size(across, 2)), room(2), c
 
       do c = 1, contacts%n
          associate (e => contacts%edge(c))
@@ -37,12 +37,12 @@ contains
             joined(c) = face(c) .and. contacts%gap(c) <= touching*blocks%length(e)
          end associate
       end do
-      call number_places(contacts, joined, place)
+      call number_nodes(contacts, joined, node)
       marked = .false.
       do c = 1, contacts%n
          associate (v => contacts%vertex(c), w => contacts%corner(c))
             if (face(c) .or. w == 0) cycle
-            if (place(v) /= place(w)) cycle
+            if (node(v) /= node(w)) cycle
             room = [findloc(across(:, v), 0, 1), findloc(across(:, w), 0, 1)]
             marked(c) = all(room > 0)
             if (.not. marked(c)) cycle
@@ -52,28 +52,28 @@ contains
       end do
    end subroutine find_crossings
 
-   !> Number the vertices by the places where faces in touch join corners: equal numbers at a place.
-   pure subroutine number_places(contacts, joined, place)
+   !> Number the vertices by the nodes where faces in touch join corners: equal numbers at a node.
+   pure subroutine number_nodes(contacts, joined, node)
       type(contacts_type), intent(in) :: contacts  !< first list of the run
       logical, intent(in) :: joined(:)             !< [n] contacts of faces in touch
-      integer, intent(out) :: place(:)             !< [vertices]
+      integer, intent(out) :: node(:)              !< [vertices]
       logical :: changed
       integer :: c, v
 
-      place = [(v, v=1, size(place))]
+      node = [(v, v=1, size(node))]
       changed = .true.
       do while (changed)
          changed = .false.
          do c = 1, contacts%n
             associate (v => contacts%vertex(c), w => contacts%corner(c))
                if (.not. joined(c) .or. w == 0) cycle
-               if (place(v) == place(w)) cycle
-               place([v, w]) = min(place(v), place(w))
+               if (node(v) == node(w)) cycle
+               node([v, w]) = min(node(v), node(w))
                changed = .true.
             end associate
          end do
       end do
-   end subroutine number_places
+   end subroutine number_nodes
 
    !> Where blocks are removed, the corners that met theirs can meet those across.
    pure subroutine part_corners(across, contacts, removed)

@@ -201,7 +201,7 @@ contains
       if (new%with_damping) new%static_force(c) = 0.0_wp
       new%spring(:, c) = 0.0_wp
       if (.not. new%with_laws) return
-      new%place(c) = 0.0_wp
+      new%fraction(c) = 0.0_wp
       new%share(c) = 1.0_wp
       new%length(c) = 0.0_wp
       new%slip_path(c) = 0.0_wp

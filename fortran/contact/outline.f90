@@ -87,7 +87,7 @@ contains
          span = [1.0_wp, 1.0_wp]  ! next stretch from `free` on that is covered
          do i = 1, size(others)
             do f = blocks%first(others(i)), blocks%first(others(i) + 1) - 1
-               call take_nearer(shared_span(blocks, e, blocks%vertex(:, f), &
+               call take_nearer(common_span(blocks, e, blocks%vertex(:, f), &
                   blocks%vertex(:, blocks%next(f)), -1.0_wp), free, span)
             end do
          end do
@@ -110,7 +110,7 @@ contains
 
    !> Shares of edge e along which a segment runs, in the same (1) or the opposite (−1) direction or
    !> any (0); the first share is larger where it does not.
-   pure function shared_span(blocks, e, from, to, sense) result(span)
+   pure function common_span(blocks, e, from, to, sense) result(span)
       type(blocks_type), intent(in) :: blocks   !< in their present state
       integer, intent(in) :: e                  !< edge, named by its first vertex
       real(wp), intent(in) :: from(2), to(2)    !< m, ends of the segment
@@ -142,7 +142,7 @@ contains
 
          distance_at = abs(a(2) + (b(2) - a(2))*(x - a(1))/(b(1) - a(1)))
       end function distance_at
-   end function shared_span
+   end function common_span
 
    pure subroutine append(pieces, n, piece)
       type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list that grows
@@ -202,7 +202,7 @@ contains
       n = 0
       do i = 1, size(pieces)
          do k = 1, size(line, 2) - 1
-            span = shared_span(blocks, pieces(i)%edge, line(:, k), line(:, k + 1), 0.0_wp)
+            span = common_span(blocks, pieces(i)%edge, line(:, k), line(:, k + 1), 0.0_wp)
             span = [max(span(1), pieces(i)%from), min(span(2), pieces(i)%to)]
             if (span(2) - span(1) > least) call append(found, n, &
                edge_piece_type(pieces(i)%block, pieces(i)%edge, span(1), span(2)))

@@ -9,7 +9,7 @@ module dda_overlap
    use dda_blocks, only: blocks_type, is_convex
    implicit none
    private
-   public :: overlap_type, overlap_of, is_shared, node, weight, narrow, wide
+   public :: overlap_type, overlap_of, has_points, node, weight, narrow, wide
 
    real(wp), parameter :: touching = 1.0e-6_wp  !< of the edge's length: no gap
    real(wp), parameter :: narrow = 0.0523_wp    !< sine of 3°
@@ -55,14 +55,14 @@ contains
    end function overlap_of
 
    !> The overlap is long enough for points of its own.
-   pure logical function is_shared(blocks, e, f, overlap)
+   pure logical function has_points(blocks, e, f, overlap)
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: e, f                  !< edges
       type(overlap_type), intent(in) :: overlap    !< of them
 
-      is_shared = overlap%to > overlap%from .and. &
+      has_points = overlap%to > overlap%from .and. &
          overlap%length > least*min(blocks%length(e), blocks%length(f))
-   end function is_shared
+   end function has_points
 
    !> Place of point i of n in an overlap, 0 … 1.
    pure real(wp) function node(n, i)

@@ -12,7 +12,7 @@ module dda_tributary
    use dda_contact, only: contacts_type, contact_open
    use dda_friction, only: laws_type
    use dda_joint_contact, only: closure_of, joint_energy, state_of
-   use dda_overlap, only: overlap_type, overlap_of, is_shared, weight, narrow, wide
+   use dda_overlap, only: overlap_type, overlap_of, has_points, weight, narrow, wide
    implicit none
    private
    public :: contact_overlap, set_lengths
@@ -118,7 +118,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, v              !< edge touched, vertex that touches
 
-      length = shared_overlap(blocks, e, v) + shared_overlap(blocks, e, blocks%previous(v))
+      length = common_length(blocks, e, v) + common_length(blocks, e, blocks%previous(v))
    end function contact_overlap
 
    !> A contact's share, m, of the length over which edge f runs along edge e; 0 unless they are
@@ -127,15 +127,15 @@ contains
    !> The contacts at the two ends of the overlap share it; one that ends where an edge goes
    !> straight on, as at a change of joint, has no contact there and belongs to that at the other
    !> end.
-   pure real(wp) function shared_overlap(blocks, e, f) result(share)
+   pure real(wp) function common_length(blocks, e, f) result(length)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges, named by their first vertex
       type(overlap_type) :: overlap
 
       overlap = overlap_of(blocks, e, f, narrow)
-      share = overlap%length
-      if (overlap%corner_from .and. overlap%corner_to) share = 0.5_wp*share
-   end function shared_overlap
+      length = overlap%length
+      if (overlap%corner_from .and. overlap%corner_to) length = 0.5_wp*length
+   end function common_length
 
    !> The share of contact c, m, where its joint has points between corners: by its weight.
    pure real(wp) function weighted_overlap(contacts, blocks, c, n) result(length)
@@ -151,7 +151,7 @@ contains
       do k = 1, merge(1, 2, contacts%point(c) > 0)
          overlap = overlap_of(blocks, contacts%edge(c), own(k), &
             merge(wide, narrow, contacts%point(c) > 0))
-         if (is_shared(blocks, contacts%edge(c), own(k), overlap)) &
+         if (has_points(blocks, contacts%edge(c), own(k), overlap)) &
             length = length + weight(n, max(1, contacts%point(c)))*overlap%length
       end do
    end function weighted_overlap

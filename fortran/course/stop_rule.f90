@@ -110,18 +110,18 @@ contains
    !> and loads; but with supports that all go on with one velocity after their records.
    pure subroutine judge_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp) :: moved(3), carried(2)
+      real(wp) :: moved(3), drifted(2)
       integer :: b
 
       associate (settings => simulation%model%stop, state => simulation%stop, &
          blocks => simulation%blocks)
          if (settings%rest_time <= 0.0_wp) return
-         carried = drift_velocity(simulation%model)*(simulation%time - max(state%since, &
+         drifted = drift_velocity(simulation%model)*(simulation%time - max(state%since, &
             quiet_from(simulation)))
          do b = 1, blocks%n
             if (.not. settings%watched(b) .or. blocks%removed(b)) cycle
             moved = blocks%position(1:3, b) - state%window(:, b)
-            moved(:2) = moved(:2) - carried
+            moved(:2) = moved(:2) - drifted
             if (norm2(moved(:2)) + abs(moved(3))*blocks%radius(b) > settings%rest_movement) then
                call begin_window(simulation)
                return

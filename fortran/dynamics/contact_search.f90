@@ -8,7 +8,7 @@ module dda_contact_search
    use dda_contact, only: contacts_type, contact_open
    use dda_contact_damping, only: damp_contacts
    use dda_contact_joints, only: set_joints
-   use dda_contact_points, only: add_points, place_points
+   use dda_contact_points, only: add_points, move_points
    use dda_damage_passes, only: begin_damage
    use dda_crossings, only: forget_parted
    use dda_energy, only: add_energy, energy_length, energy_geometric
@@ -93,7 +93,7 @@ contains
          call bound_history(simulation%history, simulation%detection)
          call inherit(contacts, simulation%contacts(old), simulation%history, &
             simulation%step > 0 .or. simulation%stage > 1)
-         if (simulation%laws%pointed) call place_points(contacts, simulation%blocks, &
+         if (simulation%laws%pointed) call move_points(contacts, simulation%blocks, &
             simulation%laws, simulation%history%matched)
          call set_joints(contacts, simulation%blocks, simulation%laws, simulation%detection)
          if (simulation%laws%damped) call damp_contacts(contacts, simulation%laws, &

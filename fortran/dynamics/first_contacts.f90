@@ -127,7 +127,7 @@ contains
       end associate
       found = maxval(most(:, :n), 2)
       if (found(1) > largest(of_slip)%value .or. found(2) > largest(of_opening)%value) &
-         call place(first, largest, contacts, blocks, time)
+         call take_all(first, largest, contacts, blocks, time)
       if (.not. present(path)) return
       first%path = path
       first%found = found
@@ -162,7 +162,7 @@ contains
    end subroutine scan
 
    !> The same with the contacts, one by one: slip and opening.
-   subroutine place(first, largest, contacts, blocks, time)
+   subroutine take_all(first, largest, contacts, blocks, time)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
       type(contacts_type), intent(in) :: contacts        !< of the last step
@@ -179,7 +179,7 @@ contains
             call take(largest(of_opening), max(0.0_wp, moved(2)), time, who)
          end associate
       end do
-   end subroutine place
+   end subroutine take_all
 
    !> Slip and opening of contact c: one that presses is lifted by dilation at most.
    pure function movement(first, blocks, c) result(moved)

@@ -12,10 +12,10 @@ module dda_kinematics
 
 contains
 
-   !> Multiply the velocity carried into the step by the dynamic factor; return the energy it takes.
+   !> Multiply the velocity at the start of a step by the dynamic factor; return the energy it takes.
    subroutine damp_velocity(blocks, dynamic_factor, loss)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
-      real(wp), intent(in) :: dynamic_factor  !< of the velocity carried into the step
+      real(wp), intent(in) :: dynamic_factor  !< of the velocity
       real(wp), intent(out) :: loss  !< J per metre of thickness
       real(wp) :: before
 

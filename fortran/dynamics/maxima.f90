@@ -196,7 +196,7 @@ contains
       if (any(most(1, :n) > largest(of_penetration)%value) .or. &
          any(most(2, :n) > square_of(largest(of_contact_force))) .or. &
          any(most(3, :n) > largest(of_penetration_ratio)%value)) &
-         call place_contacts(largest, contacts, size_of, time)
+         call take_contacts(largest, contacts, size_of, time)
    end subroutine add_contacts
 
    !> The square that a value must exceed.
@@ -234,7 +234,7 @@ contains
    end subroutine scan_contacts
 
    !> The same with the contacts, one by one.
-   pure subroutine place_contacts(largest, contacts, size_of, time)
+   pure subroutine take_contacts(largest, contacts, size_of, time)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
       type(contacts_type), intent(in) :: contacts      !< of the last step
       real(wp), intent(in) :: size_of(:)   !< [blocks] root of the area, m
@@ -251,6 +251,6 @@ contains
                + contacts%shear_force(c)**2), time, who)
          end associate
       end do
-   end subroutine place_contacts
+   end subroutine take_contacts
 
 end module dda_maxima

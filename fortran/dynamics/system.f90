@@ -44,7 +44,7 @@ module dda_system
       !> [6,n] d₀ of bodies that do, K̂d₀ of the linear part, and memory, see dda_body_drift
       real(wp), allocatable :: drift(:,:), drift_load(:,:), reduced(:,:)
       type(step_type) :: constant_step             !< that `constant` was made for
-      logical :: constant_damps = .false.          !< it holds the damping of the materials
+      logical :: constant_damps = .false.          !< it has the damping of the materials
       type(stopwatch_type) :: watch                !< over the phases of the steps
    end type system_type
 

@@ -172,10 +172,10 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=*), intent(in), optional :: point  !< name of the measured point, with the axis
       character, intent(in), optional :: axis          !< 'x' or 'y'
-      integer, allocatable :: place(:)
+      integer, allocatable :: at(:)
       integer :: number
 
-      place = [integer ::]
+      at = [integer ::]
       number = 0
       call require(allocated(analysis%model), 'no input has been read', error)
       if (.not. allocated(error)) call require(present(point) .eqv. present(axis), &
@@ -183,9 +183,9 @@ contains
       if (.not. allocated(error) .and. present(axis)) then
          call require(index(axes, axis) > 0, quoted(axis)//" is no axis: give 'x' or 'y'", error)
          if (.not. allocated(error)) call find_point(analysis%model, point, number, error)
-         place = [index(axes, axis), number]
+         at = [index(axes, axis), number]
       end if
-      if (.not. allocated(error)) call read_output(analysis%model%output%file, quantity, place, &
+      if (.not. allocated(error)) call read_output(analysis%model%output%file, quantity, at, &
          time, values, error)
    end subroutine read_history
 

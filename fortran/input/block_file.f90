@@ -147,7 +147,7 @@ contains
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: rank  !< 1: numbers; 2: pairs of numbers
-      integer, intent(in) :: most  !< that it may hold
+      integer, intent(in) :: most  !< that it may have
       integer :: shape_of(2)
 
       length = 0
@@ -169,7 +169,7 @@ contains
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: rank  !< number of dimensions that it must have
-      logical, intent(in) :: text  !< it must hold characters, else numbers
+      logical, intent(in) :: text  !< it must have characters, else numbers
       integer, intent(out) :: shape_of(2)  !< lengths; those beyond `rank` are 1
       integer, parameter :: numeric(*) = [nf90_double, nf90_float, nf90_int, &
          nf90_short, nf90_byte]
@@ -220,7 +220,7 @@ contains
    subroutine read_integers(reader, name, n, values)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
-      integer, intent(in) :: n  !< values that it must hold
+      integer, intent(in) :: n  !< values that it must have
       integer, allocatable, intent(out) :: values(:)  !< [n], 0 on failure
       integer :: id, length, kind
 
@@ -243,7 +243,7 @@ contains
    subroutine add_up(reader, corners, vertices, first)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       integer, intent(in) :: corners(:)  !< [blocks]
-      integer, intent(in) :: vertices    !< that the file holds
+      integer, intent(in) :: vertices    !< that the file has
       integer, allocatable, intent(out) :: first(:)  !< [blocks+1]
       integer :: b
 
@@ -325,7 +325,7 @@ contains
    subroutine read_numbers(reader, name, n, names, numbers)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
-      integer, intent(in) :: n  !< values that it must hold
+      integer, intent(in) :: n  !< values that it must have
       character(len=*), intent(in) :: names(:)  !< that it numbers from 1
       integer, allocatable, intent(out) :: numbers(:)  !< [n]
       integer :: i

@@ -194,7 +194,7 @@ contains
       end do
    end subroutine find_cuts
 
-   !> The first block that holds a point; 0 if none does.
+   !> The first block that contains a point; 0 if none does.
    pure integer function block_at(blocks, point) result(b)
       type(blocks_type), intent(in) :: blocks  !< of the model
       real(wp), intent(in) :: point(2)  !< m

@@ -34,7 +34,7 @@ contains
       do i = 1, size(pieces)
          if (.not. taken(pieces(i)%edge)) cycle
          do k = 1, size(model%boundary_edges)
-            if (.not. is_shared(model%blocks, pieces(i), direction, model%boundary_edges(k))) cycle
+            if (.not. overlaps(model%blocks, pieces(i), direction, model%boundary_edges(k))) cycle
             call input_error(error, group, 'edge '//to_text(pieces(i)%edge &
                - model%blocks%first(pieces(i)%block) + 1)//' of block '// &
                name_of(model, pieces(i)%block)//' has the &boundary of line '// &
@@ -48,20 +48,20 @@ contains
    end subroutine claim_edges
 
    !> A piece lies on one that has been taken, and both act in one direction.
-   pure logical function is_shared(blocks, piece, direction, other)
+   pure logical function overlaps(blocks, piece, direction, other)
       type(blocks_type), intent(in) :: blocks         !< of the model
       type(edge_piece_type), intent(in) :: piece      !< to take
       character(len=*), intent(in) :: direction       !< in which it is to act
       type(boundary_edge_type), intent(in) :: other   !< taken
       real(wp) :: a(2), b(2)
 
-      is_shared = piece%edge == other%piece%edge .and. min(piece%to, other%piece%to) &
+      overlaps = piece%edge == other%piece%edge .and. min(piece%to, other%piece%to) &
          - max(piece%from, other%piece%from) > least_share
-      if (.not. is_shared .or. direction == 'xy' .or. other%direction == 'xy') return
+      if (.not. overlaps .or. direction == 'xy' .or. other%direction == 'xy') return
       a = unit_vector(blocks, piece, direction)
       b = unit_vector(blocks, piece, other%direction)
-      is_shared = abs(a(1)*b(2) - a(2)*b(1)) <= parallel
-   end function is_shared
+      overlaps = abs(a(1)*b(2) - a(2)*b(1)) <= parallel
+   end function overlaps
 
    !> The direction of a boundary that acts in one.
    pure function unit_vector(blocks, piece, direction) result(vector)

@@ -253,7 +253,7 @@ contains
       end associate
    end subroutine find_variable
 
-   !> The value as the text of an input holds it: texts in quotes, logical values with dots.
+   !> The value as the text of an input has it: texts in quotes, logical values with dots.
    pure function value_text(change) result(text)
       type(change_type), intent(in) :: change  !< with its value and variable
       character(len=:), allocatable :: text

@@ -23,7 +23,7 @@ module dda_input_points
 
 contains
 
-   !> The block that holds a point: the named one, else the first that does.
+   !> The block that contains a point: the named one, else the first that does.
    subroutine find_block(group, model, wanted, point, b, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model      !< with its blocks
@@ -44,7 +44,7 @@ contains
          call input_error(error, group, words//' lies outside every block')
          return
       end if
-      do b = 1, model%blocks%n  ! of several blocks of that name, the one that holds the point
+      do b = 1, model%blocks%n  ! of several blocks of that name, the one that contains the point
          if (model%block_names(b) /= wanted) cycle
          if (holds(model%blocks, b, point)) return
       end do

@@ -77,7 +77,7 @@ contains
       if (.not. present(spans)) call check_switches(group, error)
    end subroutine parse_group
 
-   !> The values that are given, without a copy of what they hold.
+   !> The values that are given, without a copy of what they contain.
    pure subroutine keep(values, kept)
       type(value_type), intent(inout) :: values(:)             !< of all variables
       type(value_type), allocatable, intent(out) :: kept(:)    !< of those that are given
@@ -261,7 +261,7 @@ contains
       last = 0
    end subroutine find_close
 
-   !> Space for a number of groups, without a copy of what they hold.
+   !> Space for a number of groups, without a copy of what they contain.
    subroutine resize(groups, n)
       type(group_type), allocatable, intent(inout) :: groups(:)  !< [n] afterwards
       integer, intent(in) :: n                                   !< groups

@@ -22,7 +22,7 @@ module dda_input_variable
    type :: variable_type
       character(len=26) :: name
       character(len=8) :: kind    !< 'real', 'integer', 'logical', 'name', 'word', 'text', 'points'
-      integer :: size             !< values that it may hold; 0: one, and no list
+      integer :: size             !< values that it may have; 0: one, and no list
       real(wp) :: lowest = -usable, highest = usable  !< of each number
       real(wp) :: preset = unset  !< default, where it is a number
       character(len=128) :: allowed = ''  !< of a word: "'one', 'another'"

@@ -205,7 +205,7 @@ contains
    !> The factors at an angular frequency.
    !>
    !> Velocity v = (z − 1)x/(Δt [(1 − χ)f + χz]) and stiffness K (1 − θ + θz) x, with the dynamic
-   !> factor f that multiplies the velocity carried into a step; all divided by 1 − θ + θz.
+   !> factor f that multiplies the velocity at the start of a step; all divided by 1 − θ + θz.
    pure type(steady_type) function steady_weights(scheme, omega, time_step, dynamic_factor) &
       result(steady)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)

@@ -83,7 +83,7 @@ contains
       case (10); column = contacts%length(first:last)
       case (11); column = contacts%slip_path(first:last)
       case (12); column = contacts%weakened(first:last)
-      case (13); column = contacts%place(first:last)
+      case (13); column = contacts%fraction(first:last)
       case (14); column = contacts%weakened(first:last)
       case (15:16); column = contacts%spent(number - 14, first:last)
       end select
@@ -115,7 +115,7 @@ contains
          allocate (table(size(closed), 5), source=0.0_wp)
          table(:, 1) = contacts%vertex(closed) - 1
          table(:, 2) = contacts%edge(closed) - 1
-         if (contact_columns(simulation) >= point_columns) table(:, 3) = contacts%place(closed)
+         if (contact_columns(simulation) >= point_columns) table(:, 3) = contacts%fraction(closed)
          table(:, 4) = contacts%normal_force(closed)
          table(:, 5) = contacts%shear_force(closed)
       end associate

@@ -16,7 +16,7 @@ module dda_journal
    use dda_file_system, only: file_status_type, status_of
    implicit none
    private
-   public :: journal_type, open_journal, keep_in_place, serialise_mark, return_to_mark, begin_row, &
+   public :: journal_type, open_journal, keep_name, serialise_mark, return_to_mark, begin_row, &
       append_numbers, journal_name
    public :: reader_type, open_reader, read_row, read_numbers, row_sample, row_frame
 
@@ -67,7 +67,7 @@ contains
 
    !> A journal that has been removed during the run is written again from what the run has open; an
    !> error if another file has taken its name.
-   subroutine keep_in_place(journal, error)
+   subroutine keep_name(journal, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(file_status_type) :: found
@@ -97,7 +97,7 @@ contains
       call close_file(old, error)
       call close_file(journal%file, error)
       journal%file = new
-   end subroutine keep_in_place
+   end subroutine keep_name
 
    !> Copy the first bytes of a file to another one.
    subroutine copy_bytes(from, to, bytes, error)

@@ -224,7 +224,7 @@ module dda_output_file
 
 contains
 
-   !> Write all that the journal holds to FILE, or to FILE.partial if the run is not complete.
+   !> Write all that the journal has to FILE, or to FILE.partial if the run is not complete.
    subroutine write_output(file, journal, simulation, complete, error)
       character(len=*), intent(in) :: file  !< path of the output
       type(journal_type), intent(in) :: journal  !< of the run

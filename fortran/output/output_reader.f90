@@ -15,11 +15,11 @@ module dda_output_reader
 contains
 
    !> A variable over time.
-   subroutine read_history(file, quantity, place, time, values, error)
+   subroutine read_history(file, quantity, at, time, values, error)
       character(len=*), intent(in) :: file      !< output
       character(len=*), intent(in) :: quantity  !< variable, as the output names it
       !> index in its other dimensions, from 1: axis and point; none of `energy_kinetic` and alike
-      integer, intent(in) :: place(:)
+      integer, intent(in) :: at(:)
       real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
       real(wp), allocatable, intent(out) :: values(:)  !< [samples] in the unit of the output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -34,17 +34,17 @@ contains
       call checked(dataset, nf90_open(path_of(file), nf90_nowrite, dataset%id), 'open the file')
       if (.not. allocated(dataset%error)) then
          call read_series(dataset, 'time', [integer ::], time)
-         call read_series(dataset, quantity, place, values)
+         call read_series(dataset, quantity, at, values)
          unused = nf90_close(dataset%id)
       end if
       if (allocated(dataset%error)) error = dataset%error
    end subroutine read_history
 
    !> All samples of a variable at a place.
-   subroutine read_series(dataset, name, place, values)
+   subroutine read_series(dataset, name, at, values)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: name          !< of the variable
-      integer, intent(in) :: place(:)               !< as above
+      integer, intent(in) :: at(:)                  !< as above
       real(wp), allocatable, intent(out) :: values(:)  !< [samples]
       integer :: id, time, samples, n, dimensions(nf90_max_var_dims)
       logical :: has_history
@@ -59,7 +59,7 @@ contains
       call checked(dataset, nf90_inquire_variable(dataset%id, id, ndims=n, dimids=dimensions), &
          'read '//quoted(name))
       if (allocated(dataset%error)) return
-      has_history = n == size(place) + 1
+      has_history = n == size(at) + 1
       if (has_history) has_history = dimensions(n) == time
       if (.not. has_history) then
          call fail(dataset%error, error_input, dataset%file//': '//quoted(name)// &
@@ -68,7 +68,7 @@ contains
       end if
       deallocate (values)
       allocate (values(samples))
-      call checked(dataset, nf90_get_var(dataset%id, id, values, [place, 1], [0*place + 1, &
+      call checked(dataset, nf90_get_var(dataset%id, id, values, [at, 1], [0*at + 1, &
          samples]), 'read '//quoted(name))
    end subroutine read_series
 

@@ -401,7 +401,7 @@ contains
          'contacts that ring or hit'
    end function above_text
 
-   !> The name of a measured point as names of attributes may hold it, or its number.
+   !> The name of a measured point as names of attributes may have it, or its number.
    pure function point_label(name, number) result(label)
       character(len=*), intent(in) :: name  !< of the input
       integer, intent(in) :: number         !< of the point

@@ -5,7 +5,7 @@
 !> parts, each announced by a line that counts what follows: text, integers, reals, comments,
 !> samples.  Real 62 is the time step in milliseconds, real 63 the duration in seconds.  A CSMIP
 !> section announces its own time step: `15050 points of accel data equally spaced at .020 sec, in
-!> cm/sec2`.  The file is walked line by line, so that it may hold any number of channels and of
+!> cm/sec2`.  The file is walked line by line, so that it may have any number of channels and of
 !> sections of acceleration, velocity and displacement.
 module dda_record_cosmos
    use dda_kinds, only: wp, long

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Samples and header numbers as they come out of a record file.
 !>
-!> Memory follows what the file holds, never what its header claims.
+!> Memory is that of what the file has, never of what its header claims.
 module dda_record_samples
    use dda_growth, only: grow
    use dda_kinds, only: wp, long
@@ -40,7 +40,7 @@ contains
    subroutine take_line(reader, text, what)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=:), allocatable, intent(out) :: text  !< without its line end
-      !> what the line is to hold, for the message
+      !> what the line is to have, for the message
       character(len=*), intent(in) :: what
       logical :: found
 
@@ -109,7 +109,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text  !< line of the file
       logical, intent(in) :: commas  !< a comma may follow a number; else numbers may run together
-      integer(long), intent(in) :: most  !< numbers that the list may hold
+      integer(long), intent(in) :: most  !< numbers that the list may have
       character(len=*), intent(in) :: surplus  !< message if there are more
       type(sample_list_type), intent(inout) :: list  !< values are added to it
       integer :: position, state

@@ -15,7 +15,7 @@ module dda_run
    use dda_interrupts, only: stop_heard
    use dda_frame, only: append_frame
    use dda_free_memory, only: reserve_type, make_reserve
-   use dda_journal, only: journal_type, open_journal, keep_in_place, begin_row, append_numbers, &
+   use dda_journal, only: journal_type, open_journal, keep_name, begin_row, append_numbers, &
       row_sample, journal_name
    use dda_model, only: model_type, run_steps, run_duration
    use dda_model_doubts, only: doubt_as_begun, doubt_as_read
@@ -291,7 +291,7 @@ contains
       type(run_type), intent(inout) :: run  !< with the files it writes
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call keep_in_place(run%journal, error)
+      call keep_name(run%journal, error)
       if (allocated(error)) return
       call begin_task(run%publishing)
       call take_residuals(run%simulation)
@@ -378,7 +378,7 @@ contains
       type(error_type), allocatable :: failure
 
       if (.not. run%writes) return
-      call keep_in_place(run%journal, error)
+      call keep_name(run%journal, error)
       call take_residuals(run%simulation)
       if (is_done(run) .and. run%sound .and. .not. allocated(error)) &
          call write_now(run, .true., error)

@@ -16,7 +16,7 @@ module dda_checkpoint
    use dda_checksum, only: checksum_of
    use dda_errors, only: error_type, error_file, error_checkpoint, fail
    use dda_file_system, only: is_file, rename_file, exchange_files
-   use dda_journal, only: journal_type, keep_in_place, serialise_mark, return_to_mark
+   use dda_journal, only: journal_type, keep_name, serialise_mark, return_to_mark
    use dda_model, only: model_type, block_sources
    use dda_motion_curve, only: motion_curve_type
    use dda_output_place, only: checkpoint_name
@@ -124,7 +124,7 @@ contains
 
       to_disk = is_due(checkpoints%flushing)
       call begin_task(checkpoints%flushing)
-      call keep_in_place(journal, error)
+      call keep_name(journal, error)
       call flush_stream(journal%file, to_disk, error)
       if (.not. allocated(error)) call begin_writing(checkpoints%coming, checkpoints%archive, error)
       if (.not. allocated(error)) then
@@ -136,13 +136,13 @@ contains
       if (allocated(error)) then
          call remove_spare(checkpoints)
       else
-         call put_in_place(checkpoints, to_disk, error)
+         call rename_coming(checkpoints, to_disk, error)
       end if
       if (to_disk) call end_task(checkpoints%flushing)
    end subroutine save_checkpoint
 
    !> Rename the coming checkpoint to the newest one.
-   subroutine put_in_place(checkpoints, on_disk, error)
+   subroutine rename_coming(checkpoints, on_disk, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       logical, intent(in) :: on_disk  !< the coming checkpoint is flushed to the disk
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -158,7 +158,7 @@ contains
       checkpoints%newest_on_disk = on_disk
       if (.not. done) call fail(error, error_file, checkpoints%coming//' cannot be renamed to '// &
          checkpoints%newest)
-   end subroutine put_in_place
+   end subroutine rename_coming
 
    !> Set a run that has just been started to the state of the newest good checkpoint.
    subroutine load_checkpoint(checkpoints, simulation, journal, model, notice, error)

@@ -100,7 +100,7 @@ contains
       end do
       if (archive%reading .and. .not. allocated(archive%failure)) call restore_stages(simulation)
       call serialise_stepping(archive, simulation)
-      call serialise_places(archive, simulation)
+      call serialise_targets(archive, simulation)
       call serialise_faces(archive, simulation)
       if (archive%reading .and. .not. allocated(archive%failure)) call set_elements( &
          simulation%elements, simulation%model, simulation%blocks, simulation%time)
@@ -128,8 +128,8 @@ contains
       call serialise(archive, simulation%time_step)
    end subroutine serialise_stepping
 
-   !> Where fixed points are held, and when loads have begun.
-   subroutine serialise_places(archive, simulation)
+   !> Targets of fixed points, and times at which loads have begun.
+   subroutine serialise_targets(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer :: i
@@ -140,7 +140,7 @@ contains
       do i = 1, size(simulation%model%loads)
          call serialise(archive, simulation%model%loads(i)%start)
       end do
-   end subroutine serialise_places
+   end subroutine serialise_targets
 
    !> Welded faces that have broken.
    subroutine serialise_faces(archive, simulation)
