@@ -225,12 +225,15 @@ CURVES = {
 
 @pytest.mark.parametrize("name", CURVES)
 def test_the_engine_has_the_curves_of_the_package(name):
-    """Moduli at .1 and 1 % that the check tells, within the misfit of 60 branches."""
+    """Moduli at .1 and 1 % that the check tells, within the misfit of 60 branches, and this."""
     soil, curve = CURVES[name]
     model = shaken_column(sine(2.0, 1.0, 10), 2, soil | {"branches": 60})
     report = " ".join(str(sitedda.check(model)).split())
     found = re.search(r"shear strain have ([\d.]+) and ([\d.]+) of", report).groups()
     assert list(map(float, found)) == pytest.approx(curve.reduction_at([1e-3, 1e-2]), rel=0.02)
+    misfit = re.search(r"within ([\d.e-]+) %(?:, damping ratios within ([\d.e-]+))?", report).groups()
+    fitted = Branches.of(curve, 60, soil.get("damping_curve", "target")).misfit
+    assert [float(one or 0) for one in misfit] == pytest.approx(100 * np.array(fitted), rel=2e-3)
 
 
 @pytest.mark.parametrize("plasticity, said", [(200.0, True), (100.0, False)])

@@ -28,19 +28,20 @@ def block_on_floor(width=2.0, height=3.0, **control) -> Model:
 
 
 def reaction(model) -> np.ndarray:
-    """Force of the floor on the block at rest, x and y, N/m."""
+    """Force of the floor on the block at rest, x and y, N/m, and its moment about (0, 0), N."""
     with sitedda.Simulation(model) as run:
         contacts, polygons = run.contacts, run.polygons
     owner = np.repeat(np.arange(2), [*map(len, polygons)])
     places = np.vstack(polygons)
     after = np.array([*range(1, 4), 0, *range(5, 8), 4])
-    total = np.zeros(2)
+    total = np.zeros(3)
     for v, e, normal, shear in zip(
         *(contacts[k] for k in ("vertex", "edge", "normal_force", "shear_force")), strict=True
     ):
         along = places[after[e]] - places[e]
         along /= np.hypot(*along)
         force = normal * np.array([along[1], -along[0]]) - shear * along
+        force = np.append(force, places[v, 0] * force[1] - places[v, 1] * force[0])
         total += force if owner[v] == 1 else -force
     return total
 
@@ -51,22 +52,26 @@ def test_buoyancy(level):
     model = block_on_floor()
     model.water(surface=(-4.0, level, 6.0, level))
     under = 2.0 * min(level, 3.0)
-    assert reaction(model) == pytest.approx([0.0, 6.0 * 25e3 - under * WATER], abs=2.0)
+    lift = 6.0 * 25e3 - under * WATER
+    assert reaction(model) == pytest.approx([0.0, lift, lift], abs=2.0)
 
 
 def test_water_on_faces_alone_presses_and_does_not_lift():
     model = block_on_floor()
     model.water(surface=(-4.0, 5.0, 6.0, 5.0), acts_on="faces")
-    assert reaction(model) == pytest.approx([0.0, 6.0 * 25e3 + 2.0 * 2.0 * WATER], abs=2.0)
+    down = 6.0 * 25e3 + 2.0 * 2.0 * WATER
+    assert reaction(model) == pytest.approx([0.0, down, down], abs=2.0)
 
 
 def test_a_line_that_slopes_presses_sideways():
-    """½ γ (h₁² − h₂²) from the left; the joint has the line's pressure."""
+    """½ γ (h₁² − h₂²) at a third of the heights; the joint has the line's pressure."""
     model = block_on_floor()
     model.water(surface=(-4.0, 2.5, 0.0, 2.5, 2.0, 1.0, 6.0, 1.0))
     push = 0.5 * WATER * (2.5**2 - 1.0**2)
     lift = WATER * 0.5 * (2.5 + 1.0) * 2.0
-    assert reaction(model) == pytest.approx([-push, 6.0 * 25e3 - lift], abs=2.0)
+    turn = WATER * ((2.5**3 - 1.0**3) / 6 - 3.0)
+    expected = [-push, 6.0 * 25e3 - lift, 6.0 * 25e3 + turn]
+    assert reaction(model) == pytest.approx(expected, abs=3.0)
 
 
 def test_pressure_along_a_joint_and_its_change_in_time():
@@ -94,7 +99,8 @@ def test_tractions():
     model.traction(blocks="block", edges=[4], level=2.0)
     # Counter-clockwise along the top is to the left; edge 4 is the left face.
     push = 0.5 * WATER * 2.0**2
-    assert reaction(model) == pytest.approx([4e3 * 2.0 - push, 150e3 + 20e3], abs=2.0)
+    expected = [4e3 * 2.0 - push, 150e3 + 20e3, 146e3 + WATER * 2.0**3 / 6]
+    assert reaction(model) == pytest.approx(expected, abs=3.0)
 
 
 @pytest.mark.parametrize("follows", [True, False])
