@@ -12,7 +12,7 @@ module dda_kinematics
 
 contains
 
-   !> Multiply the velocity at the start of a step by the dynamic factor; return the energy it takes.
+   !> Multiply the velocity at the start of a step by the dynamic factor; the energy that takes.
    subroutine damp_velocity(blocks, dynamic_factor, loss)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
       real(wp), intent(in) :: dynamic_factor  !< of the velocity
