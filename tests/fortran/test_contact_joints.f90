@@ -24,11 +24,10 @@ module test_contact_joints
 contains
 
    !> Points of a joint integrate xᵏ from 0 to 1 exactly up to k = 2n − 3, two of them up to 1.
-   subroutine lobatto()
+   subroutine points_of_lobatto()
       integer, parameter :: points(3) = [2, 3, 5]
       integer :: i, j, k
 
-      call case('points of Lobatto')
       do j = 1, 3
          associate (n => points(j))
             do k = 0, 2*n - 3
@@ -37,7 +36,7 @@ contains
             end do
          end associate
       end do
-   end subroutine lobatto
+   end subroutine points_of_lobatto
 
    !> Friction, then cohesion, then tensile strength, then the number; both ways round.
    subroutine the_weaker_of_two()

@@ -289,13 +289,12 @@ contains
 
    !> Edges within 3° of each other are parallel: they share an overlap, and either may be the
    !> entrance.
-   subroutine parallel_edges()
+   subroutine edges_that_are_almost_parallel()
       type(blocks_type) :: blocks
       type(corners_type) :: corners
       real(wp), parameter :: angle(2) = [2.99_wp, 3.01_wp]*pi/180.0_wp
       integer :: i
 
-      call case('edges that are almost parallel')
       allocate (blocks%inner(1), source=.false.)
       corners%edge = 1
       corners%overshoot = -1.0_wp
@@ -308,7 +307,7 @@ contains
          call check(other_end(blocks, corners, 1, 1.0_wp, distance) == merge(3, 0, i == 1), 'ends')
          call check(entrance_edge(blocks, corners, 1.0_wp, 0.0_wp) == merge(3, 1, i == 1), 'edge')
       end do
-   end subroutine parallel_edges
+   end subroutine edges_that_are_almost_parallel
 
    !> The tip of a needle goes round a blunt corner a little off it: the gap follows the distance
    !> without jumps.

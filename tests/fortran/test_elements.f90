@@ -453,7 +453,6 @@ contains
          by_strains, stress(3, 2), traction(2, 2)
       integer :: i, k
 
-      call case('faces between materials')
       weld%length = 1.3_wp
       weld%area = [0.7_wp, 0.3_wp]
       weld%along = [0.6_wp, 0.8_wp]

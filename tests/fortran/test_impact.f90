@@ -53,13 +53,12 @@ contains
    end subroutine bounces_at_random_phases
 
    !> A contact that is pressed by up to a quarter of its way of a step is hit, a deeper one rests.
-   subroutine bounce_from_a_touch()
+   subroutine contacts_that_have_just_touched()
       type(simulation_type) :: simulation
       real(wp), parameter :: depth(2) = [0.24e-3_wp, 0.26e-3_wp]
       real(wp) :: growth
       integer :: i
 
-      call case('contacts that have just touched')
       growth = 0.0_wp
       do i = 1, 2
          call begin_drop(simulation, 0.05_wp, -2.0_wp, 'restitution = 0.5')
@@ -69,7 +68,7 @@ contains
          call check((abs(simulation%blocks%velocity(2, 2) - 0.5_wp) < 1.0e-3_wp) .eqv. i == 1, &
             number(simulation%blocks%velocity(2, 2))//' from '//number(depth(i)))
       end do
-   end subroutine bounce_from_a_touch
+   end subroutine contacts_that_have_just_touched
 
    !> The block falls from a phase of a step of 1 ms; Ω is that of its two corners.
    subroutine begin_drop(simulation, omega, phase, joint)
