@@ -9,6 +9,7 @@ import gc
 import mmap
 import os
 import sys
+import warnings
 
 from .base.errors import InterruptedRun, OutOfMemory, SiteddaError, lacks_memory
 from .base.stop import Interruption
@@ -20,8 +21,9 @@ _LIGHT_ROOM, _ROOM = 6 * 2**26, 9 * 2**26
 _SCIPY_ROOM = 2**27  # of them, for SciPy, which has an OpenBLAS of its own
 
 # Libraries of arrays that xarray imports, where they are installed, to ask whether an array is one
-# of theirs: no array of the program is, and dask alone takes .4 s.  A study may run on dask.
-_FOREIGN_ARRAYS = ("cubed", "cupy", "dask", "pint", "sparse")
+# of theirs: no array of the program is, and dask alone takes .4 s.  Matplotlib imports its axes in
+# three dimensions.  A study may run on dask, and whatever its functions import.
+_UNUSED = ("cubed", "cupy", "dask", "pint", "sparse", "mpl_toolkits.mplot3d")
 _OBJECTS = 20_000  # new ones before a garbage collection: with 700 that is 6 % of a run
 
 
@@ -60,7 +62,8 @@ def _status(arguments: list[str] | None, interruption: Interruption) -> int:
             sys.meta_path.insert(0, _Watcher())
             gc.set_threshold(_OBJECTS)
             if sys.argv[1:2] != ["study"]:
-                sys.modules |= dict.fromkeys(_FOREIGN_ARRAYS)  # None: not to be imported
+                sys.modules |= dict.fromkeys(_UNUSED)  # None: not to be imported
+                warnings.filterwarnings("ignore", "Unable to import Axes3D")
         from .commands.command import main as carry_out
 
         return carry_out(arguments)

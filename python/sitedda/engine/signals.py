@@ -203,7 +203,7 @@ def _decrement(times: NDArray[np.float64], crests: NDArray[np.float64], offset: 
 # ---------------------------------------------------------------------------------------------
 
 _LEAST_WINDOW = 0.3  # sum of weights: below, no sample lies within the main lobe
-_MOST_WEIGHTS = 1_000_000  # held at a time
+_MOST_WEIGHTS = 2**17  # at a time: as many as the cache holds
 
 
 def smooth_konno_ohmachi(
