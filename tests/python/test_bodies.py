@@ -31,6 +31,14 @@ def cells_of(box, size, cells="quadrilateral"):
     return mesh_body([part(outline, size)], cells).polygons
 
 
+def hold(model, cells, axis: str, **motions) -> None:
+    """Fixed points at the corners of cells whose x, or y, is 0."""
+    for number, cell in enumerate(cells, 1):
+        for x, y in cell:
+            if {"x": x, "y": y}[axis] < 1e-9:
+                model.fixed_point(x=x, y=y, block=str(number), **motions)
+
+
 def model_of(bodies, poisson=0.25, young=YOUNG, **control):
     """Bodies of cells, by their numbers from 1; (polygon, material) stands for a polygon."""
     model = sitedda.Model()
@@ -93,10 +101,7 @@ def test_a_cantilever_rests_with_the_deflection_and_the_stress_of_a_beam():
     metre of it within 5 %."""
     cells = cells_of((0, 0, 10, 1), 0.25)
     model = model_of([cells], 0.0, gravity=[0.0, -10.0], steps=None)
-    for number, cell in enumerate(cells, 1):
-        for x, y in cell:
-            if x < 1e-9:
-                model.fixed_point(x=x, y=y, block=str(number))
+    hold(model, cells, "x")
     model.measured_point(name="tip", x=10.0, y=0.5)
     model.contact(normal_stiffness=1e4 * YOUNG)
     model.stage(name="rest", kind="static")
@@ -210,10 +215,7 @@ def test_damping_forgets_at_rest():
     cells = cells_of((0, 0, 4, 1), 0.5)
     model = model_of([cells], gravity=[0.0, -10.0], steps=None)
     model["material"][0].damping_ratio = 0.05
-    for number, cell in enumerate(cells, 1):
-        for x, y in cell:
-            if x < 1e-9:
-                model.fixed_point(x=x, y=y, block=str(number))
+    hold(model, cells, "x")
     model.stage(name="fall", steps=50)
     model.stage(name="rest", kind="static")
     model.stage(name="go", steps=20)
@@ -227,10 +229,7 @@ def sliding(floor, block, steps=1200):
     """Cells on cells, on a slope of 30°, with faces that do not match."""
     model = model_of([floor, block], young=1e12, time_step=1e-3, steps=steps,
                      gravity=[5.0, -10 * np.cos(np.pi / 6)])  # fmt: skip
-    for number, cell in enumerate(floor, 1):
-        for x, y in cell:
-            if y < 1e-9:
-                model.fixed_point(x=x, y=y, block=str(number))
+    hold(model, floor, "y")
     model.measured_point(name="block", x=2.0, y=1.5)
     return model
 
@@ -340,10 +339,7 @@ def propped(**stage):
     beam, load = cells_of((0, 0, 4, 1), 0.5), cells_of((3, 1, 4, 2), 0.5)
     model = model_of([beam, load], gravity=[0.0, -10.0], steps=None)
     model.material(name="soft", density=DENSITY, young_modulus=YOUNG / 10, poisson_ratio=0.25)
-    for number, cell in enumerate(beam, 1):
-        for x, y in cell:
-            if x < 1e-9:
-                model.fixed_point(x=x, y=y, block=str(number))
+    hold(model, beam, "x")
     model.measured_point(name="load", x=3.5, y=1.9, block="b2")
     model.stage(name="rest", kind="static")
     model.stage(name="next", **stage)

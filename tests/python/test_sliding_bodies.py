@@ -8,7 +8,7 @@ under g_x − g_y tan φ alone, in each step, and y follows the floor.
 import numpy as np
 import pytest
 import shapely
-from test_bodies import cells_of, model_of
+from test_bodies import cells_of, hold, model_of
 
 FRICTION = np.tan(np.radians(20.0))
 PULL = 5.0 - 10.0 * np.cos(np.pi / 6) * FRICTION
@@ -25,10 +25,7 @@ def sliding(bodies, held, steps, motion=None):
     for axis, curve in (motion or {}).items():
         model.motion(axis, curve.tolist(), STEP, "displacement")
         moves[f"motion_{axis}"] = axis
-    for number, cell in enumerate([cell for body in bodies[:held] for cell in body], 1):
-        for x, y in cell:
-            if y < 1e-9:
-                model.fixed_point(x=x, y=y, block=str(number), **moves)
+    hold(model, [cell for body in bodies[:held] for cell in body], "y", **moves)
     model.output(block_interval=steps)
     return model
 
