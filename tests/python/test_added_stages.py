@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from model_text import DRY, ROCK, group, namelist, rectangle
+from model_text import DRY, ROCK, group, rectangle
 
 import sitedda
 
@@ -32,9 +32,8 @@ def pile(**control) -> list:
 
 @pytest.mark.parametrize("adaptive", ["fixed", "adaptive"])
 @pytest.mark.parametrize("settle", [False, True])
-def test_the_input_with_added_stages_gives_the_same_bits(tmp_path, adaptive, settle):
-    file = tmp_path / "pile.nml"
-    file.write_text(namelist(pile(time_step_control=adaptive, settle=settle)))
+def test_the_input_with_added_stages_gives_the_same_bits(tmp_path, adaptive, settle, write_input):
+    file = write_input(pile(time_step_control=adaptive, settle=settle), "pile.nml")
     with sitedda.Simulation(file, output=tmp_path / "live.nc") as run:
         run.advance(77)
         run.begin_stage("digging", remove="low", release="right")
@@ -55,9 +54,8 @@ def test_the_input_with_added_stages_gives_the_same_bits(tmp_path, adaptive, set
         assert live.time[-1] == pytest.approx(0.3)
 
 
-def test_a_killed_run_goes_on_with_its_added_stage(tmp_path):
-    file = tmp_path / "pile.nml"
-    file.write_text(namelist(pile()))
+def test_a_killed_run_goes_on_with_its_added_stage(tmp_path, write_input):
+    file = write_input(pile(), "pile.nml")
     ends = []
     for kills in (False, True):
         output = tmp_path / f"{kills}.nc"
@@ -78,9 +76,8 @@ def test_a_killed_run_goes_on_with_its_added_stage(tmp_path):
         assert np.array_equal(one, other)
 
 
-def test_an_added_static_stage_brings_the_model_to_rest(tmp_path):
-    file = tmp_path / "pile.nml"
-    file.write_text(namelist(pile()))
+def test_an_added_static_stage_brings_the_model_to_rest(write_input):
+    file = write_input(pile(), "pile.nml")
     with sitedda.Simulation(file) as run:
         run.advance(50)
         run.begin_stage("rest", kind="static")
@@ -91,9 +88,8 @@ def test_an_added_static_stage_brings_the_model_to_rest(tmp_path):
         assert run.time == pytest.approx(0.3)
 
 
-def test_what_an_added_stage_cannot_do_is_refused_and_changes_nothing(tmp_path):
-    file = tmp_path / "pile.nml"
-    file.write_text(namelist(pile()))
+def test_what_an_added_stage_cannot_do_is_refused_and_changes_nothing(write_input):
+    file = write_input(pile(), "pile.nml")
     with sitedda.Simulation(file) as run:
         with pytest.raises(sitedda.InputError, match="has taken steps in its last stage"):
             run.begin_stage("too early", remove="low")
@@ -105,9 +101,8 @@ def test_what_an_added_stage_cannot_do_is_refused_and_changes_nothing(tmp_path):
         assert "&stage" not in run.present_input and run.duration == pytest.approx(0.3)
 
 
-def test_a_model_opened_as_drawn_rests_with_the_first_advance(tmp_path):
-    file = tmp_path / "pile.nml"
-    file.write_text(namelist(pile(settle=True)))
+def test_a_model_opened_as_drawn_rests_with_the_first_advance(tmp_path, write_input):
+    file = write_input(pile(settle=True), "pile.nml")
     output = tmp_path / "pile.nc"
     with sitedda.Simulation(file, output=output, drawn=True) as run:
         assert np.array_equal(run.polygons[1], np.reshape(rectangle(1, 1, 1, 1), (4, 2)))

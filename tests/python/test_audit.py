@@ -72,10 +72,9 @@ def wheel() -> list:
     ]
 
 
-def test_steps_too_long_for_the_geometry_are_told(tmp_path):
+def test_steps_too_long_for_the_geometry_are_told(write_input):
     """The audit names what the exact geometry gave to the springs, as the output has it."""
-    path = tmp_path / "wheel.nml"
-    path.write_text(namelist(wheel()))
+    path = write_input(wheel(), "wheel.nml")
     with pytest.warns(sitedda.AuditWarning, match="try a smaller time_step") as told:
         done = sitedda.run(path)
     gained = float(re.search(r"got (-?[\d.]+) of", str(told[0].message))[1])
