@@ -273,10 +273,11 @@ def bare(axes) -> None:
     axes.spines[:].set_visible(False)
 
 
-def slope_guide(axes, x, y, order: float, text: str) -> None:
-    """A dotted line of a given order through the last point of a log-log series."""
-    x = np.asarray(x, dtype=float)
-    axes.loglog(x, y[-1] * (x / x[-1]) ** order, ":", color=GREY, lw=1.2, label=text)
+def add_legends(figure: Figure) -> None:
+    """Give axes with labelled artists a legend, where they have none yet."""
+    for axes in figure.axes:
+        if axes.get_legend() is None and axes.get_legend_handles_labels()[0]:
+            axes.legend(frameon=False)
 
 
 def headline(figure: Figure, title: str, words: str = "") -> None:

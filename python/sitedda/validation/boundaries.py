@@ -55,7 +55,6 @@ def half_space(short: bool) -> Outcome:
     rows.append(relative("order of convergence", 2.0, float(np.log2(errors[0] / errors[1])), 0.1))
     axes.plot(frequencies, found, ".", color=RED, label="40 layers")
     axes.set(xlabel="frequency (Hz)", ylabel="surface over outcrop")
-    axes.legend()
     for length in (8, 20) if short else (8, 12, 20, 32):
         number = 2 * np.pi / length
         turn = np.exp(1j * _discrete(number))
@@ -124,7 +123,6 @@ def pulse(short: bool) -> Outcome:
     axes.plot(time, surface, color=RED, label="surface")
     axes.plot(time, base, color=BLUE, label="base")
     axes.set(xlabel="time (s)", ylabel="acceleration (g)")
-    axes.legend()
     turned = history.energy_damping.values[-1] + history.energy_input.values[-1]
     rows = [
         relative("surface", 2.0, surface.max(), 0.01, "g"),

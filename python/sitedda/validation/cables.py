@@ -142,5 +142,4 @@ def cables_case(short: bool) -> Outcome:
     axes[0].plot(time, exact / 1e3, color=RED, lw=2.5, alpha=0.5, label="closed form")
     axes[0].plot(time, force / 1e3, color=BLUE, lw=1.0, label="engine")
     axes[0].set(xlabel="time (s)", ylabel="force of the cable (kN/m)")
-    axes[0].legend(frameon=False)
     return Outcome(rows, figure)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from matplotlib.figure import Figure
 
 from ..base.errors import SiteddaError
+from ..report.style import add_legends
 
 CASES: dict[str, Case] = {}
 
@@ -123,6 +124,7 @@ class Case:
         begin = time.perf_counter()
         try:
             outcome, trouble = self.function(short), ""
+            add_legends(outcome.figure)
         except SiteddaError as error:
             outcome, trouble = Outcome([], Figure()), str(error)
         return Result(self, outcome, time.perf_counter() - begin, trouble)

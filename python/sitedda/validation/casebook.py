@@ -64,7 +64,6 @@ def arch_by_friction(short: bool) -> Outcome:
     axis.plot(*np.transpose(published), "o", label="published")
     axis.plot([friction for friction, _ in published], here, label="here")
     axis.set(xlabel="coefficient of friction", ylabel="least t/R", ylim=(0, None))
-    axis.legend(frameon=False)
     return Outcome(rows, figure)
 
 

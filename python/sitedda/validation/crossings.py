@@ -88,7 +88,6 @@ def crossings(short: bool) -> Outcome:
         axes[0].plot(found[:, 0], slip, "o", color=color, label=begin)
     axes[0].plot([0.0, found.max()], [0.0, found.max()], "k-", label="closed form")
     axes[0].set(xlabel="closed form, m", ylabel=f"slip after {SLIDE:g} s, m")
-    axes[0].legend()
     return Outcome(rows, figure)
 
 
@@ -173,7 +172,6 @@ def gravity_ramp(short: bool) -> Outcome:
             axes[0].plot(np.linspace(0.0, duration, len(slip)), slip, color=color, label=label)
             found.append(float(slip[-1]))
     axes[0].set(xlabel="time, s", ylabel="slip of the crest, m")
-    axes[0].legend()
     rest, grown = (float(np.mean(found)) for found in slips.values())
     rows = [relative("mean slip of the crest after a ramp, and after rest", rest, grown, 0.1, "m")]
     words = [[begin, *(f"{slip:.4f}" for slip in found)] for begin, found in slips.items()]

@@ -77,8 +77,6 @@ def free_decay(short: bool) -> Outcome:
     right.semilogx(probed, found, "o", label="free decay")
     right.set(xlabel="frequency (Hz)", ylabel="damping ratio", title="Rayleigh, 5 % at 2 and 12 Hz")
     left.set(xlabel="periods", ylabel="shear strain / largest", title="constant ratio")
-    left.legend(frameon=False)
-    right.legend(frameon=False)
     return Outcome(rows, figure)
 
 
@@ -170,8 +168,6 @@ def material_damping(short: bool) -> Outcome:
         right.semilogy(frequencies, abs(hysteretic), "k:", lw=0.9)
     left.set(xlabel="frequency (Hz)", ylabel="amplification", title="time stepping, Table I")
     right.set(xlabel="frequency (Hz)", title="stiff joints; dotted: hysteretic column")
-    left.legend(frameon=False)
-    right.legend(frameon=False)
     return Outcome(rows, figure)
 
 

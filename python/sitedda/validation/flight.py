@@ -118,7 +118,6 @@ def _bounce_figure(runs, table):
     )
     right.loglog(steps, loss, "o", color=BLUE, label="engine")
     right.set(xlabel="Δt (s)", ylabel="height lost at the first bounce (m)")
-    right.legend(frameon=False)
     return figure
 
 
@@ -395,5 +394,4 @@ def _edge_figure(run, truth):
     right.axvline(truth["tip"], color="0.7", lw=0.8)
     right.axvline(truth["t"][-1], color="0.7", lw=0.8)
     right.set(xlabel="time (s)", ylabel="angle (°)", title="lines: leaves the edge, lands")
-    right.legend(frameon=False)
     return figure

@@ -184,7 +184,6 @@ def corner_impacts(short: bool) -> Outcome:
     audit = max(audit for *_, audit in found)
     rows.append(at_most("audit of the energy", audit, 1e-6))
     axes.set(xlabel="tilt of the block (degrees)", ylabel="error of v over the speed before")
-    axes.legend(frameon=False)
     head = ("outcome", "impacts", "median error", "largest error")
     return Outcome(rows, figure, [Table("Corner impacts.", head, table)])
 

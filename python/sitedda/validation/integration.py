@@ -176,7 +176,6 @@ def _supports_figure(drawn):
     axes[0].plot(time, record, color=INK, lw=2.5, alpha=0.3, label="record, averaged over Δt")
     axes[0].plot(time, base, color=BLUE, lw=0.8, label="base")
     axes[0].set(xlabel="time (s)", ylabel="acceleration (m/s²)", xlim=(5, 15), title=name)
-    axes[0].legend(frameon=False)
     for (label, (t, b, _)), color in zip(drawn.items(), COLORS * 2, strict=False):
         axes[1].semilogy(t, np.maximum(abs(b) / abs(b).max(), 1e-18), color=color, lw=0.5)
         axes[1].plot([], [], color=color, label=label)
@@ -346,7 +345,6 @@ def _integration_figure(drawn, curves):
     left.set(
         xlabel="time (s)", ylabel="energy above the start / handed over", title="falling polygons"
     )
-    left.legend(frameon=False)
     for (name, (frequency, found, exact)), color in zip(curves.items(), COLORS, strict=False):
         right.semilogy(frequency, exact, color=color, lw=2.5, alpha=0.3)
         right.semilogy(frequency, found, color=color, lw=0.8, label=name)

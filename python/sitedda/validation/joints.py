@@ -176,7 +176,6 @@ def elastic_joint(short: bool) -> Outcome:
             axis.plot(xi.real, np.abs(values), color=BLUE if wave == "P" else ORANGE, label=wave)
     for axis, name in zip(axes, ("|T|", "|R|"), strict=True):
         axis.set(xlabel="ξ = ωZ/2k", ylabel=name, title="grey: theory")
-        axis.legend(frameon=False)
     return Outcome(rows, figure, tables)
 
 
@@ -254,7 +253,6 @@ def joints_in_series(short: bool) -> Outcome:
         axis.set(
             xlabel="ω/ω(ξ = ½)", ylabel="|T|", title=f"d/λ = {spacing:g} at ξ = ½; grey: theory"
         )
-        axis.legend(frameon=False)
     return Outcome(rows, figure)
 
 
@@ -347,7 +345,6 @@ def _slip_figure(drawn, speed: float, rows):
     left.plot(1e3 * time, incident / speed, color="0.7", label="without the joint")
     left.plot(1e3 * time, passed / speed, color=BLUE, label=f"a = {share:g}")
     left.set(xlabel="time (ms)", ylabel="v / v₀", title="transmitted wave")
-    left.legend(frameon=False)
     fine = np.linspace(0.01, 0.99, 99)
     theory = np.array([_clipped(a) for a in fine])
     for i, (name, color) in enumerate(zip("TRA", COLORS, strict=False)):
@@ -356,7 +353,6 @@ def _slip_figure(drawn, speed: float, rows):
         at = [float(row.quantity.split("=")[1]) for row in found]
         right.plot(at, [row.got for row in found], "o", color=color)
     right.set(xlabel="a = τ_s/(ρc v₀)", ylabel="coefficient", title="lines: theory, points: engine")
-    right.legend(frameon=False)
     return figure
 
 
@@ -401,7 +397,6 @@ def closing_joint(short: bool) -> Outcome:
         axes.plot(1e3 * theory.t, theory.y[0] / speed, color="0.7", lw=3)
         axes.plot(1e3 * (times - arrival), after / speed, color=color, label=f"{speed:g} m/s")
     axes.set(xlabel="time after arrival (ms)", ylabel="v / v₀", xlim=(-1, 11), title="grey: theory")
-    axes.legend(frameon=False)
     return Outcome(rows, figure)
 
 
@@ -481,5 +476,4 @@ def released_slope(short: bool) -> Outcome:
         axes.plot(time, along, color=color, label=label)
     axes.axvspan(0.2, 0.31, color="0.9")
     axes.set(xlabel="time (s)", ylabel="way (m)", title="grey: the push")
-    axes.legend(frameon=False)
     return Outcome(rows, figure)

@@ -67,7 +67,6 @@ def free_square(short: bool) -> Outcome:
     for ratio, error, color in zip(ratios, errors, (BLUE, RED), strict=True):
         axes.loglog(counts, np.abs(error), "o-", color=color, label=f"ν = {ratio:g}")
     axes.set(xlabel="cells along a side", ylabel="error of the frequency")
-    axes.legend()
     return Outcome(rows, figure, [Table("Cells do not lock", head, lines)])
 
 
@@ -118,7 +117,6 @@ def ridge(short: bool) -> Outcome:
     axes.plot(place / length, exact, color=BLUE, label="closed form")
     axes.plot(place / length, found, "o", ms=4, color=RED, label=f"cells, λ = {length} of them")
     axes.set(xlabel="distance from the crest (λ)", ylabel="amplitude over that of the wave")
-    axes.legend()
     head = ["prism", "crest", "face, largest error"]
     return Outcome(rows, figure, [Table("Shares of the largest amplitude", head, lines)])
 
@@ -192,7 +190,6 @@ def oblique_waves(short: bool) -> Outcome:
         axes.plot(angles, curve, color=color, label=f"{'PS'[wave]}, closed form")
         axes.plot([30, 60], [r.got for r in rows[2 * wave : 2 * wave + 2]], "o", color=color)
     axes.set(xlabel="angle from the normal (°)", ylabel="energy reflected", ylim=(0, 0.4))
-    axes.legend()
     head = ["wave", "closed form", "cells"]
     return Outcome(rows, figure, [Table("Energy sent back", head, lines)])
 

@@ -226,7 +226,6 @@ def _decay_figure(run, time, theory, impacts):
     for at in impacts[:3]:
         right.axvline(at, color="0.75", lw=0.8)
     right.set(xlabel="time (s)", ylabel="θ / α", title="lines: first three impacts")
-    right.legend(frameon=False)
     return figure
 
 
@@ -274,7 +273,6 @@ def rocking_onset(short: bool) -> Outcome:
         xlim=(0, 1.2 * limit),
         ylim=(0, None),
     )
-    axes.legend(frameon=False)
     return Outcome(rows, figure)
 
 
@@ -359,7 +357,6 @@ def _overturning_figure(drawn, columns):
             ylabel="θ / α",
             ylim=(-4, 4),
         )
-    axes[0].legend(frameon=False)
     return figure
 
 
@@ -504,5 +501,4 @@ def _pulse_figure(table):
         axes.plot(place, error, "o", color=color, label=label, fillstyle="none")
     axes.set_xticks(place, [f"{row[0]}\n{row[1]:g}" for row in table])
     axes.set(xlabel="α, a/(g tan α)", ylabel="duration, to the rocking equation (%)")
-    axes.legend(frameon=False)
     return figure

@@ -144,7 +144,6 @@ def _settlement_figure(found, sizes):
         ylabel="energy above the start / scale",
         title=f"{size} blocks, penalty {penalty:g} E",
     )
-    axes[1].legend(frameon=False)
     gain = [max(run.gain, 1e-20) for run in found.values()]
     rest = [max(run.residual, 1e-20) for run in found.values()]
     axes[2].semilogy(rest, "o", ms=4, color=BLUE, label="audit residual / work done")

@@ -140,7 +140,6 @@ def _incline_figure(runs, tables):
         left.plot(data.time[::10], slip, "o", ms=4, color=color, label=f"φ {friction:g}°")
     left.plot([], [], color=style.INK, lw=1, label="formula")
     left.set(xlabel="time (s)", ylabel="slip (m)", title="Slip on 30°, penalty E, Δt 1 ms")
-    left.legend(frameon=False)
     if tables:
         factors, errors = zip(*tables[0].rows, strict=True)
         right.loglog(factors, errors, "o-", color=style.BLUE, label="φ 20°, Δt 1 ms")
@@ -153,7 +152,6 @@ def _incline_figure(runs, tables):
             data = runs[factor, 35.0]
             right.plot(data.time, 1e6 * _along(data, 30.0), color=color, label=f"{factor} E")
         right.set(xlabel="time (s)", ylabel="displacement (µm)", title="φ 35°: it sticks")
-    right.legend(frameon=False)
     return figure
 
 
@@ -314,8 +312,6 @@ def _newmark_figure(fine, base, slip, velocity, data, got, slope, friction):
     below.plot(fine[::10], slip[::10], color=style.INK, lw=2.2, alpha=0.35, label="rigid block")
     below.plot(data.time, got, color=style.BLUE, lw=1, label="engine")
     below.set(xlabel="time (s)", ylabel="slip (m)")
-    for axes in (top, middle, below):
-        axes.legend(frameon=False)
     return figure
 
 
@@ -395,8 +391,6 @@ def _shaking_figure(data, fine, base, slip, friction):
     right.plot(fine, slip, color=style.INK, lw=3, alpha=0.3, label="rigid block")
     right.plot(data.time, _relative_slip(data), color=style.BLUE, lw=1.2, label="engine")
     right.set(xlabel="time (s)", ylabel="slip (m)", title="Slip relative to the base")
-    for axes in (left, right):
-        axes.legend(frameon=False)
     return figure
 
 
@@ -550,5 +544,4 @@ def _many_figure(first, last, friction, expected, got):
     right.plot(friction, expected, color=style.INK, lw=1, label="formula")
     right.plot(friction, got, "o", ms=4, color=style.BLUE, label="engine")
     right.set(xlabel="friction angle (°)", ylabel="slip after 1 s (m)")
-    right.legend(frameon=False)
     return figure

@@ -203,7 +203,6 @@ def single_block_matrix(short: bool) -> Outcome:
     axes[0].axhline(0.0, color="0.6", lw=0.8)
     axes[0].axvline(0.0, color="0.6", lw=0.8)
     axes[0].set(xlabel="φ − α (°)", ylabel="δ − α (°)")
-    axes[0].legend(frameon=False)
     words = "Wrong verdicts, all close to a limit" if wrong else "No wrong verdict"
     head = ("φ (°)", "α (°)", "δ (°)", "expected", "got", "from the limit")
     return Outcome(rows, figure, [Table(words, head, wrong)])

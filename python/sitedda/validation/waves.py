@@ -57,9 +57,7 @@ def damping(short: bool) -> Outcome:
     right.set(
         xlabel="Ω = ωΔt", ylabel="damping ratio ζ", ylim=(1e-3, 1.5), title="lines: closed form"
     )
-    right.legend(frameon=False)
     left.set(xlabel="step", ylabel="displacement / largest", title="Ω = 5", xlim=(0, 20))
-    left.legend(frameon=False)
     return Outcome(rows, figure)
 
 
@@ -178,7 +176,6 @@ def bars(short: bool) -> Outcome:
             series = 1e6 * data.displacement.sel(point=point).isel(axis=axis)
             one.plot(1e3 * data.time, series, color=color, label=point)
         one.set(xlabel="time (ms)", ylabel="displacement (µm)", title=f"{wave} wave, 60 m apart")
-        one.legend(frameon=False)
     return Outcome(rows, figure, tables)
 
 
@@ -503,7 +500,6 @@ def _joint_figure(lines, drawn, strength, per_wave):
     for side in (-1, 1):
         left.axhline(side, color=RED, lw=0.8, ls="--")
     left.set(xlabel="time / period", ylabel="τ / τ_s", title=f"τ/τ_s = {ratio:g}", xlim=(3.5, 7))
-    left.legend(frameon=False)
     fine = np.geomspace(1.001, 12, 60)
     theory = np.array([_clipped(x) for x in fine])
     got = np.array(lines)
@@ -511,5 +507,4 @@ def _joint_figure(lines, drawn, strength, per_wave):
         right.semilogx(fine, theory[:, i], color=color, lw=1)
         right.semilogx(got[:, 0], got[:, i + 1], "o", color=color, label=name)
     right.set(xlabel="τ / τ_s", ylabel="coefficient", title="lines: theory, points: engine")
-    right.legend(frameon=False)
     return figure
