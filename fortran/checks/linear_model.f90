@@ -324,7 +324,7 @@ contains
       end do
    end subroutine add_contacts
 
-   !> What a joint law says of a contact: when it acts, and whether its stiffness is a penalty or
+   !> Answer of a joint law for a contact: when it acts, and whether its stiffness is a penalty or
    !> that of the rock.
    pure subroutine take_law(laws, contacts, c, term)
       type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts

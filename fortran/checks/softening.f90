@@ -17,7 +17,7 @@ module dda_softening
 
 contains
 
-   !> What to say of joint j where its cohesive zone E'G/T² holds fewer than three points; else
+   !> Words on joint j where its cohesive zone E'G/T² holds fewer than three points; else
    !> blank.
    pure function coarse_points(model, j) result(words)
       type(model_type), intent(in) :: model  !< as read from the input

@@ -16,7 +16,7 @@ module dda_joint_law
 
    real(wp), parameter :: steepest = 89.0_wp  !< friction angle that an input may have, degrees
 
-   !> What a contact of a joint remembers.
+   !> Memory of a contact of a joint.
    type :: joint_state_type
       real(wp) :: length     !< tributary length, m
       real(wp) :: slip_path  !< slip beyond the elastic one, both ways added up, m
@@ -177,7 +177,7 @@ contains
       after%slip_path = state%slip_path + abs(slip)
    end function longer_path
 
-   !> How far slip has lifted the contact, m; here: not at all.
+   !> Lift of the contact by slip, m; here: none.
    pure real(wp) function no_lift(law, state) result(lift)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact

@@ -138,7 +138,7 @@ contains
          *exp(-law%wear*abs(shear_force*slip)/state%length)
    end function slipped
 
-   !> How far slip has lifted the contact, m.
+   !> Lift of the contact by slip, m.
    pure real(wp) function lift(law, state)
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact

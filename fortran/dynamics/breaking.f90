@@ -190,7 +190,7 @@ contains
       simulation%model%welds(i)%state = weld_open
    end subroutine open_face
 
-   !> Which area of cells has their own strain; where faces have opened, sides, joints, neighbours.
+   !> Area of cells that has their own strain; where faces have opened, sides, joints, neighbours.
    subroutine renew_faces(simulation, opened)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       logical, intent(in) :: opened                       !< some have

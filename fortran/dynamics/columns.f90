@@ -2,7 +2,7 @@
 !> The columns of the free fields of a run: each is a run of its own (`dda_column_model`) that takes
 !> its step before the model does and does not feel it.
 !>
-!> What it hands over are forces between its blocks and their images at t₀ + θΔt, as bonded joints
+!> It hands over forces between its blocks and their images at t₀ + θΔt, as bonded joints
 !> of the model have them, and the motion of its side.
 module dda_columns
    use dda_kinds, only: wp

@@ -166,8 +166,8 @@ contains
       to = from
    end subroutine copy_row
 
-   !> What a contact gives to the blocks of its vertex and of its edge; the forces are those on the
-   !> first.
+   !> Terms of a contact in the rows of the blocks of its vertex and of its edge; the forces are
+   !> those on the first.
    pure subroutine add_sides(dirty_v, dirty_e, normal, shear, force, normal_v, shear_v, normal_e, &
       shear_e, diagonal_v, diagonal_e, rhs_v, rhs_e)
       integer, intent(in) :: dirty_v, dirty_e

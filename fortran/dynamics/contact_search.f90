@@ -108,7 +108,7 @@ contains
       end associate
    end subroutine renew_contacts
 
-   !> What joint laws need of a new list: lengths, and lines in place of curves.
+   !> Data of joint laws for a new list: lengths, and lines in place of curves.
    pure subroutine prepare_laws(simulation, contacts)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(contacts_type), intent(inout) :: contacts      !< its new list

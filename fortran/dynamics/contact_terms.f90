@@ -30,7 +30,7 @@ module dda_contact_terms
 
    integer, parameter :: none = -1   !< no state
 
-   !> What of the contacts has to be assembled, and what of it a solver has not yet seen.
+   !> Terms of the contacts that have to be assembled, and that a solver has not yet seen.
    type :: contact_terms_type
       logical :: rebuild = .true.             !< the contacts or the linear part are others
       logical :: other_matrix = .true.        !< K̂ is not that of the last call

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What to say of a step that fails, and of a run that should not be trusted: what, where, when,
+!> Words on a step that fails, and on a run that should not be trusted: what, where, when,
 !> what to try.
 module dda_diagnostics
    use dda_kinds, only: wp

@@ -158,8 +158,8 @@ contains
       end associate
    end function damping_strain
 
-   !> What all of block b would exert on its strains if no face had a share of it, at t₀ + θΔt of a
-   !> step whose increment d is known.
+   !> Forces that all of block b would exert on its strains if no face had a share of it, at
+   !> t₀ + θΔt of a step whose increment d is known.
    pure function force_on_strains(blocks, step, b, d) result(force)
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
       type(step_type), intent(in) :: step      !< the one being taken

@@ -498,7 +498,7 @@ contains
       call archive_values(archive, self%force)
    end subroutine serialise
 
-   !> What the output holds of each bolt: forces, stretch since it was put in, state.
+   !> Values of each bolt in the output: forces, stretch since it was put in, state.
    pure function columns(self) result(values)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       real(wp) :: values(bolt_columns, size(self%bolt))  !< N/m, N/m, m, 0 … 4

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What breaking asks of the elements: forces on welded faces, and the joints that they become.
+!> Elements of faces that break: forces on welded faces, and the joints that they become.
 module dda_broken_faces
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type

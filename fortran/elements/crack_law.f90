@@ -78,7 +78,7 @@ contains
       end associate
    end function traction_ratio
 
-   !> What a step does to a point, with the pressure that is held.
+   !> Motion of a point in a step, with the frozen pressure.
    pure type(motion_type) function motion_of(self, point, state, strain, change) result(motion)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< where it acts
@@ -104,7 +104,7 @@ contains
       share = max(state(damaged), min(1.0_wp, point%bounding(2)/self%joint%strengths(1)))
    end function acting_damage
 
-   !> What is held: the pressure that bounds friction, and D* times the tensile strength.
+   !> Frozen values: the pressure that bounds friction, and D* times the tensile strength.
    pure function held_stress(self, point, state, strain, change, step) result(stress)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< where it acts

@@ -15,7 +15,7 @@ module dda_crack_points
 
 contains
 
-   !> What the points of whole face i add to the forces on its deformations in the present state.
+   !> Part of the points of whole face i in the forces on its deformations in the present state.
    pure function points_force(self, i, blocks) result(force)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                       !< face

@@ -2,7 +2,7 @@
 !> An element: whatever acts on blocks linearly — a support, a load, a body force, a dashpot, a
 !> bolt.
 !>
-!> What it gives is read by the assembly, the energy budget, the checks and the transfer function
+!> Its terms are read by the assembly, the energy budget, the checks and the transfer function
 !> alike.  An object holds all elements of its kind.  A new kind is one file that extends
 !> `element_type` and one line of registration in `dda_elements`; it overrides what it has.
 module dda_element

@@ -261,7 +261,7 @@ contains
       end do
    end function has_bounds_off
 
-   !> What the output holds of the bolts.
+   !> Values of the bolts in the output.
    pure function bolt_states(elements, n) result(states)
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: n                     !< bolts of the model
@@ -277,8 +277,8 @@ contains
       end do
    end function bolt_states
 
-   !> What ties, and welds with images, exert on the blocks of one face, at t₀ + θΔt of a step whose
-   !> increment d is known.
+   !> Forces of ties, and of welds with images, on the blocks of one face, at t₀ + θΔt of a step
+   !> whose increment d is known.
    function face_forces(elements, face, blocks, step, d) result(force)
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: face                  !< of each tie and weld, 1 or 2
@@ -329,7 +329,7 @@ contains
       end do
    end function block_stress
 
-   !> How far the stresses of cells are off, Pa, as a stress along one axis at no other strain whose
+   !> Error of the stresses of cells, Pa, as a stress along one axis at no other strain whose
    !> energy is that of the jumps about the cell; 0 of other blocks.
    function stress_error(elements, blocks) result(stress)
       type(elements_type), intent(in) :: elements  !< of the model
@@ -359,7 +359,7 @@ contains
       end do
    end function plastic_strain
 
-   !> What estimates the error of the stress in each cell, and what all faces store, J per metre of
+   !> Estimate of the error of the stress in each cell, and energy of all faces, J per metre of
    !> thickness.
    subroutine add_up_jumps(elements, blocks, error, stored)
       type(elements_type), intent(in) :: elements  !< of the model

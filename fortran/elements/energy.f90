@@ -3,7 +3,7 @@
 !>
 !> ΔT = d·F − (χ − ½) ΔvᵀMΔv holds exactly in a step (`dda_scheme`), so the loss that the scheme
 !> makes in a force with a convex potential V at the end of the step is V₀ − V₁ − ∇V₁·(x₀ − x₁) ≥ 0.
-!> What the exact geometry at the start of the next step adds to the linear one is booked as
+!> Energy that the exact geometry at the start of the next step adds to the linear one is booked as
 !> geometric.
 !>
 !> A new term is a name and a line of `energy_terms`.

@@ -71,7 +71,7 @@ contains
       end associate
    end subroutine get_spring
 
-   !> What the spring of point i exerts on its block in the present state, N/m …; its motion does
+   !> Forces of the spring of point i on its block in the present state, N/m …; its motion does
    !> not count.
    pure function reaction_of(self, i, blocks) result(force)
       type(fixed_points_type), intent(in) :: self  !< all points

@@ -226,7 +226,7 @@ contains
       end do
    end subroutine set_crack_points
 
-   !> What the jump of point p may carry in a step, N/m, by the points of its face at its start.
+   !> Largest force of the jump of point p in a step, N/m, by the points of its face at its start.
    pure real(wp) function cap_of(self, p) result(cap)
       class(material_points_type), intent(in) :: self  !< with strains at the start of the step
       integer, intent(in) :: p                       !< point of a jump
@@ -337,7 +337,7 @@ contains
          [0.0_wp, 0.0_wp, 0.0_wp], step_type(scheme_type(1.0_wp, 1.0_wp)), stress, tangent)
    end function present_stress
 
-   !> What of `carried` keeps the area of point p of a face where its plastic strain is not small.
+   !> Part of `carried` that keeps the area of point p of a face where its plastic strain is large.
    !>
    !> Cells that turn by a against each other about the middle of a face come nearer by ha²/8, arcs
    !> by ha²/24: what a pressure p of the sides does with the difference is taken from it, the force
@@ -364,7 +364,7 @@ contains
          *self%state(1:2, p)
    end function shape_stress
 
-   !> What point p stores beyond an elastic one at a strain, J/m³.
+   !> Energy of point p beyond an elastic one at a strain, J/m³.
    pure real(wp) function beyond_elastic(self, p, state, strain) result(energy)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point

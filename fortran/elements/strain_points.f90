@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What the laws of materials add to the equations of a step at their points
+!> Terms of the laws of materials in the equations of a step at their points
 !> (`dda_material_points`).
 !>
 !> A step is solved by Newton's method: with the stress c beyond elasticity linear about an
@@ -274,7 +274,7 @@ contains
       end do
    end subroutine add_face_force
 
-   !> What c, less what is linear of it, works on a way from one increment of the step to another,
+   !> Work of c, less what is linear of it, on a way from one increment of the step to another,
    !> at a share of the way: beyond the slope of the linear problem, J per metre of thickness.
    real(wp) function slope_beyond(self, blocks, step, from, to, share) result(slope)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
@@ -345,7 +345,7 @@ contains
       end if
    end subroutine revise
 
-   !> What bounds of point p may be off after a solution, Pa.
+   !> Error that bounds of point p may have after a solution, Pa.
    pure real(wp) function may_be_off(self, p, change, step) result(allowed)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
@@ -371,7 +371,7 @@ contains
       if (self%worst > 0) block = self%block(1, self%worst)
    end function worst_point
 
-   !> What all points store beyond elastic ones.
+   !> Energy of all points beyond elastic ones.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< in their present state
@@ -496,7 +496,7 @@ contains
       if (before%area(p) <= 0.0_wp .and. before%block(2, p) > 0) source = p - 1
    end function source_of
 
-   !> What points keep.
+   !> State of the points.
    subroutine serialise(self, archive)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(archive_type), intent(inout) :: archive      !< written or read
@@ -520,7 +520,7 @@ contains
       call archive_values(archive, self%rest_energy)
    end subroutine serialise
 
-   !> What points add to the mean stress of blocks, Pa, in the axes of the block.
+   !> Part of points in the mean stress of blocks, Pa, in the axes of the block.
    subroutine add_point_stress(self, blocks, stress)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< in their present state

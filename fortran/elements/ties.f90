@@ -82,7 +82,7 @@ contains
       if (beyond(face) > least .and. beyond(3 - face) < beyond(face) - least) face = 3 - face
    end function face_of
 
-   !> How far the foot of a corner lies beyond the other face, m.
+   !> Distance of the foot of a corner beyond the other face, m.
    pure real(wp) function overshoot(blocks, tie, face)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(tie_type), intent(in) :: tie        !< of the list

@@ -148,7 +148,7 @@ contains
       end associate
    end function damping_force
 
-   !> What damping of face i stores, and, of a step, what is stored at its end and both losses: of
+   !> Energy that damping of face i stores, and, of a step, that at its end and both losses: of
    !> the materials, and Δσ·Δε beyond elasticity.
    pure function damping_energies(self, i, blocks, q, change, time_step) result(energy)
       class(welds_type), intent(in) :: self    !< elements of this kind
@@ -288,7 +288,7 @@ contains
       end do
    end function derivatives_of
 
-   !> What rotation and strains of cell k do to an offset ρ: the last four columns of T.
+   !> Effect of rotation and strains of cell k on an offset ρ: the last four columns of T.
    pure function shape_of(placed, k, reference) result(shape)
       type(configuration_type), intent(in) :: placed    !< both cells
       integer, intent(in) :: k               !< cell, 1 or 2
@@ -568,7 +568,7 @@ contains
       force = force_of(self%springs(i), self%force(:, i), q) + damping_force(self, i, blocks, q)
    end function weld_force
 
-   !> What faces add to the mean stress of their cells, Pa, in the axes of the cell: the forces on
+   !> Part of faces in the mean stress of their cells, Pa, in the axes of the cell: the forces on
    !> their strains over their area.
    pure subroutine add_face_stress(self, blocks, stress)
       class(welds_type), intent(in) :: self    !< elements of this kind
@@ -588,7 +588,7 @@ contains
       end do
    end subroutine add_face_stress
 
-   !> What estimates the error of stresses, η² = Σ (L/h) μ (|[u]|² + |[u]_l|²/3), one half in each
+   !> Estimate of the error of stresses, η² = Σ (L/h) μ (|[u]|² + |[u]_l|²/3), one half in each
    !> of the cells, and ½ Σ c s², what all faces store; J per metre of thickness.
    pure subroutine add_jump_energies(self, blocks, error, stored)
       type(welds_type), intent(in) :: self       !< elements of this kind

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What a run takes of its input that is seen in no picture: the elastic law of the blocks, and what
+!> Parts of an input that are seen in no picture: the elastic law of the blocks, and what
 !> each motion is.
 module dda_model_description
    use dda_kinds, only: wp
