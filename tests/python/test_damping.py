@@ -15,6 +15,7 @@ def damped(**values) -> list:
     return changed(groups, "material", **values)
 
 
+BARE = {"young_modulus": None, "poisson_ratio": None}
 REFUSED = [
     ({"damping_ratio": -0.1}, "damping_ratio = -0.1"),
     ({"damping_ratio": 0.6}, "damping_ratio = 0.6"),
@@ -33,24 +34,8 @@ REFUSED = [
     ),
     ({"shear_velocity": 800.0}, "must be given together"),
     ({"shear_velocity": 800.0, "pressure_velocity": 1600.0}, "not both"),
-    (
-        {
-            "young_modulus": None,
-            "poisson_ratio": None,
-            "shear_velocity": 800.0,
-            "pressure_velocity": 700.0,
-        },
-        "must be above shear_velocity",
-    ),
-    (
-        {
-            "young_modulus": None,
-            "poisson_ratio": None,
-            "shear_velocity": 100.0,
-            "pressure_velocity": 7e4,
-        },
-        "give young_modulus",
-    ),
+    ({**BARE, "shear_velocity": 800.0, "pressure_velocity": 700.0}, "must be above shear_velocity"),
+    ({**BARE, "shear_velocity": 100.0, "pressure_velocity": 7e4}, "give young_modulus"),
     ({"young_modulus": None}, "young_modulus is missing"),
     ({"damping_ratio": 0.05, "damping_band(2)": 50.0}, "damping_band"),
     ({"damping_ratio": 0.05, "rayleigh_frequencies(2)": 8.0}, "rayleigh_frequencies"),

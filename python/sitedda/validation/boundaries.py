@@ -30,7 +30,6 @@ def _stack(layers: int, height: float, penalty: float, time_step: float) -> Mode
 
 
 @case(
-    "half_space",
     "A layer on an elastic half-space",
     "Surface over outcrop is 1/|cos kH + i a sin kH| with a = ρ_sV_s/ρ_rV_r; the error of blocks "
     "of thickness h falls as h². Dashpots of the half-space of the blocks themselves reflect "
@@ -89,7 +88,6 @@ def _reflection(length: float, layers: int = 80) -> float:
 
 
 @case(
-    "pulse",
     "A pulse through rock that stands on its own half-space",
     "A wave of 1 g comes in through the base, is doubled at the surface and leaves: 1 g at the "
     "base twice, 2 g at the surface, then nothing.",

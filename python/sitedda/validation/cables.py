@@ -109,7 +109,6 @@ def sling_frequencies() -> tuple[float, float]:
 
 
 @case(
-    "cables",
     "Cables that pass blocks: a machine of Atwood and a sling",
     "a = g (m₁ - m₂)/(m₁ + m₂); N = T (1 - cos ωt), T = 2 g m₁ m₂/(m₁ + m₂), ω² = k (m₁ + m₂)/(m₁ "
     "m₂), less the damping ωΔt/4; W = 2 N cos β in the sling, which swings sideways with ω² = 2 N "

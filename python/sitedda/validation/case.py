@@ -150,13 +150,13 @@ class Result:
         return self.outcome.rows
 
 
-def case(name: str, title: str, formula: str, reference: str) -> Callable:
-    """Register a function as a case."""
-
-    if name in CASES:
-        raise ValueError(f"there are two cases {name!r}")
+def case(title: str, formula: str, reference: str) -> Callable:
+    """Register a function as a case of its name, without ``_case`` at its end."""
 
     def register(function: Callable[[bool], Outcome]) -> Callable[[bool], Outcome]:
+        name = function.__name__.removesuffix("_case")
+        if name in CASES:
+            raise ValueError(f"there are two cases {name!r}")
         CASES[name] = Case(name, title, formula, reference, function)
         return function
 

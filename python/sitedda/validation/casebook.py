@@ -24,7 +24,6 @@ MEASURED = {3: 0.97, 5: 0.95}  # height over width: share of angular velocity ov
 
 
 @case(
-    "arch_stereotomy",
     "The thinnest half-circle arch, by radial and by vertical cuts",
     "Rigid blocks without tension and slip under their weight: t/R = 0.1075 where cuts are radial, "
     "0.1095 where they are vertical. Stones have straight sides: 0.0001 for 120 of them.",
@@ -45,7 +44,6 @@ def arch_stereotomy(short: bool) -> Outcome:
 
 
 @case(
-    "arch_by_friction",
     "The thinnest half-circle arch, by its friction",
     "27 rigid stones without tension, cut radially, which slide without dilation: t/R by friction "
     "as read off a published figure, to 0.002; below a coefficient of 0.309 ± 0.001 none stands.",
@@ -103,7 +101,6 @@ def _arch(thickness: float, cuts: str, stones: int, friction: float = ROUGH) -> 
 
 
 @case(
-    "pushed_wall",
     "A dry wall pushed sideways",
     "Six courses of stones of 0.4 × 0.175 m, friction 0.65: pushed by 0.64 of the weight.",
     "`docs/casebook/wall.md`.",
@@ -137,7 +134,6 @@ def _wall() -> Model:
 
 
 @case(
-    "block_on_slope",
     "A block on a slope of 40°: stable, sliding, toppling",
     "Width 10 m, height y, friction φ: y 10, φ 40.1° stable; y 5, φ 20° slides by "
     "½ g (sin ψ − cos ψ tan φ) t²; y 25, φ 40° topples.",
@@ -182,7 +178,6 @@ def _let_go(height: float, friction: float, duration: float):
 
 
 @case(
-    "rocking_share",
     "What an impact leaves of the angular velocity of a rocking block",
     "1 − 1.5 sin² α in rigid theory, α = arctan(width/height), with restitution 0. Measured on "
     "concrete: 0.97 of that at a height of 3 widths, 0.95 at 5; real blocks lose more.",

@@ -63,7 +63,6 @@ def _slid(model: Model, gravity: tuple[float, float], rest: bool) -> float:
 
 
 @case(
-    "crossings",
     "Rows of blocks that slide over crossings of joints",
     "Four blocks meet where two joints cross. Those across share a corner and no face, so that a "
     "row that slides along one of the joints moves by `½ g (sin α - cos α tan φ) t²`, as a single "
@@ -145,7 +144,6 @@ def _shaken(model: Model, ramp: float, duration: float) -> np.ndarray:
 
 
 @case(
-    "gravity_ramp",
     "A slope of two joint sets, shaken after a static stage and after a ramp of gravity",
     "How gravity came on is forgotten once the joints slip: the final displacement is the same. "
     "The slope of the examples (30 m, planes at 35°, φ 38°, 5 % damping, impacts without rebound) "

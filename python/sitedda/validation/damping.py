@@ -30,7 +30,6 @@ PEAKS = {0.01: (66.073, 13.950), 0.05: (13.2507, 13.964), 0.10: (6.6820, 14.014)
 
 
 @case(
-    "free_decay",
     "Free decay of a damped block",
     "A free square block swings in shear, ω² = 24 G/(ρa²). With the constant ratio ζ its "
     "logarithmic decrement gives sin(½π γ/(1 − γ)), γ = atan(2ζ)/π: more than ζ, the loss in "
@@ -124,7 +123,6 @@ def _decrement(time: np.ndarray, strain: np.ndarray) -> float:
 
 
 @case(
-    "material_damping",
     "A layered site with the same damping at all frequencies",
     "Table I's layers with a constant ratio in the midpoint rule, which does not damp: peaks of "
     "`transfer` and of time stepping under a record against those of an independent program, and "

@@ -15,7 +15,6 @@ DENSITY = 2500.0  # kg/m³
 
 
 @case(
-    "bounce",
     "Free fall and bounce",
     "Fall: ½ g t². Each contact is half a period of the springs, ω = √(2 k_n/m) for two corners, "
     "so the scheme's damping ζ(ωΔt) leaves e = exp(−ζ π/√(1−ζ²)) of the speed and e² of the "
@@ -125,7 +124,6 @@ def _bounce_figure(runs, table):
 
 
 @case(
-    "rotation",
     "A hundred turns in flight",
     "A free body turns for ever: area, edges and angular momentum stay. A rectangle and an L fly "
     "and turn at 2π rad/s, with 20 and 200 steps to a turn.",
@@ -230,7 +228,6 @@ def _spin_figure(pictures):
 
 
 @case(
-    "edge",
     "A block slides off an edge, tips, flies and lands",
     "Without friction: the rigid body slides until its centre passes the edge, then turns about "
     "the edge while it slides on (two coordinates, the bottom face through the edge), and flies "

@@ -14,7 +14,6 @@ STORED = ("kinetic", "strain", "contact", "support")
 
 
 @case(
-    "restitution",
     "Restitution of a joint, at random phases of the step",
     "A block of 1 m x 1 m falls flat on a held one at 1 m/s without gravity; the velocity of its "
     "centre of mass afterwards is the restitution of the joint, wherever in a step it touches and "
@@ -69,7 +68,6 @@ def _bounce(omega, asked, phase, stiff) -> tuple[float, float, float]:
 
 
 @case(
-    "rocking_times",
     "Rocking block: impact times and shortest overturning pulse with e = 0",
     "Housner: p² = 3g/4R, each impact leaves 1 − 1.5 sin² α of the angular velocity. Impacts "
     "of a block of 0.25 m x 1.0 m let go at α/2: 0.34917, 0.91745, 1.39964, 1.81777 s; all "
@@ -152,7 +150,6 @@ def _rock(penalty, time_step, duration=1.9, angle=None, pulse=None, scale=1.0):
 
 
 @case(
-    "corner_impacts",
     "A corner that hits the ground, with friction",
     "A rigid block hits rigid ground with a corner: v⁺ = v⁻ + M⁻¹(n p + t q), the rows n, t of the "
     "velocities of the corner along the normal and along the ground. nᵀv⁺ = −e nᵀv⁻, and either "

@@ -97,7 +97,6 @@ def _accelerations(history) -> tuple[np.ndarray, np.ndarray]:
 
 
 @case(
-    "supports",
     "Supports that do not ring",
     "A fixed point is a spring k and a dashpot (1 − χ) k Δt on the velocity at the end of the step "
     "relative to the motion's own: both roots are those of backward Euler, so that a base of any "
@@ -305,7 +304,6 @@ def _energy_texts(integration: str, short: bool) -> dict[str, tuple[str, int]]:
 
 
 @case(
-    "integration",
     "Members of the time integration: energy and transfer functions",
     "With θ, χ ≥ ½ no member gains energy, contacts that open and close included: ΔE = "
     "−(θ−½) dᵀKd − (χ−½) ΔvᵀMΔv − the loss of contacts and supports, each a term of the budget. In "

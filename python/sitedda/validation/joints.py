@@ -139,7 +139,6 @@ def _coefficients(bar: Bar, width: float, joints: Sequence[int], stiffness: floa
 
 
 @case(
-    "elastic_joint",
     "P and S waves through an elastic joint",
     "A joint of stiffness k per area between half-spaces of impedance Z = ρc: with ξ = ωZ/2k, "
     "T = 1/(1 + iξ), |R| = ξ/√(1 + ξ²), and the wave is late by atan(ξ)/ω. T is the ratio of the "
@@ -209,7 +208,6 @@ def _block_sizes() -> Table:
 
 
 @case(
-    "joints_in_series",
     "P waves through equal joints",
     "N joints at the spacing d: cos Φ = cos kd − ξ sin kd, |T| = [1 + ξ² sin²NΦ/sin²Φ]^(−1/2). "
     "Where |cos Φ| > 1 waves do not pass an endless row: at ξ = ½ from d/λ = 0.3524 to ½.",
@@ -281,7 +279,6 @@ def _series(xi, angle, count: int):
 
 
 @case(
-    "plastic_joint",
     "S waves through a joint that slips: energy",
     "A joint of strength τ_s passes an incident velocity v₀ sin ωt clipped at ± τ_s/ρc. With "
     "a = τ_s/(ρc v₀) and sin θ = a, T² = (4/π)[θ/2 − sin 2θ/4 + a²(π/2 − θ)], "
@@ -360,7 +357,6 @@ def _slip_figure(drawn, speed: float, rows):
 
 
 @case(
-    "closing_joint",
     "A pulse through a joint of hyperbolic closure",
     "A half-sine P pulse of 50 Hz through a joint σ = k_ni δ/(1 − δ/V_m): the transmitted velocity "
     "obeys dv/dt = (2k_ni/Z)(v_I − v)(1 + Z v/(k_ni V_m))². The larger the pulse, the more of it "
@@ -417,7 +413,6 @@ def _closing(bar: Bar, speed: float, period: float, stiffness: float, closure: f
 
 
 @case(
-    "released_slope",
     "A slope that a shock releases",
     "A block stands on a plane by its peak strength. A push breaks the joint; from then on it "
     "slides at its residual strength, with the acceleration g sin α − g cos α tan φ_r.",

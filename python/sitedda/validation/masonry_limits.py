@@ -53,7 +53,6 @@ def _stone(model: Model, friction: float, shear_ratio: float) -> None:
 
 
 @case(
-    "arch_friction",
     "A half-circle arch held by friction",
     "With t/R = 0.112 an arch of 27 voussoirs stands for μ ≥ 0.40, where t/R = 0.10672 would do, "
     "and not at μ = 0.30, where no thickness would (rigid statics as a linear programme).",
@@ -84,7 +83,6 @@ def _wall_holds(bricks: int, courses: int, angle: float) -> bool:
 
 
 @case(
-    "tilting_wall",
     "Dry walls in running bond on a tilting table",
     "Bricks 2 : 1, μ = 0.65: limit analysis with associated sliding gives 30.862° for 3 bricks × 6 "
     "courses and 26.458° for 4 × 12, upper limits for friction that does not dilate.",

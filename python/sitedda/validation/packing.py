@@ -74,7 +74,6 @@ def deepest_overlap(shapes: list[np.ndarray]) -> float:
 
 
 @case(
-    "packing",
     "A thousand random polygons dropped into a box",
     "No closed form, but certain facts: the pile comes to rest, no block is lost through another, "
     "overlaps stay small (here 0.5 mm at rest and 2 mm in impacts, at a penalty of 1e9 N/m and "

@@ -39,7 +39,6 @@ def _wavelet(frequency: float, time):
 
 
 @case(
-    "free_square",
     "Lamé's mode of a free square",
     "A square of side a has a mode of pure shear along its diagonals, f = V_s/(√2 a), whatever its "
     "Poisson ratio, near ½ too: a body of n × n cells.",
@@ -92,7 +91,6 @@ def _centres(count: int) -> np.ndarray:
 
 
 @case(
-    "ridge",
     "A ridge of 90 degrees under vertical SV waves",
     "With the crest at the origin and faces y = −|x|, u_x = F(t − y/V_s) − F(t + y/V_s) and "
     "u_y = F(t + x/V_s) − F(t − x/V_s) leave the faces free of traction for any Poisson ratio: the "
@@ -165,7 +163,6 @@ def _prism(length: int, poisson: float):
 
 
 @case(
-    "oblique_waves",
     "Oblique waves on dashpots",
     "Share of the energy that dashpots ρV_p and ρV_s send back of plane P and S waves at 30° and "
     "60° from the normal, ν = ¼, plane strain: reflected amplitudes follow from stress = dashpot "

@@ -151,7 +151,6 @@ def _rocked(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
 
 
 @case(
-    "rocking_decay",
     "Rocking block: free decay with impacts",
     "p² = 3g/4R, θ'' = −p² sin(α sgn θ − θ), each impact leaves 1 − 1.5 sin² α of the angular "
     "velocity. Block of 0.5 m x 2 m let go at 0.6 α; penalty 1e14 N/m and Δt 0.1 ms, so that "
@@ -230,7 +229,6 @@ def _decay_figure(run, time, theory, impacts):
 
 
 @case(
-    "rocking_onset",
     "Rocking block: onset",
     "A block lifts off when the acceleration of the base passes g tan α (g w/h). The acceleration "
     "grows by 0.5 m/s³ after a second of rest.",
@@ -288,7 +286,6 @@ def _corner_forces(contacts, first_corner) -> dict[int, float]:
 
 
 @case(
-    "overturning",
     "Rocking block: overturning under one sine cycle",
     "One cycle a sin(ω t) of base acceleration at ω/p = 2, 3, 4 and 5: the least amplitude that "
     "overturns the block by Housner's equation (scipy, bisection to 0.1 %); the engine must stand "
@@ -460,7 +457,6 @@ def pulse_limit(width, height, acceleration, way, time_step=1e-3, share=5e-4, **
 
 
 @case(
-    "pulses",
     "Rocking block: overturning under a rectangular pulse",
     "The least duration of a pulse of 1.5 or 3 g tan α that overturns a block, by a floor that "
     "goes on with the velocity of the pulse, and by body force in the frame of the floor: the "

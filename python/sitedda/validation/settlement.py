@@ -20,7 +20,6 @@ STORED = ("kinetic", "strain", "contact", "support", "gravity")
 
 
 @case(
-    "settlement",
     "Walls of 50, 200 and 1000 blocks under sudden gravity",
     "Every potential of the scheme is convex and the backward slider only dissipates, so kinetic "
     "plus potential energy never stands above its start at any Δt and penalty "

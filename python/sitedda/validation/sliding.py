@@ -64,7 +64,6 @@ def _free_slip(friction_angle: float, slope: float, time):
 
 
 @case(
-    "incline",
     "Block on an incline of 30°",
     "s = ½ g (sin α − cos α tan φ) t² where φ < α; at rest where φ > α.",
     "A standard case; MacLaughlin & Sitar (1999) use the same case for the original DDA.",
@@ -231,7 +230,6 @@ def read_smc(file: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 @case(
-    "newmark",
     "Newmark's sliding block under a recorded earthquake",
     "While it slides, a = g [sin α + k cos α − tan φ (cos α − k sin α)]; it yields at "
     "k_y = tan(φ − α). Here α = 15°, φ = 22°, and the shipped record of Loma Prieta 1989, "
@@ -319,7 +317,6 @@ def _newmark_figure(fine, base, slip, velocity, data, got, slope, friction):
 
 
 @case(
-    "shaking_base",
     "Block on a base that shakes",
     "It sticks while |a| ≤ μ g, else it moves with ± μ g until the relative velocity is zero. "
     "The base follows 0.4 g sin(2π t), given as prescribed displacement at its fixed points; "
@@ -398,7 +395,6 @@ def _shaking_figure(data, fine, base, slip, friction):
 
 
 @case(
-    "tilt",
     "Tilting table",
     "A block on a slowly tilting table slides at tan α = μ, a slender one topples at tan α = w/h. "
     "One block of each kind stands on the table (φ 15°; w/h = 0.3 with φ 40°), which turns by "
@@ -491,7 +487,6 @@ def _tilt_figure(frames, rate):
 
 
 @case(
-    "many_blocks",
     "Twenty blocks on an incline",
     "Blocks in touch on an incline of 30°, with φ growing upwards from 5° to 24°: each leaves the "
     "next behind and follows its own s = ½ g (sin α − cos α tan φ) t². Poisson's ratio is 0: with "

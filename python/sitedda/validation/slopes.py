@@ -89,7 +89,6 @@ def rest_of(model: Model) -> Rest | None:
 
 
 @case(
-    "goodman_bray",
     "Goodman and Bray's toppling slope of 16 blocks",
     "Limit equilibrium from block to block, downwards: a toppling block needs `P_{n-1} = "
     "[P_n (M_n - Δx tan φ) + ½ W (y sin α - Δx cos α)]/L_n`, a sliding one `P_{n-1} = P_n - "
@@ -98,7 +97,7 @@ def rest_of(model: Model) -> Rest | None:
     "with tan φ = 0.65 a horizontal bolt of 2013 kN/m at block 1 holds it.",
     "Goodman and Bray (1976), Toppling of rock slopes.",
 )
-def goodman_bray_slope(short: bool) -> Outcome:
+def goodman_bray_case(short: bool) -> Outcome:
     """Limit, forces, modes and bolt force."""
     rows = [
         true("stands at tan φ 1 % above the limit", True, _stands(goodman_bray(1.01 * LIMIT))),
@@ -168,13 +167,12 @@ def limit_verdict(friction: float, slope: float, width: float, height: float):
 
 
 @case(
-    "single_block",
     "A block on a slope: stable, slides or topples",
     "With tan δ = b/h: stable for φ > α and δ > α; slides for φ < α and φ < δ; else topples. "
     "Random φ and α of 5 … 60°, δ of 8 … 70°.",
     "Goodman and Bray (1976); Sagaseta (1986) for φ < α.",
 )
-def single_block_matrix(short: bool) -> Outcome:
+def single_block_case(short: bool) -> Outcome:
     """The verdicts of random blocks."""
     random = np.random.default_rng(17)
     tried = []
@@ -249,7 +247,6 @@ WET_LENGTH = 0.8e6 / (WATER * WET_HEAD)  # of the plane, m: U = ½ γ z A = 0.4 
 
 
 @case(
-    "wet_wedge",
     "A block on a plane with water in and under it",
     "FS = (W cos ψ - U - V sin ψ) tan φ/(W sin ψ + V cos ψ), ψ 35°, W 2.5, U 0.4, V 0.2 MN/m: "
     "0.9596 at φ 45° (dry 1.428), 0.5540 at 30°, by strength reduction; and the head in the crack "
@@ -300,7 +297,6 @@ def bolted_block(force: float, angle: float) -> Model:
 
 
 @case(
-    "bolted_block",
     "The least bolt force that holds a block on a plane",
     "T = W (sin α - cos α tan φ)/(cos ε + sin ε tan φ) at an angle ε to the plane; W 100 kN/m, α "
     "40°, φ 30°: 20.0512 kN/m along it, and the least, 17.3648 kN/m, at ε = φ.",

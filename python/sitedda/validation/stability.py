@@ -99,7 +99,6 @@ def _arch_stands(count: int, thickness: float) -> bool:
 
 
 @case(
-    "arch",
     "Thickness at which a semicircular arch falls",
     "Limit analysis (linprog, no tension, friction 60°) of the same straight-sided voussoirs gives "
     "the least thickness over the radius of the centre line; the engine must stand 3 % above it "
@@ -243,7 +242,6 @@ def _slope_stands(friction: float) -> bool:
 
 
 @case(
-    "toppling",
     "Toppling slope of Goodman & Bray",
     "Sixteen columns of 10 m on a stepped base that dips 30°, slope 56.6°: Goodman & Bray's sums "
     "of toppling and sliding blocks ask for φ = 38.15° (tan φ = 0.7855). Limit analysis (linprog) "

@@ -31,7 +31,6 @@ VARIANTS = {
 
 
 @case(
-    "tunnel",
     "A tunnel between free fields",
     "Beds at 15°, φ = 30°, and cross joints at −70°, φ = 35°, between bonded ground, free fields "
     "at both sides and a half-space below. With bolts the rock about the opening is at rest when "

@@ -25,7 +25,6 @@ GLUE = {"cohesion": 1e12, "tensile_strength": 1e12}  # Pa
 
 
 @case(
-    "damping",
     "Damping and period of the scheme",
     "Two blocks glued to each other swing apart and together, Ω = ωΔt: with D = 1 + θχΩ² the "
     "amplification matrix has the determinant [1 + (1−θ)(1−χ)Ω²]/D and the trace 2 − (θ+χ)Ω²/D; "
@@ -135,7 +134,6 @@ def _damping_ratio(trace: float, determinant: float) -> float:
 
 
 @case(
-    "bars",
     "P and S waves in a bar",
     "c = √(M/ρ) at ν = 0, with the joint springs in series: 1/M = 1/E + w/(2 k_n h) for P, "
     "1/G + w/(2 k_s h) for S (two contacts in each joint of width w every h). A Gaussian pulse is "
@@ -245,7 +243,6 @@ def _lag(first: np.ndarray, second: np.ndarray) -> float:
 
 
 @case(
-    "cantilever",
     "Cantilever of glued blocks",
     "f = 0.5596 √(EI/(ρ A L⁴)). First-order blocks do not bend, so all bending is in the joints: "
     "two springs k_n at the edges of a joint of width w every h give EI = k_n w² h/2. The expected "
@@ -348,7 +345,6 @@ def _swing(count: int):
 
 
 @case(
-    "slip_joint",
     "A joint that slips under harmonic S waves",
     "The joint passes the incident stress τ(t) = ρ c v as long as it is below its strength τ_s and "
     "slips at ± τ_s else: the transmitted wave is τ clipped at τ_s, the reflected one the rest. "

@@ -61,7 +61,6 @@ def factor(model: Model) -> Safety:
 
 
 @case(
-    "slopes_that_yield",
     "Slopes and a cut of soil that yields",
     "Factors of safety by strength reduction, F: 1.40 of a slope of 2:1 with φ = 20°, c = .05 γH; "
     "1.47 of a slope of 2:1 in clay of c = ¼ γH over as much clay; 1 of a vertical cut of clay of "
