@@ -72,6 +72,8 @@ module dda_open_close
       integer :: passes = 0                           !< of the damage of bonds
       integer :: overshoots = 0                       !< short steps in a row, of sliding contacts
       logical :: shortened = .false.                  !< the last step has been
+      !> when regions were iterated last, N/m: again only where it has fallen
+      real(wp) :: settled_residual = huge(1.0_wp)
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
       logical :: relaxes = .false.                    !< static steps do, see dda_static_relaxation
       logical :: converged = .true.                   !< the last of these has, as rest asks
@@ -81,6 +83,16 @@ module dda_open_close
       real(wp) :: reduction = 0.0_wp                  !< `loose` unless the solve may be the last
       type(slides_type) :: slides                     !< sliding contacts and their forces
    end type open_close_type
+
+   interface
+      !> Iterate the regions where states are to change, with all else held.
+      recursive module subroutine settle_regions(iteration, system, contacts, laws)
+         type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+         type(system_type), intent(inout) :: system  !< equations of the step; d changes
+         type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+         type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      end subroutine settle_regions
+   end interface
 
 contains
 
@@ -142,7 +154,7 @@ contains
    end subroutine find_bounds
 
    !> Assume, solve, evaluate and change states until every contact exerts what was assumed of it.
-   subroutine iterate(iteration, system, solver, contacts, laws, converged, error)
+   recursive subroutine iterate(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
@@ -181,6 +193,7 @@ contains
             call check_strength(iteration, contacts, laws, converged)
             if (converged) return
          end if
+         call settle_regions(iteration, system, contacts, laws)
          call globalise(iteration, system, contacts, laws)
          call adopt_states(iteration, contacts, laws, changed)
          exactly = changed == 0
@@ -214,6 +227,7 @@ contains
       iteration%passes = 0
       iteration%overshoots = 0
       iteration%shortened = .false.
+      iteration%settled_residual = huge(1.0_wp)
       iteration%retained = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_steps = 0

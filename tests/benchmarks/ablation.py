@@ -39,7 +39,7 @@ FILES = [
     JOINT_CONTACT,
     *(DYNAMICS / f"{name}.f90" for name in (
         "line_search", "friction_bounds", "static_relaxation", "slide_forces",
-        "damage_passes", "contact_terms",
+        "damage_passes", "contact_terms", "local_iteration",
     )),
     ALGEBRA / "krylov" / "anderson.f90",
     ALGEBRA / "krylov" / "conjugate_gradients.f90",
@@ -98,6 +98,9 @@ REMEDIES = {
     ),
     "static relaxation": Remedy(
         DYNAMICS / "static_relaxation.f90", "many_changes = 2000", "many_changes = huge(1)"
+    ),
+    "regions of their own": Remedy(
+        DYNAMICS / "local_iteration.f90", "most_blocks = 0.4_wp", "most_blocks = 0.0_wp"
     ),
     "low-rank update": Remedy(
         ALGEBRA / "cholesky" / "low_rank.f90", "done = changes%n <=", "done = changes%n == 0*"

@@ -4,15 +4,17 @@
 module test_open_close
    use dda_kinds, only: wp, pi
    use dda_system, only: system_type
-   use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type
+   use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
    use dda_errors, only: error_type, error_convergence
    use dda_friction, only: laws_type
    use dda_lapack, only: dposv
    use dda_open_close, only: solve_contacts, open_close_type
+   use dda_neighbours, only: neighbours_type
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
    use models, only: begin, contact_text, control_text, relative_balance, run
-   use systems, only: flat, gap_row, linear_matrix, random_system, slip_row, stiffness, unknowns
+   use systems, only: flat, gap_row, linear_matrix, pattern_of, random_system, slip_row, &
+      stiffness, unknowns
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
 
@@ -116,6 +118,77 @@ contains
          call check_close(again%d, system%d, 'd', relative=1.0e-9_wp)
       end do
    end subroutine from_any_first_states
+
+   !> Systems beside each other, each a region of its own, end as each does alone, and the whole,
+   !> most of which is at rest, needs no more iterations than to find that.
+   subroutine side_by_side()
+      integer, parameter :: systems = 60, idle = 200, each = 40
+      type(system_type) :: whole, system
+      type(contacts_type) :: all, contacts
+      type(neighbours_type) :: near
+      type(laws_type) :: laws
+      type(open_close_type) :: iteration
+      type(error_type), allocatable :: error
+      real(wp) :: expected(6, 2*systems + idle)
+      integer :: i, most
+
+      near%n_pairs = systems
+      near%pair = reshape([(i, i=1, 2*systems)], [2, systems])
+      call pattern_of(whole, 2*systems + idle, near)
+      whole%constant = 0.0_wp
+      do i = 1, 6
+         whole%constant(i, i, :) = 1.0_wp
+      end do
+      whole%load = 1.0_wp
+      expected = 1.0_wp
+      call reserve(all, systems*each)
+      most = 0
+      do i = 1, systems
+         do
+            call random_system(system, contacts, laws, each, 0.0_wp)
+            if (size(system%linear%column) == 0) exit
+         end do
+         call put(system, contacts, 2*i - 2, whole, all)
+         call close_all(system, contacts, laws, iteration, error)
+         call check_no_error(error, 'one converges')
+         most = max(most, iteration%iterations)
+         expected(:, 2*i - 1:2*i) = system%d
+      end do
+      call close_all(whole, all, laws, iteration, error)
+      call check_no_error(error, 'all converge')
+      call check_close(whole%d, expected, 'd', relative=1.0e-9_wp)
+      call check(iteration%iterations <= 3 .and. most > 6, 'in few iterations of the whole')
+   end subroutine side_by_side
+
+   !> Put a system of two blocks beside others, behind so many blocks.
+   subroutine put(system, contacts, before, whole, all)
+      type(system_type), intent(in) :: system
+      type(contacts_type), intent(in) :: contacts
+      integer, intent(in) :: before
+      type(system_type), intent(inout) :: whole
+      type(contacts_type), intent(inout) :: all
+      integer :: first, last
+
+      whole%has_terms(before + 1:before + 2) = .true.
+      whole%linear%diagonal(:, :, before + 1:before + 2) = system%linear%diagonal
+      whole%load(:, before + 1:before + 2) = system%load
+      first = all%n + 1
+      last = all%n + contacts%n
+      all%n = last
+      associate (n => contacts%n)
+         all%block_v(first:last) = contacts%block_v(:n) + before
+         all%block_e(first:last) = contacts%block_e(:n) + before
+         all%pair(first:last) = before/2 + 1
+         all%joint(first:last) = contacts%joint(:n)
+         all%state(first:last) = contacts%state(:n)
+         all%gap(first:last) = contacts%gap(:n)
+         all%stretch(first:last) = contacts%stretch(:n)
+         all%normal_v(:, first:last) = contacts%normal_v(:, :n)
+         all%normal_e(:, first:last) = contacts%normal_e(:, :n)
+         all%shear_v(:, first:last) = contacts%shear_v(:, :n)
+         all%shear_e(:, first:last) = contacts%shear_e(:, :n)
+      end associate
+   end subroutine put
 
    !> With friction, the forces that the law answers to d are in balance with it.
    subroutine with_friction(angle, most_allowed)

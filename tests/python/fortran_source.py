@@ -56,8 +56,8 @@ def _read(file: Path) -> Source:
     source, open_procedures, foreign = Source(file), [], False
     for number, last, statement, documented in _statements(file.read_text().splitlines()):
         word = statement.split(None, 1)[0].lower().rstrip(":,") if statement.split() else ""
-        if word == "module" and not re.match(r"\s*module\s+procedure\b", statement, re.I):
-            source.modules.add(statement.split()[1].lower())
+        if re.match(r"\s*(sub)?module\b(?!\s+procedure\b)", statement, re.I):
+            source.modules.add(statement.split()[-1].lower())
         elif word == "use" and "intrinsic" not in statement.lower():
             source.used.add(re.match(r"\s*use\s+(?:::)?\s*(\w+)", statement, re.I)[1].lower())
         elif word == "public":

@@ -1,0 +1,301 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Open–close iteration of the regions where contacts change their states, with all else held.
+!>
+!> A few contacts that overshoot shorten the step of the whole model in the line search, and each of
+!> its iterations costs a solve with all blocks.  So after a solve of the whole, the blocks near
+!> changing contacts are iterated first, each connected region as a small model of its own; the next
+!> solve of the whole starts from their states.  What converges is the whole alone.
+submodule(dda_open_close) dda_local_iteration
+   use dda_block_matrix, only: entry_of, set_pattern
+   use dda_counting_sort, only: counting_sort
+   use dda_linear_solver, only: analyse, choose_solver, weigh_loads
+   use dda_rank_one, only: most_changes
+   use dda_system, only: prepare_system
+   implicit none
+
+   integer, parameter :: reach = 2                  !< contacts from a changing one to what is held
+   real(wp), parameter :: most_blocks = 0.4_wp      !< of all, else regions are not worth it
+
+contains
+
+   !> Iterate the regions where states are to change, and leave their d and states.
+   recursive module subroutine settle_regions(iteration, system, contacts, laws)
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, allocatable :: blocks(:), list(:), block_start(:), start(:)
+      integer :: region(system%matrix%n), regions, i
+
+      if (.not. can_be_divided(iteration, system, contacts, laws)) return
+      call find_regions(contacts, iteration%tolerance, region, regions)
+      if (count(region > 0) > most_blocks*system%matrix%n) return
+      call list_by_region(region, regions, blocks, block_start)
+      call list_by_region(max(region(contacts%block_v(:contacts%n)), &
+         region(contacts%block_e(:contacts%n))), regions, list, start)
+      iteration%settled_residual = iteration%residual
+      do i = 1, regions
+         call settle_region(iteration, system, contacts, laws, &
+            blocks(block_start(i):block_start(i + 1) - 1), list(start(i):start(i + 1) - 1))
+      end do
+      if (regions > 0) call evaluate(iteration, system%d, contacts, laws)
+   end subroutine settle_regions
+
+   !> Contacts alone couple the blocks, and are in one of three states by Coulomb's law; and what
+   !> the first solution changes needs a new factor, and is not too much to go on with.
+   pure logical function can_be_divided(iteration, system, contacts, laws)
+      type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(in) :: system  !< equations of the step
+      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer :: changes
+
+      can_be_divided = contacts%n >= parallel_from .and. laws%plain &
+         .and. iteration%residual < iteration%settled_residual .and. .not. (laws%damped &
+         .or. laws%augmented .or. system%drifts .or. allocated(contacts%held_bound) &
+         .or. size(system%linear%column) > 0)
+      if (can_be_divided) can_be_divided = .not. any(contacts%bonded(:contacts%n))
+      if (.not. can_be_divided .or. iteration%iterations > 1) return
+      changes = count(contacts%trial_state(:contacts%n) /= contacts%state(:contacts%n))
+      can_be_divided = changes > most_changes .and. changes <= iteration%most_changes
+   end function can_be_divided
+
+   !> Number the connected regions of the blocks within reach of a contact that is to change.
+   pure subroutine find_regions(contacts, matters, region, regions)
+      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      real(wp), intent(in) :: matters  !< force difference that is to be reached, N/m
+      integer, intent(out) :: region(:)  !< [blocks] region of each, 0 if it is held
+      integer, intent(out) :: regions  !< how many
+      logical :: near(size(region)), nearer(size(region))
+      integer :: root(size(region)), c, k, b
+
+      near = .false.
+      do k = 0, reach
+         nearer = near
+         do c = 1, contacts%n
+            associate (v => contacts%block_v(c), e => contacts%block_e(c), &
+               before => contacts%state(c), after => contacts%trial_state(c))
+               if (k == 0 .and. (before == after .or. contacts%force_residual(c) <= matters)) cycle
+               if (k > 0) then
+                  if (before == contact_open .and. after == contact_open) cycle
+                  if (.not. (nearer(v) .or. nearer(e))) cycle
+               end if
+               near(v) = .true.
+               near(e) = .true.
+            end associate
+         end do
+      end do
+      root = [(b, b=1, size(root))]
+      do c = 1, contacts%n
+         if (near(contacts%block_v(c)) .and. near(contacts%block_e(c))) &
+            call join(root, contacts%block_v(c), contacts%block_e(c))
+      end do
+      regions = 0
+      region = 0
+      do b = 1, size(root)
+         if (.not. near(b)) cycle
+         if (root(b) == b) regions = regions + 1
+         region(b) = regions
+         if (root(b) < b) region(b) = region(root_of(root, b))
+      end do
+   end subroutine find_regions
+
+   !> Unite the trees of two blocks; the root of each tree is its first block.
+   pure subroutine join(root, a, b)
+      integer, intent(inout) :: root(:)  !< [blocks] a block nearer to the root
+      integer, intent(in) :: a, b        !< blocks
+      integer :: root_a, root_b
+
+      root_a = root_of(root, a)
+      root_b = root_of(root, b)
+      root(max(root_a, root_b)) = min(root_a, root_b)
+      root(a) = min(root_a, root_b)
+      root(b) = min(root_a, root_b)
+   end subroutine join
+
+   !> The root of the tree of a block.
+   pure integer function root_of(root, block)
+      integer, intent(in) :: root(:)  !< [blocks] a block nearer to the root
+      integer, intent(in) :: block    !< any
+
+      root_of = block
+      do while (root(root_of) /= root_of)
+         root_of = root(root_of)
+      end do
+   end function root_of
+
+   !> What is in a region, region by region.
+   pure subroutine list_by_region(region, regions, items, start)
+      integer, intent(in) :: region(:)  !< [any] of each item, 0 for none
+      integer, intent(in) :: regions    !< how many
+      integer, allocatable, intent(out) :: items(:)  !< [any]
+      integer, allocatable, intent(out) :: start(:)  !< [regions+1] where each begins
+      integer, allocatable :: order(:)
+      integer :: i
+
+      items = pack([(i, i=1, size(region))], region > 0)
+      call counting_sort(regions, region(items), start, order)
+      items = items(order)
+   end subroutine list_by_region
+
+   !> Iterate one region; it stays as it is where that does not converge.
+   recursive subroutine settle_region(iteration, system, contacts, laws, blocks, list)
+      type(open_close_type), intent(in) :: iteration  !< of the whole
+      type(system_type), intent(inout) :: system  !< of the whole; gets d of the region
+      type(contacts_type), intent(inout) :: contacts  !< of the whole; get states
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: blocks(:), list(:)  !< blocks of the region, and contacts that touch it
+      type(open_close_type) :: part_iteration
+      type(system_type) :: part
+      type(solver_type) :: solver
+      type(contacts_type) :: part_contacts
+      type(error_type), allocatable :: error
+      integer, allocatable :: order(:)
+      logical :: converged
+
+      call take_blocks(system, blocks, part)
+      call take_contacts(system, contacts, blocks, list, part, part_contacts, order)
+      part_iteration%max_iterations = few_solves
+      part_iteration%relative_tolerance = 0.0_wp
+      part_iteration%noise = iteration%tolerance
+      part_iteration%may_stop = iteration%may_stop
+      call choose_solver(solver, 'auto', error)
+      call weigh_loads(solver, part%load)
+      call analyse(solver, part%matrix)
+      call take_states(part_contacts, 1, part_contacts%n)
+      call iterate(part_iteration, part, solver, part_contacts, laws, converged, error)
+      if (allocated(error) .or. .not. converged) return
+      system%d(:, blocks) = part%d(:, :size(blocks))
+      contacts%state(order) = part_contacts%state
+      contacts%slide_force(order) = part_contacts%slide_force
+      contacts%slip_sign(order) = part_contacts%slip_sign
+   end subroutine settle_region
+
+   !> The equations of some blocks without contacts; one more block stands for all that is held.
+   subroutine take_blocks(system, blocks, part)
+      type(system_type), intent(in) :: system  !< of the whole
+      integer, intent(in) :: blocks(:)         !< of the region
+      type(system_type), intent(out) :: part   !< of the region, without pattern
+      integer :: i
+
+      associate (held => size(blocks) + 1)
+         call prepare_system(part, held)
+         part%load(:, :held - 1) = system%load(:, blocks)
+         part%d(:, :held - 1) = system%d(:, blocks)
+         part%constant(:, :, :held - 1) = system%constant(:, :, blocks)
+         do i = 1, held - 1
+            if (system%has_terms(blocks(i))) &
+               part%constant(:, :, i) = system%linear%diagonal(:, :, blocks(i))
+         end do
+         part%constant(:, :, held) = 0.0_wp
+         do i = 1, 6
+            part%constant(i, i, held) = 1.0_wp
+         end do
+         part%linear%n = held
+         allocate (part%linear%lower(6, 6, 0), part%linear%column(0), part%linear_entry(0))
+      end associate
+   end subroutine take_blocks
+
+   !> The contacts of a region, those with held blocks last, pair by pair, and the pattern of K̂.
+   subroutine take_contacts(system, contacts, blocks, list, part, own, order)
+      type(system_type), intent(in) :: system  !< of the whole
+      type(contacts_type), intent(in) :: contacts  !< of the whole
+      integer, intent(in) :: blocks(:), list(:)  !< of the region
+      type(system_type), intent(inout) :: part  !< gets its pattern
+      type(contacts_type), intent(out) :: own  !< of the region
+      integer, allocatable, intent(out) :: order(:)  !< number of each in the whole
+      integer :: number(system%matrix%n), i, held
+      integer, allocatable :: start(:), sorted(:), key(:)
+
+      held = size(blocks) + 1
+      number = held
+      number(blocks) = [(i, i=1, size(blocks))]
+      associate (v => number(contacts%block_v(list)), e => number(contacts%block_e(list)))
+         key = merge(1 + min(v, e), 1, max(v, e) == held)
+      end associate
+      call counting_sort(held, key, start, sorted)
+      order = list(sorted)
+      call copy_contacts(contacts, order, own)
+      own%block_v = number(contacts%block_v(order))
+      own%block_e = number(contacts%block_e(order))
+      do i = 1, own%n
+         if (own%block_v(i) == held) call hold(own%normal_v(:, i), own%shear_v(:, i), &
+            system%d(:, contacts%block_v(order(i))), own%gap(i), own%stretch(i))
+         if (own%block_e(i) < held) cycle
+         own%normal_e(:, i) = -own%normal_e(:, i)
+         own%shear_e(:, i) = -own%shear_e(:, i)
+         call hold(own%normal_e(:, i), own%shear_e(:, i), &
+            system%d(:, contacts%block_e(order(i))), own%gap(i), own%stretch(i))
+      end do
+      call lay_out(part, own, held)
+   end subroutine take_contacts
+
+   !> What a held block moves is part of the gap and of the stretch.
+   pure subroutine hold(normal, shear, d, gap, stretch)
+      real(wp), intent(inout) :: normal(6), shear(6)  !< gradients on its side, become zero
+      real(wp), intent(in) :: d(6)                    !< its increment
+      real(wp), intent(inout) :: gap, stretch         !< m
+
+      gap = gap + dot_product(normal, d)
+      stretch = stretch + dot_product(shear, d)
+      normal = 0.0_wp
+      shear = 0.0_wp
+   end subroutine hold
+
+   !> Some contacts of a list of Coulomb's law alone.
+   pure subroutine copy_contacts(contacts, list, own)
+      type(contacts_type), intent(in) :: contacts  !< of the whole
+      integer, intent(in) :: list(:)               !< which
+      type(contacts_type), intent(inout) :: own    !< their copies, without blocks and pairs
+
+      own%n = size(list)
+      own%joint = contacts%joint(list)
+      own%state = contacts%state(list)
+      own%trial_state = contacts%trial_state(list)
+      own%bonded = contacts%bonded(list)
+      own%gap = contacts%gap(list)
+      own%normal_v = contacts%normal_v(:, list)
+      own%normal_e = contacts%normal_e(:, list)
+      own%shear_v = contacts%shear_v(:, list)
+      own%shear_e = contacts%shear_e(:, list)
+      own%multiplier = contacts%multiplier(list)
+      own%stretch = contacts%stretch(list)
+      own%slide_force = contacts%slide_force(list)
+      own%shear_force = contacts%shear_force(list)
+      own%slip_sign = contacts%slip_sign(list)
+      allocate (own%spring(2, own%n), own%free_force(2, own%n), source=0.0_wp)
+      allocate (own%retained(own%n), own%retained_at(own%n), own%force_residual(own%n), &
+         own%new_gap(own%n), own%slip(own%n), own%strength_ratio(own%n), own%normal_force(own%n), &
+         own%bond_length(own%n), source=0.0_wp)
+      allocate (own%close_count(own%n))
+   end subroutine copy_contacts
+
+   !> Number the pairs of blocks in contact, and lay out K̂ for them.
+   subroutine lay_out(part, own, held)
+      type(system_type), intent(inout) :: part  !< gets its pattern
+      type(contacts_type), intent(inout) :: own  !< contacts pair by pair, get these
+      integer, intent(in) :: held  !< block that stands for those that are held
+      integer :: pairs(2, own%n), n, i
+
+      n = 0
+      own%pair = own%block_v
+      do i = 1, own%n
+         associate (pair => [min(own%block_v(i), own%block_e(i)), max(own%block_v(i), &
+            own%block_e(i))])
+            if (n == 0) then
+               n = 1
+            else if (any(pairs(:, n) /= pair)) then
+               n = n + 1
+            end if
+            pairs(:, n) = pair
+         end associate
+         own%pair(i) = n
+      end do
+      call set_pattern(part%matrix, held, pairs(:, :n))
+      allocate (part%pair_of_entry(n), part%first_contact(n + 2))
+      do i = 1, n
+         part%pair_of_entry(entry_of(part%matrix, pairs(1, i), pairs(2, i))) = i
+      end do
+   end subroutine lay_out
+
+end submodule dda_local_iteration
