@@ -11,14 +11,25 @@ no longer than the time of that name; of fewer than a hundred steps it is near t
 are means of a step.
 
 """
+HEAD = """# Speed
+
+`python tests/benchmarks/speed.py --docs` writes this page and [all tables](benchmarks_full.md)."""
+SUMMARY = """A step costs about two microseconds a block while no contact changes its state, and
+ten to a hundred times that while many do: each change means another open–close iteration, many of
+them another factor. Milliseconds a step (means; Δt 1 ms, penalty 100 E) of a running-bond wall, on
+one thread and on two, the dearest first:"""
+MEANING = """*Sudden* are the first ten steps after gravity has come on a wall that touches
+everywhere and carries nothing, *settling* the next fifty; who needs the rest alone starts from it
+([a start at rest](method.md#a-start-at-rest)). *Shaken* is by a tenth of g, *quiet* is settled.
+
+![Cost of a step against the number of blocks](benchmarks.png)"""
 AGAINST_PLAIN = """Against the same step in numpy and scipy (`tests/benchmarks/plain_step.py`),
 which begins with the contacts that the engine has found and keeps its factor while no spring
 changes; it has no line search and is given up after 25 open–close iterations.  Places differ by so
 much of the largest move (– where no plain iteration converged):
 
 """
-NOTES = """
-## Choices behind these numbers
+NOTES = """## Choices behind these numbers
 
 - Springs that contacts put in or take out are taken up by a low-rank update of the lagged factor
   (`low_rank.f90`), up to 160 of them; beyond that, or when its age has cost eight iterations, the
@@ -189,11 +200,35 @@ def growth_line(results: list[dict]) -> str:
     return "Growth of the mean cost of a step with the blocks of a wall:\n\n" + table(heads, lines)
 
 
+def summary_table(results: list[dict]) -> str:
+    """Mean time of a step of a wall, the dearest state first, and memory."""
+    walls = [
+        {result["threads"]: result for result in results if result["model"] == wall
+         and (result["penalty"], result["time_step"]) == (100.0, 1e-3)}
+        for wall in ("wall 100", *GROWTH)
+    ]  # fmt: skip
+    walls = [wall for wall in walls if wall]
+    rows = []
+    for state in ("sudden", "settling", "shaken", "quiet"):
+        cells = [
+            ", ".join(digits(1e3 * it[state]["mean"]) for _, it in sorted(wall.items())
+                      if state in it)
+            for wall in walls
+        ]  # fmt: skip
+        rows.append(row(state, *(cell or "–" for cell in cells)))
+    least = [min(wall.values(), key=lambda it: it["threads"]) for wall in walls]
+    rows.append(row("MB of the process", *(f"{it['memory']:.0f}" for it in least)))
+    return table(["", *(f"{it['blocks']:,} blocks" for it in least)], rows)
+
+
 def write(folder: Path, machine: str, results: list[dict]) -> None:
-    """docs/benchmarks.md and docs/benchmarks.png."""
-    head = "# Speed\n\n`python tests/benchmarks/speed.py --docs` writes this page.\n\n"
-    picture = "![Cost of a step against the number of blocks](benchmarks.png)\n\n"
-    (folder / "benchmarks.md").write_text(head + picture + text(machine, results) + "\n" + NOTES)
+    """docs/benchmarks.md, docs/benchmarks_full.md and docs/benchmarks.png."""
+    engine = [it for it in results if "error" not in it and it["solver_asked"] == "auto"]
+    short = [HEAD, f"Machine: {machine}.", SUMMARY, summary_table(engine), MEANING]
+    short += [growth_line(engine), rivals_table(engine), NOTES]
+    (folder / "benchmarks.md").write_text("\n\n".join(part for part in short if part))
+    head = "# Speed: all tables\n\n`python tests/benchmarks/speed.py --docs` writes this page.\n\n"
+    (folder / "benchmarks_full.md").write_text(head + text(machine, results) + "\n")
     draw(results, folder / "benchmarks.png")
 
 
@@ -205,11 +240,11 @@ def draw(results: list[dict], file: Path) -> None:
     import matplotlib.pyplot as plt
     import numpy as np
 
-    figure, panels = plt.subplots(1, 2, figsize=(9.0, 4.2), sharey=True, layout="constrained")
-    for panel, phase in zip(panels, ("quiet", "shaken"), strict=True):
+    figure, panels = plt.subplots(1, 3, figsize=(12.0, 4.2), sharey=True, layout="constrained")
+    for panel, phase in zip(panels, ("settling", "shaken", "quiet"), strict=True):
         for (step, threads), look in LOOKS.items():
             curve = sorted(
-                (result["blocks"], 1e3 * result[phase]["step"])
+                (result["blocks"], 1e3 * result[phase]["mean"])
                 for result in results
                 if phase in result
                 and result["model"].startswith("wall")
@@ -218,15 +253,16 @@ def draw(results: list[dict], file: Path) -> None:
                 and result["threads"] == threads
             )
             label = f"Δt {step:g} s, {threads} thread{'s' if threads > 1 else ''}"
-            panel.loglog(*np.transpose(curve), look, label=label)
+            if curve:
+                panel.loglog(*np.transpose(curve), look, label=label)
         for other, look, label in RIVALS:
             curve = rivals(results, other, phase)
             if curve:
                 panel.loglog(*np.transpose(curve), look, label=f"{label}, Δt 0.001 s, 1 thread")
         panel.set(title=f"{phase} step of a wall, 100 E", xlabel="blocks")
         panel.grid(which="both", alpha=0.25)
-    panels[0].set_ylabel("ms")
-    handles = panels[0].get_legend_handles_labels()
+    panels[0].set_ylabel("mean of a step, ms")
+    handles = panels[2].get_legend_handles_labels()
     figure.legend(*handles, loc="outside lower center", ncols=3, fontsize=8)
     figure.savefig(file, dpi=110)
 
