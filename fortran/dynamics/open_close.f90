@@ -38,10 +38,10 @@ module dda_open_close
    integer, parameter :: most_friction_solves = 60   !< while the states are held
    real(wp), parameter :: loose = 1.0e-2_wp          !< of the first residual, before the last solve
    real(wp), parameter :: friction_share = 0.05_wp   !< of the first difference, likewise
-   !> overshoots in a row, before all sliding contacts retain some stiffness (with 2, settling walls
-   !> take 1.3 times as many factors; with 8, static stages do not end); and friction forces that
-   !> diverge in a step, before the last resort
-   integer, parameter :: few = 4
+   !> in a row, before all sliding contacts retain some stiffness: with 2, settling walls take 1.3
+   !> times as many factors; with 8, static stages do not end
+   integer, parameter :: most_overshoots = 4
+   integer, parameter :: most_diverged = 4           !< friction forces, before the last resort
    real(wp), parameter :: near_whole = 0.9_wp        !< share of a step that has not overshot
    real(wp), parameter :: many_changes = 0.05_wp     !< of the contacts, which will overshoot
    !> of a secant shear stiffness, retained at first; then of what was, per iteration
@@ -182,7 +182,7 @@ contains
             call force_to_stick(system, contacts, diverged)
             exactly = .false.
             times_diverged = times_diverged + 1
-            if (times_diverged > few .and. has_last_resort(iteration, laws)) return
+            if (times_diverged > most_diverged .and. has_last_resort(iteration, laws)) return
             cycle
          end if
          if (iteration%residual <= iteration%tolerance) &
@@ -433,7 +433,7 @@ contains
       iteration%short_steps = merge(iteration%short_steps + 1, 0, alpha < very_short_step)
       iteration%shortened = alpha < near_whole
       iteration%overshoots = merge(iteration%overshoots + 1, 0, alpha < short_step .and. overshot)
-      if (iteration%overshoots >= few) &
+      if (iteration%overshoots >= most_overshoots) &
          iteration%retained = min(1.0_wp, max(first_retained, 3*iteration%retained))
       if (alpha > short_step) iteration%retained = iteration%retained/10
       if (iteration%retained < 0.1_wp*first_retained) iteration%retained = 0.0_wp

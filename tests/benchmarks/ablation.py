@@ -85,7 +85,7 @@ REMEDIES = {
         OPEN_CLOSE, "by_contact = (", "by_contact = n < 0 .and. ("
     ),
     "fraction retained by all": Remedy(
-        OPEN_CLOSE, "iteration%overshoots >= few", "n < 0 .and. n >= few"
+        OPEN_CLOSE, "iteration%overshoots >= most_overshoots", "n < 0 .and. n >= 4"
     ),
     "outer iteration for friction bounds": Remedy(
         OPEN_CLOSE, "= iteration%last_resort .and.", "= .false. .and. iteration%last_resort .and."
