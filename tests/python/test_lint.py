@@ -2,6 +2,7 @@
 """The rules of the source: linters of both languages, layers, lengths, documented arguments."""
 
 import ast
+import re
 import subprocess
 import tomllib
 from pathlib import Path
@@ -50,6 +51,20 @@ def test_no_line_is_longer_than_the_limit():
         if len(line) > limit
     ]
     assert not long
+
+
+def test_prose_is_wrapped():
+    """Code, formulas, tables, pictures and links may be longer, and pages that programs write."""
+    pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+    written = {"input_reference.md", "benchmarks.md", "benchmarks_full.md", "ford.md", "gallery.md"}
+    long = [
+        f"{page.relative_to(ROOT)}: {line}"
+        for page in pages
+        if page.name not in written
+        for line in re.sub("```.*?```", "", page.read_text(), flags=re.DOTALL).splitlines()
+        if len(line) > 110 and line.lstrip(" -*")[:1].isalpha() and "\\" not in line
+    ]
+    assert pages and not long
 
 
 def test_f2py_can_read_the_interface():
