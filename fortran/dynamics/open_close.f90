@@ -138,7 +138,8 @@ contains
       integer :: before(3), most
 
       call hold_bounds(bounds, contacts, laws)
-      most = iteration%iterations + iteration%max_iterations
+      ! for the first solution with frozen bounds, and for the bounds
+      most = iteration%iterations + 2*iteration%max_iterations
       do while (iteration%iterations < most)
          before = counts_of(iteration)
          call iterate(iteration, system, solver, contacts, laws, converged, error)
