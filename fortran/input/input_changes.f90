@@ -173,7 +173,7 @@ contains
       end if
    end subroutine find_home
 
-   !> The variable of that group does not depend on another, or the text gives that one.
+   !> The variable of that group needs no other, or one that allows it by default or is in the text.
    pure logical function is_meant(text, groups, group, variable)
       character(len=*), intent(in) :: text              !< of the input
       type(group_type), intent(in) :: groups(:)         !< of the text
@@ -181,6 +181,10 @@ contains
 
       associate (own => variable_of(group, variable))
          is_meant = own%needs == ''
+         if (is_meant) return
+         associate (switch => variable_of(group, trim(own%switch)))
+            is_meant = index(own%needs, "'"//trim(switch%usual)//"'") > 0
+         end associate
          if (.not. is_meant) is_meant = is_given(text, groups, group, trim(own%switch))
       end associate
    end function is_meant

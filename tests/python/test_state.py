@@ -74,9 +74,10 @@ REMADE = {
     ("algebra", "rank_one_type"): {},
     ("algebra", "factor_type"): {
         name: "follows from the pattern, or is workspace"
-        for name in ("plan", "panel", "update", "vector", "front_vector", "bad_pivot")
+        for name in ("plan", "panel", "update", "vector", "front_vector", "bad_pivot", "threads")
     },
     ("dynamics", "open_close_type"): {
+        "settled_residual": "each step begins without",
         "max_iterations": "the input",
         "relative_tolerance": "the input",
         "weight": "the input",
@@ -94,7 +95,7 @@ REMADE = {
         "slides": "listed in each iteration",
         "rounding": "set in each step",
     },
-    ("elements", "fixed_points_type"): {"point": "the input", "stiffness": "the input"},
+    ("elements", "fixed_points_type"): {"point": "the input"},
     ("elements", "energy_type"): {},
     ("dynamics", "counters_type"): {},
     ("dynamics", "stop_state_type"): {},
