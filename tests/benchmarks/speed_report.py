@@ -14,9 +14,9 @@ are means of a step.
 HEAD = """# Speed
 
 `python tests/benchmarks/speed.py --docs` writes this page and [all tables](benchmarks_full.md)."""
-SUMMARY = """A step costs about two microseconds a block while no contact changes its state, and
-ten to a hundred times that while many do: each change means another open–close iteration, many of
-them another factor. Milliseconds a step (means; Δt 1 ms, penalty 100 E) of a running-bond wall, on
+SUMMARY = """A step costs one to two microseconds a block while no contact changes its state, and
+up to sixty times that while many do: changes mean another open–close iteration, many of them
+another factor. Milliseconds a step (means; Δt 1 ms, penalty 100 E) of a running-bond wall, on
 one thread and on two, the dearest first:"""
 MEANING = """*Sudden* are the first ten steps after gravity has come on a wall that touches
 everywhere and carries nothing, *settling* the next fifty; who needs the rest alone starts from it
