@@ -173,17 +173,20 @@ contains
       end if
    end subroutine find_home
 
-   !> The variable of that group needs no other, or one that allows it by default or is in the text.
+   !> The variable of that group needs no other; or one that the text gives, or that allows it by
+   !> default in a group of the text.
    pure logical function is_meant(text, groups, group, variable)
       character(len=*), intent(in) :: text              !< of the input
       type(group_type), intent(in) :: groups(:)         !< of the text
       character(len=*), intent(in) :: group, variable   !< names
+      integer :: i
 
       associate (own => variable_of(group, variable))
          is_meant = own%needs == ''
          if (is_meant) return
          associate (switch => variable_of(group, trim(own%switch)))
-            is_meant = index(own%needs, "'"//trim(switch%usual)//"'") > 0
+            if (any([(groups(i)%name == group, i=1, size(groups))])) &
+               is_meant = index(own%needs, "'"//trim(switch%usual)//"'") > 0
          end associate
          if (.not. is_meant) is_meant = is_given(text, groups, group, trim(own%switch))
       end associate
