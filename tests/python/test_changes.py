@@ -115,6 +115,14 @@ def read(text: str) -> list[tuple[str, dict]]:
     ]
 
 
+def test_a_bare_name_of_a_joint_and_of_a_yielding_material_is_refused():
+    """A law that is given, or allows the variable by default, makes a group count."""
+    yields = TEXT.replace("young_modulus = 1e7 /", "young_modulus = 1e7 law = 'mohr_coulomb' /")
+    assert yields != TEXT
+    with pytest.raises(sitedda.InputError, match="material.friction_angle or joint.friction_angle"):
+        changed_input(yields, {"friction_angle": 35.0})
+
+
 @pytest.mark.parametrize(
     ("path", "value", "which", "variable"),
     [
