@@ -19,13 +19,13 @@ submodule(dda_open_close) dda_local_iteration
 contains
 
    !> Iterate the regions where states are to change, and leave their d and states.
-   recursive module subroutine settle_regions(iteration, system, contacts, laws)
+   recursive module subroutine iterate_regions(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, allocatable :: blocks(:), list(:), block_start(:), start(:)
-      integer :: region(system%matrix%n), regions, i
+      integer :: region(system%matrix%n), position(system%matrix%n), regions, i
 
       if (.not. can_be_divided(iteration, system, contacts, laws)) return
       call find_regions(contacts, iteration%tolerance, region, regions)
@@ -33,13 +33,21 @@ contains
       call list_by_region(region, regions, blocks, block_start)
       call list_by_region(max(region(contacts%block_v(:contacts%n)), &
          region(contacts%block_e(:contacts%n))), regions, list, start)
-      iteration%settled_residual = iteration%residual
+      iteration%region_residual = iteration%residual
+      position(blocks) = [(i, i=1, size(blocks))] - block_start(region(blocks)) + 1
       do i = 1, regions
-         call settle_region(iteration, system, contacts, laws, &
-            blocks(block_start(i):block_start(i + 1) - 1), list(start(i):start(i + 1) - 1))
+         associate (own => blocks(block_start(i):block_start(i + 1) - 1), &
+            touching => list(start(i):start(i + 1) - 1))
+            associate (v => contacts%block_v(touching), e => contacts%block_e(touching), &
+               held => size(own) + 1)
+               call iterate_region(iteration, system, contacts, laws, own, touching, &
+                  merge(position(v), held, region(v) == i), &
+                  merge(position(e), held, region(e) == i))
+            end associate
+         end associate
       end do
       if (regions > 0) call evaluate(iteration, system%d, contacts, laws)
-   end subroutine settle_regions
+   end subroutine iterate_regions
 
    !> Contacts alone couple the blocks, and are in one of three states by Coulomb's law; and what
    !> the first solution changes needs a new factor, and is not too much to go on with.
@@ -51,7 +59,7 @@ contains
       integer :: changes
 
       can_be_divided = contacts%n >= parallel_from .and. laws%plain &
-         .and. iteration%residual < iteration%settled_residual .and. .not. (laws%damped &
+         .and. iteration%residual < iteration%region_residual .and. .not. (laws%damped &
          .or. laws%augmented .or. system%drifts .or. allocated(contacts%held_bound) &
          .or. size(system%linear%column) > 0)
       if (can_be_divided) can_be_divided = .not. any(contacts%bonded(:contacts%n))
@@ -61,9 +69,9 @@ contains
    end function can_be_divided
 
    !> Number the connected regions of the blocks within reach of a contact that is to change.
-   pure subroutine find_regions(contacts, matters, region, regions)
+   pure subroutine find_regions(contacts, tolerance, region, regions)
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
-      real(wp), intent(in) :: matters  !< force difference that is to be reached, N/m
+      real(wp), intent(in) :: tolerance  !< force difference that is to be reached, N/m
       integer, intent(out) :: region(:)  !< [blocks] region of each, 0 if it is held
       integer, intent(out) :: regions  !< how many
       logical :: near(size(region)), nearer(size(region))
@@ -75,7 +83,8 @@ contains
          do c = 1, contacts%n
             associate (v => contacts%block_v(c), e => contacts%block_e(c), &
                before => contacts%state(c), after => contacts%trial_state(c))
-               if (k == 0 .and. (before == after .or. contacts%force_residual(c) <= matters)) cycle
+               if (k == 0 .and. (before == after .or. &
+                  contacts%force_residual(c) <= tolerance)) cycle
                if (k > 0) then
                   if (before == contact_open .and. after == contact_open) cycle
                   if (.not. (nearer(v) .or. nearer(e))) cycle
@@ -139,12 +148,13 @@ contains
    end subroutine list_by_region
 
    !> Iterate one region; it stays as it is where that does not converge.
-   recursive subroutine settle_region(iteration, system, contacts, laws, blocks, list)
+   recursive subroutine iterate_region(iteration, system, contacts, laws, blocks, list, v, e)
       type(open_close_type), intent(in) :: iteration  !< of the whole
       type(system_type), intent(inout) :: system  !< of the whole; gets d of the region
       type(contacts_type), intent(inout) :: contacts  !< of the whole; get states
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: blocks(:), list(:)  !< blocks of the region, and contacts that touch it
+      integer, intent(in) :: v(:), e(:)  !< [contacts] their blocks, numbered in the region
       type(open_close_type) :: part_iteration
       type(system_type) :: part
       type(solver_type) :: solver
@@ -154,7 +164,7 @@ contains
       logical :: converged
 
       call take_blocks(system, blocks, part)
-      call take_contacts(system, contacts, blocks, list, part, part_contacts, order)
+      call take_contacts(system, contacts, list, v, e, part, part_contacts, order)
       part_iteration%max_iterations = few_solves
       part_iteration%relative_tolerance = 0.0_wp
       part_iteration%noise = iteration%tolerance
@@ -169,7 +179,7 @@ contains
       contacts%state(order) = part_contacts%state
       contacts%slide_force(order) = part_contacts%slide_force
       contacts%slip_sign(order) = part_contacts%slip_sign
-   end subroutine settle_region
+   end subroutine iterate_region
 
    !> The equations of some blocks without contacts; one more block stands for all that is held.
    subroutine take_blocks(system, blocks, part)
@@ -197,27 +207,24 @@ contains
    end subroutine take_blocks
 
    !> The contacts of a region, those with held blocks last, pair by pair, and the pattern of K̂.
-   subroutine take_contacts(system, contacts, blocks, list, part, own, order)
+   subroutine take_contacts(system, contacts, list, v, e, part, own, order)
       type(system_type), intent(in) :: system  !< of the whole
       type(contacts_type), intent(in) :: contacts  !< of the whole
-      integer, intent(in) :: blocks(:), list(:)  !< of the region
-      type(system_type), intent(inout) :: part  !< gets its pattern
+      integer, intent(in) :: list(:)  !< those of the region
+      integer, intent(in) :: v(:), e(:)  !< [contacts] their blocks, numbered in the region
+      type(system_type), intent(inout) :: part  !< of the region, gets its pattern
       type(contacts_type), intent(out) :: own  !< of the region
       integer, allocatable, intent(out) :: order(:)  !< number of each in the whole
-      integer :: number(system%matrix%n), i, held
       integer, allocatable :: start(:), sorted(:), key(:)
+      integer :: i, held
 
-      held = size(blocks) + 1
-      number = held
-      number(blocks) = [(i, i=1, size(blocks))]
-      associate (v => number(contacts%block_v(list)), e => number(contacts%block_e(list)))
-         key = merge(1 + min(v, e), 1, max(v, e) == held)
-      end associate
+      held = part%linear%n
+      key = merge(1 + min(v, e), 1, max(v, e) == held)
       call counting_sort(held, key, start, sorted)
       order = list(sorted)
       call copy_contacts(contacts, order, own)
-      own%block_v = number(contacts%block_v(order))
-      own%block_e = number(contacts%block_e(order))
+      own%block_v = v(sorted)
+      own%block_e = e(sorted)
       do i = 1, own%n
          if (own%block_v(i) == held) call hold(own%normal_v(:, i), own%shear_v(:, i), &
             system%d(:, contacts%block_v(order(i))), own%gap(i), own%stretch(i))

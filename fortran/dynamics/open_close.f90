@@ -73,7 +73,7 @@ module dda_open_close
       integer :: overshoots = 0                       !< short steps in a row, of sliding contacts
       logical :: shortened = .false.                  !< the last step has been
       !> when regions were iterated last, N/m: again only where it has fallen
-      real(wp) :: settled_residual = huge(1.0_wp)
+      real(wp) :: region_residual = huge(1.0_wp)
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
       logical :: relaxes = .false.                    !< static steps do, see dda_static_relaxation
       logical :: converged = .true.                   !< the last of these has, as rest asks
@@ -86,12 +86,12 @@ module dda_open_close
 
    interface
       !> Iterate the regions where states are to change, with all else held.
-      recursive module subroutine settle_regions(iteration, system, contacts, laws)
+      recursive module subroutine iterate_regions(iteration, system, contacts, laws)
          type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
          type(system_type), intent(inout) :: system  !< equations of the step; d changes
          type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
          type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      end subroutine settle_regions
+      end subroutine iterate_regions
    end interface
 
 contains
@@ -194,7 +194,7 @@ contains
             call check_strength(iteration, contacts, laws, converged)
             if (converged) return
          end if
-         call settle_regions(iteration, system, contacts, laws)
+         call iterate_regions(iteration, system, contacts, laws)
          call globalise(iteration, system, contacts, laws)
          call adopt_states(iteration, contacts, laws, changed)
          exactly = changed == 0
@@ -228,7 +228,7 @@ contains
       iteration%passes = 0
       iteration%overshoots = 0
       iteration%shortened = .false.
-      iteration%settled_residual = huge(1.0_wp)
+      iteration%region_residual = huge(1.0_wp)
       iteration%retained = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_steps = 0

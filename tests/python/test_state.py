@@ -77,7 +77,7 @@ REMADE = {
         for name in ("plan", "panel", "update", "vector", "front_vector", "bad_pivot", "threads")
     },
     ("dynamics", "open_close_type"): {
-        "settled_residual": "each step begins without",
+        "region_residual": "each step begins without",
         "max_iterations": "the input",
         "relative_tolerance": "the input",
         "weight": "the input",
