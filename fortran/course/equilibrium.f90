@@ -159,8 +159,6 @@ contains
          /(first_ratio*simulation%laws%normal_stiffness))
       simulation%resting = .true.
       simulation%iteration%relaxes = .false.
-      simulation%iteration%attempts = 0
-      simulation%iteration%correction = huge(1.0_wp)
       simulation%iteration%converged = .true.
       simulation%iteration%may_stop = .true.
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)

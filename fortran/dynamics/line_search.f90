@@ -41,18 +41,15 @@ module dda_line_search
    !> a slope below this share of the first one is none; of the curvature, which the first one is
    !> where it ends at none, likewise
    real(wp), parameter :: zero_slope = 1.0e-2_wp
-   !> a slope below this share of the curvature leaves a step of Newton's method whole
-   real(wp), parameter :: whole_slope = 0.1_wp
 
 contains
 
    !> Shorten system%d towards system%previous_d where the function has its least before; `alpha` is
    !> the share of the step that is left.
    !>
-   !> On entry the contacts are evaluated at the new d.  With other forces, whose slope is 0 at the
-   !> previous d, a step is left whole where its slope has fallen to a tenth.  Regula falsi on the
-   !> slope; halving the slope of an end that stays (Illinois) makes it converge faster than
-   !> linearly.
+   !> On entry the contacts are evaluated at the new d; the slope of other forces is 0 at the
+   !> previous one.  Regula falsi on the slope; halving the slope of an end that stays (Illinois)
+   !> makes it converge faster than linearly.
    subroutine descend(system, contacts, laws, alpha, other)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -66,10 +63,7 @@ contains
       call quadratic_slope(system, start, growth)
       call measure_changes(system, contacts, slope_hi)
       slope_hi = start + growth + slope_hi
-      if (present(other)) then
-         slope_hi = slope_hi + other%at(1.0_wp)
-         if (slope_hi <= whole_slope*abs(growth)) return
-      end if
+      if (present(other)) slope_hi = slope_hi + other%at(1.0_wp)
       if (slope_hi <= abs(growth)*zero_slope) return
       call take_out_linear(contacts, laws, linear)
       start = start + linear(1)

@@ -77,8 +77,6 @@ module dda_open_close
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
       logical :: relaxes = .false.                    !< static steps do, see dda_static_relaxation
       logical :: converged = .true.                   !< the last of these has, as rest asks
-      real(wp) :: correction = huge(1.0_wp)           !< first of the last relaxed step, J/m
-      integer :: attempts = 0                         !< at static steps, in vain
       real(wp) :: unbalanced_work = 0.0_wp            !< of forces that it left unbalanced, J/m
       real(wp) :: reduction = 0.0_wp                  !< `loose` unless the solve may be the last
       type(slides_type) :: slides                     !< sliding contacts and their forces

@@ -17,7 +17,7 @@ module dda_static_relaxation
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
-   use dda_errors, only: error_type, error_convergence, error_solver, fail
+   use dda_errors, only: error_type, error_convergence, fail
    use dda_friction, only: laws_type
    use dda_linear_solver, only: solver_type
    use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
@@ -29,14 +29,10 @@ module dda_static_relaxation
    public :: solve_statics, relax
 
    integer, parameter :: many_changes = 2000     !< of the first iteration: the step is relaxed
-   integer, parameter :: most_attempts = 5       !< in vain, in a row, to close steps by iteration
-   integer, parameter :: most_iterations = 21    !< of a relaxed step, or by states after one
+   integer, parameter :: most_iterations = 21    !< of a relaxed step
    !> of the first residual, of each solve: products of two such errors are rounding
    real(wp), parameter :: accuracy = sqrt(epsilon(1.0_wp))
    real(wp), parameter :: ascent = 10.0_wp       !< that the last iterate may have, over the best
-   real(wp), parameter :: divergence = 1.0e4_wp  !< of the correction, over the least
-   real(wp), parameter :: gain = 0.5_wp          !< of the first correction, from step to step
-   real(wp), parameter :: enough = 30.0_wp       !< tolerances: the step ends
    real(wp), parameter :: nearly = 1.0e3_wp      !< tolerances: bonds are checked, rest is judged
 
    !> Iterates of a step, scaled by the square roots of the diagonal of S.
@@ -52,9 +48,8 @@ module dda_static_relaxation
 
 contains
 
-   !> Iterate until every contact exerts what was assumed of it, or relax, if many change.  So are
-   !> the steps that follow, as long as that gains enough: a block that slides far before it comes
-   !> to rest does so by the iteration, with inertia alone in its way.
+   !> Iterate until every contact exerts what was assumed of it, or relax, if many change; so are
+   !> the steps of the stage that follow.
    subroutine solve_statics(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -66,17 +61,17 @@ contains
       integer :: before(3)
 
       before = 0
-      if (.not. iteration%relaxes .and. iteration%attempts < most_attempts) then
+      if (.not. iteration%relaxes) then
          call attempt_states(iteration, system, solver, contacts, laws, converged, error)
          if (converged .or. allocated(error)) return
          before = counts_of(iteration)
+         iteration%relaxes = .true.
       end if
       call relax(iteration, system, solver, contacts, laws, error)
       call add_counts(iteration, before)
    end subroutine solve_statics
 
-   !> Iterate by states; in vain where too many change at once, or, in a stage that has been relaxed
-   !> before, where few iterations do not converge or the solver fails.
+   !> Iterate by states; in vain where too many change at once.
    subroutine attempt_states(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -85,29 +80,15 @@ contains
       type(laws_type), intent(in) :: laws  !< plain, not damped
       logical, intent(out) :: converged  !< else the contacts have the states of before
       type(error_type), allocatable, intent(out) :: error  !< allocated where the step has failed
-      integer :: most
       integer, allocatable :: states(:)
 
       states = contacts%state(:contacts%n)
-      most = iteration%max_iterations
       iteration%most_changes = many_changes
-      if (iteration%attempts > 0) iteration%max_iterations = min(most, most_iterations)
-      solver%may_hand_over = iteration%attempts == 0
       call iterate(iteration, system, solver, contacts, laws, converged, error)
-      iteration%max_iterations = most
-      solver%may_hand_over = .true.
       iteration%most_changes = huge(1)
-      if (converged) then
-         iteration%attempts = min(iteration%attempts, 1)
-         return
-      end if
-      if (iteration%attempts == 0 .and. iteration%iterations > 1 .and. .not. allocated(error)) &
+      if (converged .or. allocated(error)) return
+      if (iteration%iterations > 1) &
          call fail(error, error_convergence, 'the open–close iteration does not converge')
-      if (allocated(error)) then
-         if (iteration%attempts == 0 .or. error%kind /= error_solver) return
-         deallocate (error)
-      end if
-      iteration%attempts = iteration%attempts + 1
       contacts%state(:contacts%n) = states
    end subroutine attempt_states
 
@@ -134,8 +115,8 @@ contains
          iteration%reduction = accuracy
          call impose_forces(contacts)
          call correct(iterates, i, iteration, system, solver, contacts, laws, error)
-         if (allocated(error) .or. iterates%correction > divergence*iterates%least) exit
-         if (force_of(iterates%correction, laws) <= enough*iteration%tolerance) exit
+         if (allocated(error)) exit
+         if (force_of(iterates%correction, laws) <= iteration%tolerance) exit
          call accelerate(iterates%memory, iterates%x, iterates%image)
          system%d = reshape(iterates%x/iterates%scale, shape(system%d))
          call evaluate(iteration, system%d, contacts, laws)
@@ -205,10 +186,7 @@ contains
          *merge(ascent, 1.0_wp, i == most_iterations)) return
       iterates%least = iterates%correction
       iterates%best = d
-      if (i > 1) return
-      iterates%best = system%d
-      iteration%relaxes = iterates%correction < gain*iteration%correction
-      iteration%correction = iterates%correction
+      if (i == 1) iterates%best = system%d
    end subroutine correct
 
    !> Square roots of the diagonal of S: corrections in N and in N m count alike.

@@ -46,7 +46,6 @@ module dda_linear_solver
       integer(long) :: solves = 0                 !< systems solved
       integer(long) :: factors = 0                !< factors made
       integer(long) :: iterations = 0             !< of all solves
-      logical :: may_hand_over = .true.           !< to the direct solver, where it fails
       integer(long) :: handed_over = 0            !< solves that the chosen solver could not do
    end type solver_type
 
@@ -108,7 +107,7 @@ contains
       call solver%active%renew(matrix, changes, error)
       call count_factors(solver)
       if (.not. allocated(error) .or. solver%method == 'direct') return
-      if (all(error%kind /= [error_memory, error_interrupted]) .and. solver%may_hand_over) &
+      if (all(error%kind /= [error_memory, error_interrupted])) &
          call hand_over(solver, matrix, error)
    end subroutine renew
 
@@ -195,7 +194,7 @@ contains
             call fail_within_step(error)
             return
          end if
-         if (solver%method == 'direct' .or. .not. solver%may_hand_over) exit
+         if (solver%method == 'direct') exit
          call hand_over(solver, matrix, error)
          if (allocated(error)) return
       end do
