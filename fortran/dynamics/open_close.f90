@@ -41,7 +41,6 @@ module dda_open_close
    !> in a row, before all sliding contacts retain some stiffness: with 2, settling walls take 1.3
    !> times as many factors; with 8, static stages do not end
    integer, parameter :: most_overshoots = 4
-   integer, parameter :: most_diverged = 4           !< friction forces, before the last resort
    real(wp), parameter :: near_whole = 0.9_wp        !< share of a step that has not overshot
    real(wp), parameter :: many_changes = 0.05_wp     !< of the contacts, which will overshoot
    !> of a secant shear stiffness, retained at first; then of what was, per iteration
@@ -109,19 +108,11 @@ contains
 
       call iterate(iteration, system, solver, contacts, laws, converged, error)
       if (allocated(error) .or. converged) return
-      if (has_last_resort(iteration, laws)) &
+      if (iteration%last_resort .and. laws%plain) &
          call find_bounds(iteration, system, solver, contacts, laws, converged, error)
       if (.not. (converged .or. allocated(error))) call fail(error, error_convergence, &
          'the open–close iteration does not converge')
    end subroutine solve_contacts
-
-   !> The bounds of friction may be found from outside.
-   pure logical function has_last_resort(iteration, laws)
-      type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
-      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-
-      has_last_resort = iteration%last_resort .and. laws%plain
-   end function has_last_resort
 
    !> Iterate with held bounds of friction until they are those of the normal forces.
    subroutine find_bounds(iteration, system, solver, contacts, laws, converged, error)
@@ -161,12 +152,11 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(out) :: converged  !< every contact does
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer :: changed, diverged, times_diverged, i
+      integer :: changed, diverged, i
       logical :: exactly
 
       call begin_iteration(iteration, contacts)
       converged = .false.
-      times_diverged = 0
       exactly = .not. any(contacts%state(:contacts%n) == contact_slide)
       if (.not. exactly) iteration%reduction = loose
       do i = 1, iteration%max_iterations
@@ -180,8 +170,6 @@ contains
          if (diverged > 0) then
             call force_to_stick(system, contacts, diverged)
             exactly = .false.
-            times_diverged = times_diverged + 1
-            if (times_diverged > most_diverged .and. has_last_resort(iteration, laws)) return
             cycle
          end if
          if (iteration%residual <= iteration%tolerance) &
