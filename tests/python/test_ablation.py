@@ -19,3 +19,8 @@ def test_every_remedy_and_constant_is_found_in_its_file():
         assert changed, name
         if not name.startswith("without"):
             assert len(changed) == 1 and f":: {name.split()[1]} = " in changed[0][0], name
+
+
+def test_hard_walls_differ_by_their_friction():
+    texts = {text() for text, _ in ablation.hard_cases().values()}
+    assert len(texts) == 96
