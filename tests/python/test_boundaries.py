@@ -405,6 +405,18 @@ def test_a_block_on_a_bed_that_moves_follows_the_transfer_function(integration):
     assert (np.diff(history.energy_algorithmic.values) >= 0).all()
 
 
+def test_a_run_on_a_bed_that_moves_is_resumed_to_the_same_bits(tmp_path, same_bits):
+    model = on_springs(steps=200)
+    model.motion("rock", [0.0, 20.0, -20.0, 0.0], 0.005, "acceleration")
+    model["boundary"][0].motion_y = "rock"
+    file, output = model.write(tmp_path / "bed.nml"), tmp_path / "stopped.nc"
+    whole = sitedda.run(file)
+    with sitedda.Simulation(file, output) as simulation:
+        simulation.advance(111)
+    assert abs(whole.history.energy_input.values[-1]) > 0
+    same_bits(whole.history, sitedda.resume(file, output).history)
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [
