@@ -9,7 +9,6 @@ submodule(dda_open_close) dda_local_iteration
    use dda_block_matrix, only: entry_of, set_pattern
    use dda_counting_sort, only: counting_sort
    use dda_linear_solver, only: analyse, choose_solver, weigh_loads
-   use dda_rank_one, only: most_changes
    use dda_system, only: prepare_system
    implicit none
 
@@ -46,7 +45,7 @@ contains
             end associate
          end associate
       end do
-      if (regions > 0) call evaluate(iteration, system%d, contacts, laws)
+      if (regions > 0) call evaluate(iteration, system, contacts, laws)
    end subroutine iterate_regions
 
    !> Contacts alone couple the blocks, and are in one of three states by Coulomb's law; and what
@@ -169,6 +168,7 @@ contains
       part_iteration%relative_tolerance = 0.0_wp
       part_iteration%noise = iteration%tolerance
       part_iteration%may_stop = iteration%may_stop
+      part_iteration%keeps_states = iteration%keeps_states
       call choose_solver(solver, 'auto', error)
       call weigh_loads(solver, part%load)
       call analyse(solver, part%matrix)

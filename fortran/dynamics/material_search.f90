@@ -34,7 +34,7 @@ contains
       simulation%solution = simulation%system%d
       associate (contacts => simulation%contacts(simulation%now))
          call descend(simulation%system, contacts, simulation%laws, alpha, slope)
-         if (alpha < 1.0_wp) call evaluate(simulation%iteration, simulation%system%d, contacts, &
+         if (alpha < 1.0_wp) call evaluate(simulation%iteration, simulation%system, contacts, &
             simulation%laws)
       end associate
    end subroutine shorten_step

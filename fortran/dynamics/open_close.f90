@@ -19,7 +19,7 @@ module dda_open_close
    use dda_line_search, only: descend
    use dda_linear_solver, only: solver_type, renew
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
-   use dda_rank_one, only: forget_changes
+   use dda_rank_one, only: forget_changes, most_changes
    use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
       farthest_off, assume_next
    use dda_joint_lines, only: break_joint, has_bond, renew_lines
@@ -73,6 +73,7 @@ module dda_open_close
       logical :: shortened = .false.                  !< the last step has been
       !> when regions were iterated last, N/m: again only where it has fallen
       real(wp) :: region_residual = huge(1.0_wp)
+      logical :: keeps_states = .false.               !< of forces within the tolerance
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
       logical :: relaxes = .false.                    !< static steps do, see dda_static_relaxation
       logical :: converged = .true.                   !< the last of these has, as rest asks
@@ -106,6 +107,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical :: converged
 
+      iteration%keeps_states = .false.
       call iterate(iteration, system, solver, contacts, laws, converged, error)
       if (allocated(error) .or. converged) return
       if (iteration%last_resort .and. laws%plain) &
@@ -284,7 +286,7 @@ contains
          if (allocated(error)) return
          call lap(system%watch, phase_solve)
          if (diverged > 0) return
-         call evaluate(iteration, system%d, contacts, laws)
+         call evaluate(iteration, system, contacts, laws)
          if (exactly .or. .not. laws%plain .or. iteration%slides%n == 0 .or. &
             will_change(contacts)) return
       end do
@@ -299,21 +301,41 @@ contains
    end function will_change
 
    !> Evaluate the laws at d, and what the iteration is judged by.
-   subroutine evaluate(iteration, d, contacts, laws)
+   subroutine evaluate(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
-      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(system_type), intent(in) :: system  !< equations of the step, solved
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: largest
 
       largest = iteration%weight
-      call evaluate_contacts(contacts, laws, d, largest, iteration%residual)
+      call evaluate_contacts(contacts, laws, system%d, largest, iteration%residual)
       iteration%tolerance = max(iteration%relative_tolerance*largest, &
          noise_after(iteration, iteration%iterations))
       iteration%worst = 0
       if (iteration%residual > iteration%tolerance) &
          iteration%worst = maxloc(contacts%force_residual(:contacts%n), 1)
+      if (system%contact_terms%by_state) call keep_states(iteration, contacts)
    end subroutine evaluate
+
+   !> Contacts whose forces differ by no more than is tolerated keep their states for the rest of
+   !> the step, once they are more than a low-rank update takes.
+   !>
+   !> Between blocks that fall together gaps are rounding, and the states that they call for chance;
+   !> but each change is one of the matrix, and so many ask for a new factor in each iteration.
+   pure subroutine keep_states(iteration, contacts)
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      integer :: n
+
+      n = contacts%n
+      if (.not. iteration%keeps_states) iteration%keeps_states = most_changes < count( &
+         contacts%trial_state(:n) /= contacts%state(:n) .and. &
+         contacts%force_residual(:n) <= iteration%tolerance)
+      if (.not. iteration%keeps_states) return
+      where (contacts%force_residual(:n) <= iteration%tolerance) &
+         contacts%trial_state(:n) = contacts%state(:n)
+   end subroutine keep_states
 
    !> Noise of the contact forces that has to be allowed after so many solves.
    pure real(wp) function noise_after(iteration, solves) result(noise)
@@ -334,7 +356,7 @@ contains
 
       if (solver%exact) return
       call solve_step_for(system, solver, contacts, error, 0.0_wp)
-      if (.not. allocated(error)) call evaluate(iteration, system%d, contacts, laws)
+      if (.not. allocated(error)) call evaluate(iteration, system, contacts, laws)
    end subroutine finish_solve
 
    !> With the states fixed, find the friction forces that belong to the normal forces of the same
@@ -414,7 +436,7 @@ contains
          (any(contacts%trial_state(:n) /= contacts%state(:n)) .or. &
          laws%curved))) then
          call descend(system, contacts, laws, alpha)
-         if (alpha < 1.0_wp) call evaluate(iteration, system%d, contacts, laws)
+         if (alpha < 1.0_wp) call evaluate(iteration, system, contacts, laws)
       end if
       if (allocated(contacts%held_bound)) return
       iteration%short_steps = merge(iteration%short_steps + 1, 0, alpha < very_short_step)

@@ -84,6 +84,7 @@ contains
 
       states = contacts%state(:contacts%n)
       iteration%most_changes = many_changes
+      iteration%keeps_states = .false.
       call iterate(iteration, system, solver, contacts, laws, converged, error)
       iteration%most_changes = huge(1)
       if (converged .or. allocated(error)) return
@@ -106,7 +107,7 @@ contains
       call begin_iteration(iteration, contacts)
       system%contact_terms%rebuild = .true.
       system%d = 0.0_wp
-      call evaluate(iteration, system%d, contacts, laws)
+      call evaluate(iteration, system, contacts, laws)
       call impose_springs(iteration, contacts, laws)
       do i = 1, most_iterations
          call fail_if_given_up(iteration%may_stop, error)
@@ -119,7 +120,7 @@ contains
          if (force_of(iterates%correction, laws) <= iteration%tolerance) exit
          call accelerate(iterates%memory, iterates%x, iterates%image)
          system%d = reshape(iterates%x/iterates%scale, shape(system%d))
-         call evaluate(iteration, system%d, contacts, laws)
+         call evaluate(iteration, system, contacts, laws)
       end do
       if (.not. allocated(error)) call accept_best(iterates, iteration, system, contacts, laws)
       deallocate (contacts%imposed_spring, contacts%imposed_force)
@@ -218,12 +219,12 @@ contains
       logical :: strong
 
       system%d = iterates%best
-      call evaluate(iteration, system%d, contacts, laws)
+      call evaluate(iteration, system, contacts, laws)
       iteration%converged = force_of(iterates%least, laws) <= nearly*iteration%tolerance
       if (iteration%converged) then
          call check_strength(iteration, contacts, laws, strong)
          iteration%converged = strong
-         if (.not. strong) call evaluate(iteration, system%d, contacts, laws)
+         if (.not. strong) call evaluate(iteration, system, contacts, laws)
       end if
       call impose_forces(contacts)
       call assemble_contacts(system, contacts, laws)

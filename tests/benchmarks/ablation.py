@@ -93,6 +93,9 @@ REMEDIES = {
     "diverging friction sticks": Remedy(
         OPEN_CLOSE, "if (diverged > 0) then", "if (diverged > huge(1) - 1) then"
     ),
+    "states kept within the tolerance": Remedy(
+        OPEN_CLOSE, "keeps_states = most_changes <", "keeps_states = huge(1) <"
+    ),
     "closing contacts slide first": Remedy(
         JOINT_CONTACT, "most_closings = 8", "most_closings = 8000"
     ),

@@ -10,6 +10,7 @@ module test_open_close
    use dda_lapack, only: dposv
    use dda_open_close, only: solve_contacts, open_close_type
    use dda_neighbours, only: neighbours_type
+   use dda_rank_one, only: most_changes
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
    use models, only: begin, contact_text, control_text, relative_balance, run
@@ -119,22 +120,83 @@ contains
       end do
    end subroutine from_any_first_states
 
+   !> Closed contacts that would pull at the gap of the solution without them stay closed where that
+   !> force is half the tolerance, once they are more than a low-rank update takes; they open where
+   !> it is twice as large.
+   subroutine keeps_what_is_tolerated()
+      integer :: opened
+
+      call pull_contacts(most_changes + 1, 0.5_wp, opened)
+      call check(opened == 0, 'many stay closed within the tolerance')
+      call pull_contacts(most_changes, 0.5_wp, opened)
+      call check(opened == most_changes, 'no more than an update takes all open')
+      call pull_contacts(most_changes + 1, 2.0_wp, opened)
+      call check(opened == most_changes + 1, 'all open beyond the tolerance')
+   end subroutine keeps_what_is_tolerated
+
+   !> Solve systems of one closed contact each beside each other, which ends at a tension.
+   subroutine pull_contacts(systems, share, opened)
+      integer, intent(in) :: systems
+      real(wp), intent(in) :: share    !< tension, of the tolerance
+      integer, intent(out) :: opened   !< contacts
+      type(system_type) :: whole, system
+      type(contacts_type) :: all, contacts
+      type(laws_type) :: laws
+      type(open_close_type) :: iteration
+      type(error_type), allocatable :: error
+      real(wp) :: k(unknowns, unknowns), x(unknowns, 2), row(unknowns)
+      integer :: i, info
+
+      call systems_beside(whole, systems, 2*systems)
+      call reserve(all, systems)
+      iteration%noise = 1.0e-3_wp
+      do i = 1, systems
+         do
+            call random_system(system, contacts, laws, 1, 0.0_wp)
+            if (size(system%linear%column) == 0) exit
+         end do
+         row = gap_row(contacts, 1)
+         k = linear_matrix(system)
+         x = reshape([flat(system%load), row], [unknowns, 2])
+         call dposv('L', unknowns, 2, k, unknowns, x, unknowns, info)
+         contacts%state(1) = contact_stick
+         contacts%shear_v(:, 1) = 0.0_wp
+         contacts%shear_e(:, 1) = 0.0_wp
+         contacts%stretch(1) = 0.0_wp
+         contacts%gap(1) = share*iteration%noise*(1.0_wp/stiffness + dot_product(row, x(:, 2))) &
+            - dot_product(row, x(:, 1))
+         call put(system, contacts, 2*i - 2, whole, all)
+      end do
+      call close_all(whole, all, laws, iteration, error)
+      call check_no_error(error, 'converges')
+      opened = count(all%trial_state(:systems) == contact_open)
+   end subroutine pull_contacts
+
+   !> The pattern of systems of two blocks beside each other, and of more blocks without contacts.
+   subroutine systems_beside(whole, systems, blocks)
+      type(system_type), intent(out) :: whole
+      integer, intent(in) :: systems, blocks
+      type(neighbours_type) :: near
+      integer :: i
+
+      near%n_pairs = systems
+      near%pair = reshape([(i, i=1, 2*systems)], [2, systems])
+      call pattern_of(whole, blocks, near)
+   end subroutine systems_beside
+
    !> Systems beside each other, each a region of its own, end as each does alone, and the whole,
    !> most of which is at rest, needs no more iterations than to find that.
    subroutine side_by_side()
       integer, parameter :: systems = 60, idle = 200, each = 40
       type(system_type) :: whole, system
       type(contacts_type) :: all, contacts
-      type(neighbours_type) :: near
       type(laws_type) :: laws
       type(open_close_type) :: iteration
       type(error_type), allocatable :: error
       real(wp) :: expected(6, 2*systems + idle)
       integer :: i, most
 
-      near%n_pairs = systems
-      near%pair = reshape([(i, i=1, 2*systems)], [2, systems])
-      call pattern_of(whole, 2*systems + idle, near)
+      call systems_beside(whole, systems, 2*systems + idle)
       whole%constant = 0.0_wp
       do i = 1, 6
          whole%constant(i, i, :) = 1.0_wp
