@@ -20,7 +20,8 @@ module dda_front_plan
    use dda_task_plan, only: plan_tasks, task_plan_type
    implicit none
    private
-   public :: front_plan_type, make_plan, longest_front_vector, is_subtree_root, locate_column, band
+   public :: front_plan_type, make_plan, plan_updates, longest_front_vector, &
+      is_passed, locate_column, band
 
    integer, parameter :: band = 8           !< columns of an update made and kept together
 
@@ -50,6 +51,8 @@ module dda_front_plan
       integer, allocatable :: pivot_panels(:) !< [fronts] packed panels of the pivot rows
       integer(long) :: panel_of_task = 0   !< numbers in the largest panel of a task's fronts
       integer(long) :: panel_of_root = 0   !< of a root front
+      !> root fronts wait until all tasks are done; one thread alone takes all fronts in postorder
+      logical :: tasks_first = .false.
       !> [fronts] numbers before each update: in the workspace of a thread, but of root fronts and
       !> what passes to them, in the common one
       integer(long), allocatable :: update_start(:)
@@ -90,7 +93,6 @@ contains
       call list_entries(graph, permuted, front_at, plan)
       call share_fronts(plan)
       call plan_panels(plan)
-      call plan_updates(plan)
       call set_solve_rows(plan)
    end subroutine make_plan
 
@@ -264,20 +266,32 @@ contains
       longest_front_vector = 6*plan%widest + 2*packed_rows
    end function longest_front_vector
 
-   !> Places for updates.  Those that pass from tasks to root fronts stay until all tasks are done;
-   !> then the root fronts take the workspaces of the threads.
-   pure subroutine plan_updates(plan)
-      type(front_plan_type), intent(inout) :: plan  !< being made
+   !> Places for updates, for so many threads.  Those that pass from tasks to root fronts stay until
+   !> all tasks are done; then the root fronts take the workspaces of the threads.  One thread alone
+   !> needs less: it adds them as soon as their subtrees are done.
+   pure subroutine plan_updates(plan, threads)
+      type(front_plan_type), intent(inout) :: plan  !< with its fronts and tasks
+      integer, intent(in) :: threads  !< that factorise
       integer :: level(plan%fronts), t, front
 
+      plan%tasks_first = threads > 1
+      plan%updates_passed = 0
+      plan%updates_of_task = 0
+      plan%updates_of_roots = 0
+      if (allocated(plan%update_start)) deallocate (plan%update_start)
       allocate (plan%update_start(plan%fronts))
       do front = plan%fronts, 1, -1
          level(front) = 0
          if (plan%parent(front) > 0) level(front) = level(plan%parent(front)) + 1
-         if (.not. is_subtree_root(plan, front)) cycle
+         if (.not. is_passed(plan, front)) cycle
          plan%update_start(front) = plan%updates_passed
          plan%updates_passed = plan%updates_passed + update_length(plan, front)
       end do
+      if (.not. plan%tasks_first) then
+         call stack_updates([(front, front=1, plan%fronts)], level, 0_long, plan, &
+            plan%updates_of_task)
+         return
+      end if
       associate (start => plan%sharing%start, tasks => plan%sharing%tasks)
          do t = 1, tasks
             call stack_updates(plan%sharing%front(start(t):start(t + 1) - 1), level, 0_long, plan, &
@@ -306,17 +320,17 @@ contains
          associate (front => fronts(i), mine => mod(level(fronts(i)), 2))
             do c = plan%child_start(front), plan%child_start(front + 1) - 1
                child = plan%child(c)
-               if (.not. is_subtree_root(plan, child)) &
+               if (.not. is_passed(plan, child)) &
                   height(1 - mine) = height(1 - mine) - update_length(plan, child)
             end do
-            if (is_subtree_root(plan, front)) cycle
+            if (is_passed(plan, front)) cycle
             plan%update_start(front) = before + height(mine)
             height(mine) = height(mine) + update_length(plan, front)
             peak(mine) = max(peak(mine), height(mine))
          end associate
       end do
       do i = 1, size(fronts)
-         if (is_subtree_root(plan, fronts(i))) cycle
+         if (is_passed(plan, fronts(i))) cycle
          if (mod(level(fronts(i)), 2) == 1) plan%update_start(fronts(i)) = &
             plan%update_start(fronts(i)) + peak(0)
       end do
@@ -360,6 +374,15 @@ contains
       if (plan%sharing%is_root_front(front) .or. plan%parent(front) == 0) return
       is_subtree_root = plan%sharing%is_root_front(plan%parent(front))
    end function is_subtree_root
+
+   !> Does the update of this front pass from a task to a root front that waits for it?
+   pure logical function is_passed(plan, front)
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: front  !< number in the plan
+
+      is_passed = plan%tasks_first
+      if (is_passed) is_passed = is_subtree_root(plan, front)
+   end function is_passed
 
    !> Block columns that a front eliminates.
    pure integer function pivot_columns(plan, front)
