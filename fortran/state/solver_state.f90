@@ -10,7 +10,7 @@ module dda_solver_state
 
 contains
 
-   !> Write or read a solver that has analysed the matrix; plans follow from the pattern.
+   !> Write or read a solver that has analysed the matrix.
    subroutine serialise_solver(archive, solver, matrix)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(solver_type), intent(inout) :: solver  !< linear solver
@@ -31,7 +31,7 @@ contains
       method = current_name(method)
       if (method == 'auto') return
       if (method /= solver%method) call set_method(solver, matrix, method)
-      call solver%active%serialise(archive)
+      call solver%active%serialise(matrix, archive)
    end subroutine serialise_solver
 
 end module dda_solver_state

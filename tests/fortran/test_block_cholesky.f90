@@ -10,6 +10,7 @@ module test_block_cholesky
       factorise_single => factorise, solve_single => solve
    use dda_lapack, only: dposv
    use dda_ordering, only: bandwidth_order, dissection_order, fill_order, minimum_degree_order
+   use dda_packed_panels, only: packed_size
    use dda_text, only: to_text
    use models, only: random_pairs
    use testing, only: case, check, check_close, check_fails, check_no_error
@@ -111,6 +112,34 @@ contains
          call check(residual(matrix, factor) < 1.0e-12_wp, 'residual after new numbers')
       end do
    end subroutine new_numbers_and_new_pattern
+
+   !> Lower blocks that are zero fill nothing in, until they are not zero any more: then the factor
+   !> is planned anew.  It stays planned for what has become zero again.
+   subroutine couplings_that_are_zero()
+      type(block_matrix_type) :: matrix
+      type(factor_type) :: factor
+      type(error_type), allocatable :: error
+      integer, parameter :: coupled(4) = [3, 1, 3, 5]
+      integer :: i
+
+      call set_pattern(matrix, 40, random_pairs(40, 80))
+      call fill_definite(matrix)
+      matrix%lower = 0.0_wp
+      call analyse(factor, matrix)
+      call factorise(factor, matrix, error)
+      call check_no_error(error, 'diagonal blocks alone')
+      call check(size(factor%packed) == packed_size*matrix%n, 'one packed panel for each block')
+      call check(residual(matrix, factor) < 1.0e-12_wp, 'residual of diagonal blocks alone')
+      do i = 1, size(coupled)
+         call fill_definite(matrix)
+         matrix%lower(:, :, coupled(i) + 1:) = 0.0_wp
+         call factorise(factor, matrix, error)
+         call check_no_error(error, 'with couplings')
+         call check(factor%replanned .eqv. coupled(i) > maxval([0, coupled(:i - 1)]), &
+            'planned anew where a coupling has come')
+         call check(residual(matrix, factor) < 1.0e-12_wp, 'residual with couplings')
+      end do
+   end subroutine couplings_that_are_zero
 
    !> b and x may hold the same values.
    subroutine solution_in_place()
@@ -219,9 +248,9 @@ contains
       allocate (y, mold=x)
       call analyse(factor, matrix)
       call analyse_single(single_factor, matrix)
-      call check(factor%plan%sharing%is_shared, 'large enough for threads')
       call factorise(factor, matrix, error)
       call check_no_error(error, 'factor')
+      call check(factor%plan%sharing%is_shared, 'large enough for threads')
       call factorise_single(single_factor, matrix, error)
       call check_no_error(error, 'single factor')
       call solve(factor, b, x)
@@ -271,9 +300,9 @@ contains
       call set_pattern(matrix, n, pairs)
       call fill_definite(matrix)
       call analyse(factor, matrix)
-      call check(factor%plan%sharing%is_shared, 'large enough for threads')
       call factorise(factor, matrix, error)
       call check_no_error(error, 'factor')
+      call check(factor%plan%sharing%is_shared, 'large enough for threads')
       call check(residual(matrix, factor) < 1.0e-13_wp, 'residual')
       call analyse_single(single_factor, matrix)
       call factorise_single(single_factor, matrix, error)

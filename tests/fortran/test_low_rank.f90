@@ -157,6 +157,32 @@ contains
       call check(norm2(back - x) <= tolerance*norm2(x), 'the inverse of the changed matrix')
    end subroutine check_inverse
 
+   !> Springs between blocks that nothing coupled are followed as well; the next factor is planned
+   !> with them, and so are updates of that one.
+   subroutine springs_where_none_were()
+      type(block_matrix_type) :: matrix
+      type(lagged_factor_type) :: lagged
+      type(rank_one_type) :: changes
+      type(error_type), allocatable :: error
+      logical :: done
+      integer :: round
+
+      call wall(40, 30, matrix)
+      matrix%lower(:, :, ::2) = 0.0_wp
+      call analyse_lagged(lagged, matrix)
+      do round = 1, 2
+         call refactorise(lagged, matrix, error)
+         call check_no_error(error, 'the factor')
+         call check(lagged%factor%replanned, 'planned')
+         call check_inverse(lagged, matrix)
+         call forget_changes(changes)
+         call change(matrix, changes, 40)
+         call update_low_rank(lagged%low, lagged%factor, changes, done)
+         call check(done, 'followed')
+         call check_inverse(lagged, matrix)
+      end do
+   end subroutine springs_where_none_were
+
    !> Springs taken out leave the first matrix; put in again, after the geometry has drifted, they
    !> need no further column and nothing is left to correct.
    subroutine springs_put_in_and_taken_out()
@@ -240,8 +266,8 @@ contains
       allocate (b(6, matrix%n), one(6, matrix%n), more(6, matrix%n))
       b = reshape(random_vector(6*matrix%n), [6, matrix%n])
       call analyse_lagged(lagged, matrix)
-      call check(lagged%factor%plan%sharing%is_shared, 'large enough for threads')
       call refactorise(lagged, matrix, error)
+      call check(lagged%factor%plan%sharing%is_shared, 'large enough for threads')
       do part = 1, 3
          call forget_changes(changes)
          call change(matrix, changes, 25)

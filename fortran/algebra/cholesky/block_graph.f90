@@ -17,9 +17,10 @@ module dda_block_graph
 contains
 
    !> The lower pattern by rows, then by columns.
-   pure subroutine graph_of(matrix, graph)
+   pure subroutine graph_of(matrix, graph, coupled)
       type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
       type(block_graph_type), intent(out) :: graph   !< of its block rows
+      logical, intent(in), optional :: coupled(:)    !< [entries] those that count; else all do
       integer :: v, e, middle
 
       graph%n = matrix%n
@@ -34,6 +35,29 @@ contains
             graph%entry(middle:start(v + 1) - 1) = matrix%below_entry(below(v):below(v + 1) - 1)
          end associate
       end do
+      if (present(coupled)) call drop_uncoupled(coupled, graph)
    end subroutine graph_of
+
+   !> Keep the couplings that count.
+   pure subroutine drop_uncoupled(coupled, graph)
+      logical, intent(in) :: coupled(:)               !< [entries] which do
+      type(block_graph_type), intent(inout) :: graph  !< of all
+      integer :: v, e, first, kept
+
+      kept = 0
+      do v = 1, graph%n
+         first = graph%start(v)
+         graph%start(v) = kept + 1
+         do e = first, graph%start(v + 1) - 1
+            if (.not. coupled(graph%entry(e))) cycle
+            kept = kept + 1
+            graph%neighbour(kept) = graph%neighbour(e)
+            graph%entry(kept) = graph%entry(e)
+         end do
+      end do
+      graph%start(graph%n + 1) = kept + 1
+      graph%neighbour = graph%neighbour(:kept)
+      graph%entry = graph%entry(:kept)
+   end subroutine drop_uncoupled
 
 end module dda_block_graph

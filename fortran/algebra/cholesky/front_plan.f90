@@ -29,7 +29,7 @@ module dda_front_plan
    !> the order of elimination.
    type :: front_plan_type
       integer :: n = 0                     !< block rows
-      integer :: entries = 0               !< lower blocks of the matrix
+      integer :: entries = 0               !< lower blocks that it couples them by
       integer :: fronts = 0                !< fronts, in postorder
       integer, allocatable :: order(:)     !< [n] block row of each permuted index
       integer, allocatable :: first(:)     !< [fronts+1] first pivot of each front

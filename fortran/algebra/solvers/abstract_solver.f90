@@ -81,8 +81,9 @@ contains
    end subroutine correct_nothing
 
    !> Most solvers are made again from the matrix: they have nothing to write or read.
-   subroutine serialise_nothing(self, archive)
+   subroutine serialise_nothing(self, matrix, archive)
       class(linear_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
       type(archive_type), intent(inout) :: archive  !< written or read
    end subroutine serialise_nothing
 

@@ -11,7 +11,7 @@ module dda_factor_solver
    use dda_archive, only: archive_type, archive_values => serialise, fail_archive, serialise_label
    use dda_band_cholesky, only: band_cholesky_type, analyse_band, factorise_band, solve_band
    use dda_block_matrix, only: block_matrix_type, multiply
-   use dda_cholesky_double, only: factor_type, analyse_sparse => analyse, take_memory, &
+   use dda_cholesky_double, only: factor_type, analyse_sparse => analyse, prepare_to_read, &
       factorise_sparse => factorise, solve_sparse => solve
    use dda_conjugate_gradients, only: make_workspace
    use dda_errors, only: error_type
@@ -44,7 +44,7 @@ module dda_factor_solver
 
 contains
 
-   !> Order the rows and plan the factor.
+   !> Take a pattern: order the rows of a band.
    subroutine analyse(self, matrix)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
@@ -162,16 +162,20 @@ contains
    end function will_do
 
    !> The numbers of a kept factor: the matrix that they were made from is gone.
-   subroutine serialise(self, archive)
+   subroutine serialise(self, matrix, archive)
       class(factor_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
       type(archive_type), intent(inout) :: archive  !< written or read
       type(error_type), allocatable :: error
+      logical, allocatable :: coupled(:)
 
       call serialise_label(archive, 'factor')
       call archive_values(archive, self%kept)
       if (.not. self%kept .or. allocated(archive%failure)) return
       call archive_values(archive, self%contraction)
-      call take_memory(self%sparse, error)
+      coupled = self%sparse%coupled
+      call archive_values(archive, coupled)
+      if (archive%reading) call prepare_to_read(self%sparse, matrix, coupled, error)
       if (allocated(error)) then
          call fail_archive(archive, error%message)
          return

@@ -27,9 +27,9 @@ module dda_lagged_factor
 
 contains
 
-   !> Plan the factor of a new pattern.
+   !> Take a new pattern.
    subroutine analyse_lagged(lagged, matrix)
-      type(lagged_factor_type), intent(inout) :: lagged  !< gets plan and memory
+      type(lagged_factor_type), intent(inout) :: lagged  !< without a factor
       type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
 
       call analyse(lagged%factor, matrix)
@@ -45,6 +45,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call factorise(lagged%factor, matrix, error)
+      if (lagged%factor%replanned) call free_low_rank(lagged%low)
       call plan_low_rank(lagged%low, lagged%factor%plan, error)
       lagged%factorised = .not. allocated(error)
       lagged%extra_iterations = 0

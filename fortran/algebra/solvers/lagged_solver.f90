@@ -10,7 +10,7 @@ module dda_lagged_solver
       serialise_number, fail_archive
    use dda_block_matrix, only: block_matrix_type
    use dda_block_vectors, only: add_multiple
-   use dda_cholesky_single, only: take_memory
+   use dda_cholesky_single, only: prepare_to_read
    use dda_conjugate_gradients, only: make_workspace, iterate_to_solution
    use dda_errors, only: error_type
    use dda_lagged_factor, only: lagged_factor_type, analyse_lagged, refactorise
@@ -101,16 +101,20 @@ contains
    end subroutine correct
 
    !> The numbers of the factor: the matrix that they were made from is gone.
-   subroutine serialise_factor(self, archive)
+   subroutine serialise_factor(self, matrix, archive)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
       type(archive_type), intent(inout) :: archive  !< written or read
       type(error_type), allocatable :: error
+      logical, allocatable :: coupled(:)
 
       call serialise_label(archive, 'factor')
       call serialise(archive, self%lagged%factorised)
       call serialise(archive, self%lagged%extra_iterations)
       if (.not. self%lagged%factorised .or. allocated(archive%failure)) return
-      call take_memory(self%lagged%factor, error)
+      coupled = self%lagged%factor%coupled
+      call serialise(archive, coupled)
+      if (archive%reading) call prepare_to_read(self%lagged%factor, matrix, coupled, error)
       call plan_low_rank(self%lagged%low, self%lagged%factor%plan, error)
       if (allocated(error)) then
          call fail_archive(archive, error%message)
