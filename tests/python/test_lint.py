@@ -180,7 +180,7 @@ def test_most_arguments_are_documented():
 TOTAL = set(
     """agree all_are_sound allowed_move balance block_sources changes_model comes_suddenly
     due ends_at_rest excluded faces find_group finished
-    free_addresses gains_energy given has_half_space has_last_resort has_law has_memory
+    free_addresses gains_energy given has_half_space has_law has_memory
     has_motion heading_columns is_approached
     is_below is_convex is_dispersive is_done is_glancing is_held is_output_time is_plain
     is_point is_spent is_whole lies_along lower_case may_exceed missing_buffers parallel
