@@ -16,6 +16,7 @@ module dda_open_close
    use dda_friction, only: acting_stretch, laws_type, shear_stiffness_of
    use dda_interrupts, only: fail_if_stopped, fail_within_step, stop_within_step
    use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
+   use dda_growth, only: grow
    use dda_line_search, only: descend
    use dda_linear_solver, only: solver_type, renew
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
@@ -71,6 +72,7 @@ module dda_open_close
       integer :: passes = 0                           !< of the damage of bonds
       integer :: overshoots = 0                       !< short steps in a row, of sliding contacts
       logical :: shortened = .false.                  !< the last step has been
+      logical, allocatable :: reversed(:)             !< [contacts] slip of the whole step has
       !> when regions were iterated last, N/m: again only where it has fallen
       real(wp) :: region_residual = huge(1.0_wp)
       logical :: keeps_states = .false.               !< of forces within the tolerance
@@ -416,8 +418,9 @@ contains
    !> Line search where states change.
    !>
    !> A step that had to be shortened much overshot in contacts that slide freely and are then found
-   !> to stick.  Where that goes on, all that slide retain a growing share of their shear stiffness
-   !> until whole steps are good again.
+   !> to stick.  The first of them shorten it so that others still slide at its end; these stick
+   !> as well, or each would shorten a step of its own.  Where steps stay short all the same, all
+   !> that slide retain a growing share of their shear stiffness until whole steps are good again.
    subroutine globalise(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -430,8 +433,10 @@ contains
       if (iteration%iterations == 1) return
       n = contacts%n
       alpha = 1.0_wp
-      overshot = any(contacts%state(:n) == contact_slide .and. &
-         contacts%trial_state(:n) == contact_stick)
+      call grow(iteration%reversed, n)
+      iteration%reversed(:n) = contacts%state(:n) == contact_slide .and. &
+         contacts%trial_state(:n) == contact_stick
+      overshot = any(iteration%reversed(:n))
       if (allocated(contacts%held_bound) .or. (iteration%short_steps < most_short_steps .and. &
          (any(contacts%trial_state(:n) /= contacts%state(:n)) .or. &
          laws%curved))) then
@@ -439,6 +444,8 @@ contains
          if (alpha < 1.0_wp) call evaluate(iteration, system, contacts, laws)
       end if
       if (allocated(contacts%held_bound)) return
+      if (alpha < 1.0_wp) where (iteration%reversed(:n) .and. contacts%trial_state(:n) &
+         == contact_slide) contacts%trial_state(:n) = contact_stick
       iteration%short_steps = merge(iteration%short_steps + 1, 0, alpha < very_short_step)
       iteration%shortened = alpha < near_whole
       iteration%overshoots = merge(iteration%overshoots + 1, 0, alpha < short_step .and. overshot)
