@@ -21,7 +21,8 @@ module dda_static_relaxation
    use dda_friction, only: laws_type
    use dda_linear_solver, only: solver_type
    use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
-      counts_of, evaluate, fail_if_given_up, iterate, retained_share, solve_assumed, take_states
+      counts_of, evaluate, fail_if_given_up, iterate, loose, retained_share, solve_assumed, &
+      take_states
    use dda_ordered_sums, only: inner_product, parallel_from
    use dda_system, only: system_type
    implicit none
@@ -30,8 +31,6 @@ module dda_static_relaxation
 
    integer, parameter :: many_changes = 2000     !< of the first iteration: the step is relaxed
    integer, parameter :: most_iterations = 21    !< of a relaxed step
-   !> of the first residual, of each solve: products of two such errors are rounding
-   real(wp), parameter :: accuracy = sqrt(epsilon(1.0_wp))
    real(wp), parameter :: ascent = 10.0_wp       !< that the last iterate may have, over the best
    real(wp), parameter :: nearly = 1.0e3_wp      !< tolerances: bonds are checked, rest is judged
 
@@ -113,7 +112,7 @@ contains
          call fail_if_given_up(iteration%may_stop, error)
          if (allocated(error)) exit
          iteration%iterations = i
-         iteration%reduction = accuracy
+         iteration%reduction = loose
          call impose_forces(contacts)
          call correct(iterates, i, iteration, system, solver, contacts, laws, error)
          if (allocated(error)) exit
