@@ -29,7 +29,8 @@ module dda_open_close
    implicit none
    private
    public :: open_close_type, solve_contacts, solve_assumed, begin_iteration, counts_of, &
-      add_counts, iterate, evaluate, check_strength, take_states, fail_if_given_up, loose, retained_share
+      add_counts, iterate, evaluate, check_strength, take_states, fail_if_given_up, loose, &
+      retained_share
 
    real(wp), parameter :: short_step = 0.5_wp        !< share left of a step that overshot
    real(wp), parameter :: very_short_step = 0.1_wp
