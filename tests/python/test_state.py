@@ -74,7 +74,16 @@ REMADE = {
     ("algebra", "rank_one_type"): {},
     ("algebra", "factor_type"): {
         name: "follows from the pattern, or is workspace"
-        for name in ("plan", "panel", "update", "vector", "front_vector", "bad_pivot", "threads")
+        for name in (
+            "plan",
+            "planned",
+            "panel",
+            "update",
+            "vector",
+            "front_vector",
+            "bad_pivot",
+            "threads",
+        )
     },
     ("dynamics", "open_close_type"): {
         "region_residual": "each step begins without",
@@ -89,11 +98,11 @@ REMADE = {
         "most_changes": "set in static steps",
         "relaxes": "set in static stages",
         "converged": "set in each step",
-        "correction": "set in static stages",
-        "attempts": "set in static stages",
         "unbalanced_work": "set in each step",
         "slides": "listed in each iteration",
         "rounding": "set in each step",
+        "keeps_states": "each step begins without",
+        "reversed": "found in each iteration",
     },
     ("elements", "fixed_points_type"): {"point": "the input"},
     ("elements", "energy_type"): {},
