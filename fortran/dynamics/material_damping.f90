@@ -119,6 +119,7 @@ contains
       integer :: l
 
       associate (damping => blocks%damping(blocks%material(b)))
+         factor = 0.0_wp
          if (damping%by_law) return
          factor = damping%unrelaxed - 1.0_wp
          do l = 1, damping%n
