@@ -21,6 +21,7 @@ module dda_open_close
    use dda_linear_solver, only: solver_type, renew
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_rank_one, only: forget_changes, most_changes
+   use dda_residual_cycle, only: residual_cycle_type, record_residual, is_cyclic
    use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
       farthest_off, assume_next
    use dda_joint_lines, only: break_joint, has_bond, renew_lines
@@ -76,6 +77,7 @@ module dda_open_close
       logical, allocatable :: reversed(:)             !< [contacts] slip of the whole step has
       !> when regions were iterated last, N/m: again only where it has fallen
       real(wp) :: region_residual = huge(1.0_wp)
+      type(residual_cycle_type) :: cycle              !< its last residuals
       logical :: keeps_states = .false.               !< of forces within the tolerance
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
       logical :: relaxes = .false.                    !< static steps do, see dda_static_relaxation
@@ -185,6 +187,7 @@ contains
             call check_strength(iteration, contacts, laws, converged)
             if (converged) return
          end if
+         if (goes_round(iteration, contacts, laws)) return
          call iterate_regions(iteration, system, contacts, laws)
          call globalise(iteration, system, contacts, laws)
          call adopt_states(iteration, contacts, laws, changed)
@@ -193,6 +196,20 @@ contains
          if (iteration%changes > iteration%most_changes .and. i == 1) return
       end do
    end subroutine iterate
+
+   !> The iteration goes round in a cycle, and there is another one that may converge.
+   !>
+   !> Not before the noise of places is allowed for, at which residuals stand still, too.
+   logical function goes_round(iteration, contacts, laws)
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+
+      goes_round = .false.
+      if (.not. laws%plain .or. allocated(contacts%held_bound)) return
+      call record_residual(iteration%cycle, iteration%residual)
+      goes_round = iteration%iterations > few_solves .and. is_cyclic(iteration%cycle, loose)
+   end function goes_round
 
    !> An error if the step is not to be finished.
    subroutine fail_if_given_up(may_stop, error)
@@ -220,6 +237,7 @@ contains
       iteration%overshoots = 0
       iteration%shortened = .false.
       iteration%region_residual = huge(1.0_wp)
+      iteration%cycle = residual_cycle_type()
       iteration%retained = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_steps = 0

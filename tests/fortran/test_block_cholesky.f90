@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The sparse factor against dense LAPACK, and against itself on another number of threads.
 module test_block_cholesky
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
    use dda_kinds, only: wp
    use dda_errors, only: error_type
    use dda_block_graph, only: block_graph_type, graph_of
@@ -157,6 +159,25 @@ contains
       call solve(factor, (b), b)
       call check(all(abs(b - x) <= 0.0_wp), 'the same values whether or not x was b')
    end subroutine solution_in_place
+
+   !> A coupling that is no number is not left out as if it were zero.
+   subroutine no_number()
+      type(block_matrix_type) :: matrix
+      type(factor_type) :: factor
+      type(error_type), allocatable :: error
+      logical :: halting(size(ieee_all))
+
+      call ieee_get_halting_mode(ieee_all, halting)
+      call ieee_set_halting_mode(ieee_all, .false.)
+      call set_pattern(matrix, 25, grid_pairs(5, 5))
+      call fill_definite(matrix)
+      matrix%lower(:, :, 7) = 0.0_wp
+      matrix%lower(2, 3, 7) = ieee_value(1.0_wp, ieee_quiet_nan)
+      call analyse(factor, matrix)
+      call factorise(factor, matrix, error)
+      call check_fails(error, 'positive pivot')
+      call ieee_set_halting_mode(ieee_all, halting)
+   end subroutine no_number
 
    !> A pivot that is not positive is an error that names the row of blocks.
    subroutine not_positive_definite()

@@ -182,6 +182,33 @@ contains
       call ieee_set_halting_mode(ieee_all, halting)
    end subroutine beyond_single_precision
 
+   !> A chain that is held so weakly that single precision loses a pivot: a larger diagonal in the
+   !> factor, and more iterations, still solve the system.
+   subroutine a_pivot_lost_to_single_precision()
+      integer, parameter :: n = 70
+      type(block_matrix_type) :: matrix
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      real(wp) :: x(6, n), b(6, n), image(6, n)
+      integer :: i, k
+
+      call chain(n, 1.0e-7_wp, matrix)
+      do i = 1, n - 1
+         do k = 1, 6
+            call add_spring(matrix, i, random_vector(6))
+         end do
+      end do
+      b = reshape(random_vector(6*n), [6, n])
+      x = 0.0_wp
+      call prepare(solver, 'lagged', matrix, error)
+      call check_no_error(error, 'lagged')
+      call solve(solver, matrix, b, x, error)
+      call check_no_error(error, 'lagged')
+      call multiply(matrix, x, image)
+      call check(norm2(image - b) <= 1.0e-6_wp*norm2(b), 'the residual')
+      call check(solver%method == 'lagged' .and. solver%handed_over == 0, 'not handed over')
+   end subroutine a_pivot_lost_to_single_precision
+
    !> A factor so old that the iterations with it fail is made anew.
    subroutine a_factor_that_is_too_old()
       integer, parameter :: n = 70

@@ -11,6 +11,7 @@ module test_open_close
    use dda_open_close, only: solve_contacts, open_close_type
    use dda_neighbours, only: neighbours_type
    use dda_rank_one, only: most_changes
+   use dda_residual_cycle, only: residual_cycle_type, record_residual, is_cyclic
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
    use models, only: begin, contact_text, control_text, relative_balance, run
@@ -325,7 +326,31 @@ contains
       call settle(1.0e-2_wp, 35.0_wp, '10', '19', simulation)
       call check(simulation%step == 20, 'every step closes')
       call check(relative_balance(simulation%energy) < 1.0e-6_wp, 'audit')
+      call check(simulation%counters%most_iterations < 400, &
+         'no step goes round to the last iteration')
    end subroutine a_wall_that_locks
+
+   !> Residuals that repeat themselves are a cycle, of whatever length; those that fall are none.
+   subroutine residuals_that_go_round()
+      real(wp), parameter :: share = 1.0e-2_wp
+      type(residual_cycle_type) :: cycle
+      integer :: length, i
+
+      do length = 1, 9
+         cycle = residual_cycle_type()
+         call record_residual(cycle, 1.0e6_wp)
+         do i = 1, 40
+            call check(.not. (is_cyclic(cycle, share) .and. i < 24), 'not before it is known')
+            call record_residual(cycle, 10.0_wp**modulo(i, length))
+         end do
+         call check(is_cyclic(cycle, share) .eqv. length < 9, 'a cycle that is short enough')
+      end do
+      cycle = residual_cycle_type()
+      do i = 1, 40
+         call record_residual(cycle, 0.97_wp**i*10.0_wp**modulo(i, 3))
+         call check(.not. is_cyclic(cycle, share), 'residuals that fall')
+      end do
+   end subroutine residuals_that_go_round
 
    !> Where steps are short, each contact whose slip the whole step reverses sticks: else this takes
    !> 489 iterations.

@@ -4,16 +4,18 @@
 !> Rank-one terms that have entered or left the matrix since are taken up by a low-rank update; what
 !> else has changed costs iterations, two or three where only geometry drifts.
 module dda_lagged_factor
-   use dda_kinds, only: wp
+   use dda_kinds, only: sp, wp
    use dda_block_matrix, only: block_matrix_type
    use dda_conjugate_gradients, only: preconditioner_type
    use dda_cholesky_single, only: factor_type, analyse, factorise, solve, solve_lower, solve_upper
-   use dda_errors, only: error_type
+   use dda_errors, only: error_type, error_solver
    use dda_low_rank, only: low_rank_type, plan_low_rank, free_low_rank, correct
    use dda_rank_one, only: forget_changes
    implicit none
    private
    public :: lagged_factor_type, analyse_lagged, refactorise
+
+   real(sp), parameter :: shift = 16*epsilon(1.0_sp)  !< of a diagonal, over its rounding
 
    !> The factor and its age.
    type, extends(preconditioner_type) :: lagged_factor_type
@@ -37,15 +39,23 @@ contains
       lagged%factorised = .false.
    end subroutine analyse_lagged
 
-   !> Factorise the present matrix.
+   !> Factorise the present matrix, or one with a larger diagonal where single precision loses a
+   !> pivot: conjugate gradients take that out again.
    subroutine refactorise(lagged, matrix, error)
       type(lagged_factor_type), intent(inout) :: lagged  !< gets a new factor
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> memory, or a pivot that is lost to single precision
       type(error_type), allocatable, intent(out) :: error
 
+      lagged%factor%shift = 0.0_sp
       call factorise(lagged%factor, matrix, error)
       if (lagged%factor%replanned) call free_low_rank(lagged%low)
+      if (allocated(error)) then
+         if (error%kind == error_solver) then
+            lagged%factor%shift = shift
+            call factorise(lagged%factor, matrix, error)
+         end if
+      end if
       call plan_low_rank(lagged%low, lagged%factor%plan, error)
       lagged%factorised = .not. allocated(error)
       lagged%extra_iterations = 0
