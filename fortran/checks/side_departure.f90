@@ -10,6 +10,7 @@
 !> against the free field 2 u_in/(1 + iωρH/Z), which is its solution for level ground.
 module dda_side_departure
    use dda_kinds, only: wp, pi
+   use dda_material, only: elasticity
    use dda_model, only: model_type
    implicit none
    private
@@ -59,7 +60,8 @@ contains
       associate (blocks => model%blocks)
          do b = 1, blocks%n
             associate (x => blocks%vertex(1, blocks%first(b):blocks%first(b + 1) - 1), &
-               d => blocks%stiffness(:, :, b))
+               d => blocks%area(b)*elasticity(model%materials(blocks%material(b)), &
+               model%control%plane_strain))
                low = minval(x) - left
                high = maxval(x) - left
                share = [(max(0.0_wp, min(high, i*bar%length) - max(low, (i - 1)*bar%length)), &
