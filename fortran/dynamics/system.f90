@@ -78,10 +78,7 @@ contains
       system%contact_terms%rebuild = .true.
       call linear_terms_of(elements, blocks, step, system%terms)
       pairs = coupled_blocks(system%terms)
-      call set_pattern(system%linear, blocks%n, pairs)
-      ! Memory that is not written to takes none.
-      deallocate (system%linear%diagonal)
-      allocate (system%linear%diagonal(6, 6, blocks%n))
+      call set_pattern(system%linear, blocks%n, pairs, untouched=.true.)
       associate (near => neighbours%pair(:, :neighbours%n_pairs), matrix => system%matrix)
          if (size(pairs, 2) > 0) pairs = reshape([near, pairs], [2, size(near, 2) + size(pairs, 2)])
          if (size(pairs, 2) == 0) pairs = near
