@@ -9,7 +9,7 @@ module dda_start
    use dda_energy_budget, only: start_energy_budget
    use dda_blocks, only: begin_motion, keep_first_state
    use dda_bonds, only: bond_contacts
-   use dda_crossings, only: find_crossings
+   use dda_crossings, only: find_crossings, most_across
    use dda_column_model, only: column_model
    use dda_columns, only: make_columns, column_of, name_column
    use dda_contact, only: reserve, filter_contacts
@@ -119,14 +119,19 @@ contains
    subroutine skip_crossings(simulation)
       type(simulation_type), intent(inout) :: simulation  !< with its first contacts
 
+      integer, allocatable :: across(:,:)
+
+      allocate (across(most_across, size(simulation%blocks%owner)), source=0)
       associate (contacts => simulation%contacts(simulation%now))
          block
             logical :: marked(contacts%n)
 
-            call find_crossings(contacts, simulation%blocks, simulation%detection%across, marked)
-            if (any(marked)) call filter_contacts(contacts, .not. marked)
+            call find_crossings(contacts, simulation%blocks, across, marked)
+            if (.not. any(marked)) return
+            call filter_contacts(contacts, .not. marked)
          end block
       end associate
+      call move_alloc(across, simulation%detection%across)
    end subroutine skip_crossings
 
    !> Set the rates of all blocks, but what supports hold; the energy that this brings is input, or

@@ -143,7 +143,7 @@ contains
       deallocate (blocks%owner, blocks%next, blocks%previous, blocks%mixed, blocks%inner, &
          blocks%outline, blocks%rest_share, blocks%reference, blocks%radius, blocks%whole_area)
       deallocate (blocks%inertia, blocks%stiffness, blocks%removed, blocks%velocity, blocks%axes, &
-         blocks%gradient, blocks%along, blocks%length)
+         blocks%gradient, blocks%vertex, blocks%along, blocks%length)
    end subroutine keep_first_state
 
    !> Damping of the materials, from the present strains on.
