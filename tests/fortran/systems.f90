@@ -22,8 +22,8 @@ module systems
    use models, only: random, random_vector
    implicit none
    private
-   public :: pattern_of, diagonal_of, random_system, linear_matrix, stiffness, unknowns, flat, gap_row, &
-      slip_row, energy, gradient
+   public :: pattern_of, diagonal_of, random_system, linear_matrix, stiffness, unknowns, flat, &
+      gap_row, slip_row, energy, gradient
 
    real(wp), parameter :: stiffness = 1.0e3_wp
    integer, parameter :: unknowns = 12
