@@ -30,10 +30,12 @@ module dda_block_matrix
 contains
 
    !> Lay out the pattern that holds every pair (i, j), i ≠ j; pairs may repeat, in any order.
-   pure subroutine set_pattern(matrix, n, pairs)
+   pure subroutine set_pattern(matrix, n, pairs, untouched)
       type(block_matrix_type), intent(inout) :: matrix  !< gets the pattern, and zeros as values
       integer, intent(in) :: n           !< block rows
       integer, intent(in) :: pairs(:,:)  !< [2, any] coupled block rows
+      !> no values on the diagonal: memory that is not written to takes none
+      logical, intent(in), optional :: untouched
       integer, allocatable :: start(:), by_column(:), by_row(:), row_of(:)
       integer :: row
 
@@ -50,7 +52,12 @@ contains
       matrix%below_row = row_of(matrix%below_entry)
       if (allocated(matrix%diagonal)) deallocate (matrix%diagonal)
       if (allocated(matrix%lower)) deallocate (matrix%lower)
-      allocate (matrix%diagonal(6, 6, n), matrix%lower(6, 6, size(row_of)), source=0.0_wp)
+      allocate (matrix%lower(6, 6, size(row_of)), source=0.0_wp)
+      allocate (matrix%diagonal(6, 6, n))
+      if (present(untouched)) then
+         if (untouched) return
+      end if
+      matrix%diagonal = 0.0_wp
    end subroutine set_pattern
 
    !> Keep one of equal columns in each row.

@@ -31,14 +31,16 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
       type(boundary_type), allocatable :: all_of(:)
+      real(wp), allocatable :: x(:)
       integer :: i
 
-      associate (model => simulation%model)
+      associate (model => simulation%model, blocks => simulation%blocks)
          all_of = [model%boundaries, (model%free_fields(i)%boundary, i=1, size(model%free_fields))]
          if (size(all_of) == 0) return
-         call check_dashpots(simulation%blocks, all_of, linear, report)
-         if (size(model%boundaries) > 0) call check_sides(model, report)
-         if (report%band%known) call check_free_fields(model, report)
+         call check_dashpots(blocks, all_of, linear, report)
+         x = model%blocks%position(1, blocks%owner) + blocks%reference(1, :)
+         if (size(model%boundaries) > 0) call check_sides(model, x, report)
+         if (report%band%known) call check_free_fields(model, x, report)
       end associate
    end subroutine check_boundaries
 
@@ -123,8 +125,9 @@ contains
    end function scheme_floor
 
    !> Sides that are not ground going on disturb what moves from below.
-   subroutine check_sides(model, report)
+   subroutine check_sides(model, x, report)
       type(model_type), intent(in) :: model  !< as read from the input
+      real(wp), intent(in) :: x(:)           !< [vertices] where they are at the start, m
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: width, arrival, duration
       integer :: i
@@ -133,15 +136,13 @@ contains
       tied = size(model%ties) > 0
       if (.not. tied) tied = any(is_shifted(model%welds))
       if (tied .or. size(model%free_fields) == size(side_names)) return
-      if (all([(is_side_held(model, side_names(i)), i=1, size(side_names))])) return
+      if (all([(is_side_held(model, x, side_names(i)), i=1, size(side_names))])) return
       duration = 0.0_wp
       do i = 1, size(model%motions)
          duration = max(duration, model%motions(i)%curve%duration)
       end do
       if (.not. duration > 0.0_wp) return
-      associate (x => model%blocks%vertex(1, :))
-         width = maxval(x) - minval(x)
-      end associate
+      width = maxval(x) - minval(x)
       arrival = 0.5_wp*width/report%speed(2)
       late = arrival >= duration
       call add_line(report, merge(verdict_ok, verdict_warn, late), 'sides', 'free or viscous '// &
@@ -151,14 +152,15 @@ contains
    end subroutine check_sides
 
    !> Departures from level ground are far enough from the sides.
-   subroutine check_free_fields(model, report)
+   subroutine check_free_fields(model, x, report)
       type(model_type), intent(in) :: model  !< as read from the input
+      real(wp), intent(in) :: x(:)           !< [vertices] where they are at the start, m
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: frequency, departure, percent
       logical :: near
 
       frequency = 0.5_wp*(report%band%lowest + report%band%highest)
-      call find_side_departure(model, frequency, departure)
+      call find_side_departure(model, x, frequency, departure)
       if (departure < 0.0_wp) return
       near = departure > most_departure
       percent = 0.01_wp*nint(1.0e4_wp*departure)
@@ -169,16 +171,16 @@ contains
    end subroutine check_free_fields
 
    !> Fixed points or a free field are on a side.
-   logical function is_side_held(model, side)
+   logical function is_side_held(model, x, side)
       type(model_type), intent(in) :: model  !< as read from the input
+      real(wp), intent(in) :: x(:)           !< [vertices] where they are at the start, m
       character(len=*), intent(in) :: side   !< 'left' or 'right'
       real(wp) :: line, small
       integer :: i
 
       is_side_held = any([(model%free_fields(i)%side == side, i=1, size(model%free_fields))])
       small = touching*model%blocks%half_size
-      line = merge(minval(model%blocks%vertex(1, :)), maxval(model%blocks%vertex(1, :)), &
-         side == 'left')
+      line = merge(minval(x), maxval(x), side == 'left')
       do i = 1, size(model%fixed_points)
          associate (point => model%fixed_points(i))
             if (abs(point%place(1) - line) <= small .and. any(point%held)) is_side_held = .true.

@@ -7,6 +7,7 @@ module dda_check_laws
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, advice_if
    use dda_material, only: elasticity
    use dda_model, only: model_type
+   use dda_simulation, only: simulation_type
    use dda_text, only: short_text, quoted
    implicit none
    private
@@ -18,27 +19,33 @@ module dda_check_laws
 contains
 
    !> A line for each of them.
-   subroutine check_laws(model, report)
-      type(model_type), intent(in) :: model       !< materials and blocks
+   subroutine check_laws(simulation, report)
+      type(simulation_type), intent(in) :: simulation  !< materials and blocks
       type(report_type), intent(inout) :: report  !< check report
+      real(wp) :: side
       integer :: m
 
-      do m = 1, size(model%materials)
-         if (.not. any(model%blocks%material == m)) cycle
-         if (.not. model%materials(m)%has_law()) cycle
-         if (model%materials(m)%own_law%in_words() /= '') call check_softer(model, m, report)
-         call check_fit(model, m, report)
-         call check_softening(model, m, report)
-      end do
+      associate (model => simulation%model)
+         do m = 1, size(model%materials)
+            if (.not. any(model%blocks%material == m)) cycle
+            if (.not. model%materials(m)%has_law()) cycle
+            side = largest(simulation, m)
+            if (model%materials(m)%own_law%in_words() /= '') &
+               call check_softer(model, m, side, report)
+            call check_fit(model, m, report)
+            call check_softening(model, m, side, report)
+         end do
+      end associate
    end subroutine check_laws
 
    !> Fit of the curves, and length of the waves where the soil has lost part of its modulus.
-   subroutine check_softer(model, m, report)
+   subroutine check_softer(model, m, side, report)
       type(model_type), intent(in) :: model       !< materials and blocks
       integer, intent(in) :: m                    !< material
+      real(wp), intent(in) :: side                !< the largest of its blocks, m
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: found
-      real(wp) :: left(2), eta, size_of
+      real(wp) :: left(2), eta
       logical :: fine
 
       associate (material => model%materials(m))
@@ -49,8 +56,7 @@ contains
             short_text(sqrt(left(2)))//' of their length'
          fine = .true.
          if (report%band%known) then
-            size_of = largest(model, m)
-            eta = size_of*report%band%highest/sqrt(left(1)*material%young_modulus/(2.0_wp &
+            eta = side*report%band%highest/sqrt(left(1)*material%young_modulus/(2.0_wp &
                *(1.0_wp + material%poisson_ratio)*material%density))
             found = found//': at .1 % eta = 1/'//short_text(1.0_wp/eta)//' at '// &
                short_text(report%band%highest)//' Hz, limit 1/12'
@@ -58,7 +64,7 @@ contains
          end if
          call add_line(report, merge(verdict_ok, verdict_warn, fine), 'material law', found, &
             'secant moduli', advice_if(.not. fine, 'where the soil is to yield, blocks no '// &
-            'larger than '//short_text(size_of*coarsest/eta)//' m'))
+            'larger than '//short_text(side*coarsest/eta)//' m'))
       end associate
    end subroutine check_softer
 
@@ -76,36 +82,35 @@ contains
    end subroutine check_fit
 
    !> The largest of the smaller sides of the blocks of a material, m.
-   pure real(wp) function largest(model, m) result(side)
-      type(model_type), intent(in) :: model  !< materials and blocks
-      integer, intent(in) :: m               !< material
+   pure real(wp) function largest(simulation, m) result(side)
+      type(simulation_type), intent(in) :: simulation  !< materials and blocks
+      integer, intent(in) :: m                         !< material
       integer :: b
 
       side = 0.0_wp
-      associate (blocks => model%blocks)
-         do b = 1, blocks%n
-            if (blocks%material(b) == m) side = max(side, smaller_side(blocks, b))
-         end do
-      end associate
+      do b = 1, simulation%blocks%n
+         if (simulation%model%blocks%material(b) == m) &
+            side = max(side, smaller_side(simulation%blocks, b))
+      end do
    end function largest
 
    !> Blocks that soften faster than they unload: the run cannot follow that quietly.
-   subroutine check_softening(model, m, report)
+   subroutine check_softening(model, m, side, report)
       type(model_type), intent(in) :: model       !< materials and blocks
       integer, intent(in) :: m                    !< material
+      real(wp), intent(in) :: side                !< the largest of its blocks, m
       type(report_type), intent(inout) :: report  !< check report
-      real(wp) :: limit, size_of
+      real(wp) :: limit
 
       associate (material => model%materials(m))
          limit = material%own_law%largest_thickness(elasticity(material, &
             model%control%plane_strain))
          if (.not. limit < huge(1.0_wp)) return
-         size_of = largest(model, m)
-         call add_line(report, merge(verdict_ok, verdict_warn, size_of <= limit), 'material law', &
-            quoted(trim(material%name))//': cells of '//short_text(size_of)//' m soften; '// &
+         call add_line(report, merge(verdict_ok, verdict_warn, side <= limit), 'material law', &
+            quoted(trim(material%name))//': cells of '//short_text(side)//' m soften; '// &
             'beyond '//short_text(limit)//' m they would lose strength faster than they unload', &
             'G or E times softening_displacement over the strength that is lost', &
-            advice_if(size_of > limit, 'smaller cells, or a larger softening_displacement'))
+            advice_if(side > limit, 'smaller cells, or a larger softening_displacement'))
       end associate
    end subroutine check_softening
 

@@ -88,7 +88,7 @@ contains
       call check_resolution(simulation%blocks, linear%time_step, report)
       call check_damping(linear, report)
       call check_material(simulation, linear, report)
-      call check_laws(simulation%model, report)
+      call check_laws(simulation, report)
       call check_bodies(simulation, report)
       call check_boundaries(simulation, linear, report)
       if (present(links)) links = size(linear%stiffness%column, kind=long)

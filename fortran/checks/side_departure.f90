@@ -10,6 +10,7 @@
 !> against the free field 2 u_in/(1 + iωρH/Z), which is its solution for level ground.
 module dda_side_departure
    use dda_kinds, only: wp, pi
+   use dda_material, only: elasticity
    use dda_model, only: model_type
    implicit none
    private
@@ -30,8 +31,9 @@ contains
 
    !> Largest departure of a side with a free field, over the motion of that; negative where no
    !> base radiates or no side has one.
-   subroutine find_side_departure(model, frequency, departure)
+   subroutine find_side_departure(model, x, frequency, departure)
       type(model_type), intent(in) :: model     !< as read from the input
+      real(wp), intent(in) :: x(:)              !< [vertices] where they are at the start, m
       real(wp), intent(inout) :: frequency      !< Hz; at most that of waves of four times the depth
       real(wp), intent(out) :: departure        !< 0 … 1
       type(bar_type) :: bar
@@ -39,7 +41,7 @@ contains
       real(wp) :: omega
 
       departure = -1.0_wp
-      bar = bar_of(model)
+      bar = bar_of(model, x)
       if (.not. (bar%base > 0.0_wp .and. maxval(bar%dashpot) > 0.0_wp)) return
       omega = min(2.0_wp*pi*frequency, 0.5_wp*pi*bar%base/maxval(bar%mass))
       frequency = omega/(2.0_wp*pi)
@@ -49,19 +51,21 @@ contains
    end subroutine find_side_departure
 
    !> Blocks spread over the cells that they reach over; dashpots of the base and the sides.
-   type(bar_type) function bar_of(model) result(bar)
+   type(bar_type) function bar_of(model, x) result(bar)
       type(model_type), intent(in) :: model  !< as read from the input
+      real(wp), intent(in) :: x(:)           !< [vertices] where they are at the start, m
       real(wp) :: left, low, high, plate, share(cells)
       integer :: b, i
 
-      left = minval(model%blocks%vertex(1, :))
-      bar%length = (maxval(model%blocks%vertex(1, :)) - left)/cells
+      left = minval(x)
+      bar%length = (maxval(x) - left)/cells
       associate (blocks => model%blocks)
          do b = 1, blocks%n
-            associate (x => blocks%vertex(1, blocks%first(b):blocks%first(b + 1) - 1), &
-               d => blocks%stiffness(:, :, b))
-               low = minval(x) - left
-               high = maxval(x) - left
+            associate (own => x(blocks%first(b):blocks%first(b + 1) - 1), &
+               d => blocks%area(b)*elasticity(model%materials(blocks%material(b)), &
+               model%control%plane_strain))
+               low = minval(own) - left
+               high = maxval(own) - left
                share = [(max(0.0_wp, min(high, i*bar%length) - max(low, (i - 1)*bar%length)), &
                   i=1, cells)]/((high - low)*bar%length)
                plate = d(1, 1) - d(1, 2)**2/d(2, 2)

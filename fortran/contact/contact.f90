@@ -28,7 +28,7 @@ module dda_contact
    integer, parameter :: is_carried = 3     !< by the impact law: one of its blocks is hit
    integer, parameter :: is_lifted = 4      !< opened by the impact: keeps a fraction of its force
 
-   integer, parameter :: spare = 32         !< one more contact per so many is reserved
+   integer, parameter :: spare = 64         !< one more contact per so many is reserved
 
    !> A list of contacts as structure of arrays; entries 1 … n count.
    type :: contacts_type

@@ -77,11 +77,12 @@ contains
 
    !> Where blocks are removed, the corners that met theirs can meet those across.
    pure subroutine part_corners(across, contacts, removed)
-      integer, intent(inout) :: across(:,:)        !< [most_across,vertices] vertices, else 0
+      integer, intent(inout) :: across(:,:)        !< [most_across,vertices or 0] vertices, else 0
       type(contacts_type), intent(in) :: contacts  !< with the blocks
       logical, intent(in) :: removed(:)            !< [blocks]
       integer :: c
 
+      if (size(across) == 0) return
       do c = 1, contacts%n
          if (.not. (removed(contacts%block_v(c)) .or. removed(contacts%block_e(c)))) cycle
          call part(across, contacts%vertex(c))
@@ -91,7 +92,7 @@ contains
 
    !> Corners that have moved apart may meet again as any others.
    pure subroutine forget_parted(across, blocks, distance)
-      integer, intent(inout) :: across(:,:)    !< [most_across,vertices] vertices, else 0
+      integer, intent(inout) :: across(:,:)    !< [most_across,vertices or 0] vertices, else 0
       type(blocks_type), intent(in) :: blocks  !< present geometry
       real(wp), intent(in) :: distance         !< m, more than the size of any corner
       integer :: v, i

@@ -6,6 +6,7 @@
 !> holds the foot: so blocks of equal width stacked on each other get two contacts per joint, one at
 !> each end.
 module dda_detection
+   !$ use omp_lib, only: omp_get_thread_num
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, is_point, reserve
@@ -14,11 +15,13 @@ module dda_detection
    use dda_entrance, only: choice_type, corners_type, project, list_choices, is_glancing, &
       entrance_edge, other_end
    use dda_neighbours, only: neighbours_type
-   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
+   use dda_team, only: largest_team
    implicit none
    private
    public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
+   integer, parameter :: spare = 64  !< one more contact per so many than before has room
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
    real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)  !< of the angle between edges
 
@@ -38,10 +41,12 @@ module dda_detection
       integer, allocatable :: pressing(:,:)
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
       logical, allocatable :: flat(:)    !< [vertices] cells of a body meet there on a straight side
-      !> [most_across,vertices] those across a crossing of joints, else 0
+      !> [most_across,vertices] those across a crossing of joints, else 0; empty without crossings
       integer, allocatable :: across(:,:)
-      !> [edges of the probes] a probe has at most as many contacts as edges
+      !> [edges of the probes that each thread takes at a time] a probe has at most as many contacts
+      !> as edges
       type(candidate_type), allocatable :: candidate(:)
+      integer :: listed = 0              !< contacts found last, in a large list
    end type detection_type
 
 contains
@@ -59,7 +64,7 @@ contains
       allocate (detection%depth(size(blocks%owner)), source=0.0_wp)
       allocate (detection%pressing(2, size(blocks%owner)), source=0)
       allocate (detection%corner(size(blocks%owner)), detection%candidate(0))
-      allocate (detection%across(most_across, size(blocks%owner)), source=0)
+      allocate (detection%across(most_across, 0))
       do v = 1, size(detection%corner)
          here = blocks%reference(:, v)
          detection%corner(v) = &
@@ -136,51 +141,101 @@ contains
 
    !> List all contacts nearer than the distance of this step, with geometry, without history.
    !>
-   !> Threads test pieces of the probes in any order; the list is in the order of the probes.
+   !> A large list is begun with room for little more contacts than the last one; if there are more,
+   !> again with room for all.
    subroutine detect_contacts(contacts, blocks, neighbours, detection)
       type(contacts_type), intent(inout) :: contacts     !< list that is replaced
       type(blocks_type), intent(in) :: blocks            !< present geometry
       type(neighbours_type), intent(in) :: neighbours    !< probes of the last search
       type(detection_type), intent(inout) :: detection   !< distances of this step
-      integer :: p, n, found(most_pieces)
+      integer :: room, edges
 
-      n = neighbours%n_probes
-      if (size(detection%candidate) < neighbours%first_edge(n + 1) - 1) then
-         deallocate (detection%candidate)
-         allocate (detection%candidate(size(neighbours%edge)))
-      end if
-      if (n < parallel_from) then
-         call detect_contacts_range(detection, blocks, neighbours, 1, n, contacts%n)
-         call reserve(contacts, contacts%n)
-         call set_contacts(contacts, 1, blocks, contacts%n, detection%candidate)
-         return
-      end if
-      !$omp parallel do schedule(dynamic, 1)
-      do p = 1, pieces(n)
-         call detect_contacts_range(detection, blocks, neighbours, first_of(p, n), last_of(p, n), &
-            found(p))
+      associate (n => neighbours%n_probes)
+         if (n < parallel_from) then
+            call make_room(detection, neighbours%first_edge(n + 1) - 1)
+            call detect_contacts_range(detection, blocks, neighbours, 1, n, 0, contacts%n)
+            call reserve(contacts, contacts%n)
+            call set_contacts(contacts, 1, blocks, contacts%n, detection%candidate)
+            return
+         end if
+      end associate
+      edges = most_edges(neighbours)
+      call make_room(detection, edges*largest_team())
+      room = detection%listed + detection%listed/spare
+      do
+         call reserve(contacts, room)
+         call detect_pieces(contacts, room, blocks, neighbours, detection, edges)
+         if (contacts%n <= room) exit
+         room = contacts%n
       end do
-      contacts%n = sum(found(:pieces(n)))
-      call reserve(contacts, contacts%n)
-      !$omp parallel do schedule(static)
-      do p = 1, pieces(n)
-         call set_contacts(contacts, 1 + sum(found(:p - 1)), blocks, found(p), &
-            detection%candidate(neighbours%first_edge(first_of(p, n))))
-      end do
+      detection%listed = contacts%n
    end subroutine detect_contacts
 
-   !> Candidates of some probes, stored from the place of the first probe's first edge on.
-   subroutine detect_contacts_range(detection, blocks, neighbours, first, last, found)
+   !> Memory for so many candidates.
+   pure subroutine make_room(detection, candidates)
+      type(detection_type), intent(inout) :: detection  !< gets it
+      integer, intent(in) :: candidates                 !< at most
+
+      if (size(detection%candidate) >= candidates) return
+      deallocate (detection%candidate)
+      allocate (detection%candidate(candidates))
+   end subroutine make_room
+
+   !> Most edges of the probes of a piece.
+   pure integer function most_edges(neighbours) result(most)
+      type(neighbours_type), intent(in) :: neighbours  !< probes of the last search
+      integer :: p
+
+      most = 0
+      associate (n => neighbours%n_probes, first_edge => neighbours%first_edge)
+         do p = 1, pieces(n)
+            most = max(most, first_edge(last_of(p, n) + 1) - first_edge(first_of(p, n)))
+         end do
+      end associate
+   end function most_edges
+
+   !> Threads test pieces of the probes; the list is in the order of the probes.  It counts contacts
+   !> beyond its room, too.
+   subroutine detect_pieces(contacts, room, blocks, neighbours, detection, edges)
+      type(contacts_type), intent(inout) :: contacts     !< list that is replaced
+      integer, intent(in) :: room                        !< contacts that it can take
+      type(blocks_type), intent(in) :: blocks            !< present geometry
+      type(neighbours_type), intent(in) :: neighbours    !< probes of the last search
+      type(detection_type), intent(inout) :: detection   !< distances of this step
+      integer, intent(in) :: edges                       !< most of a piece
+      integer :: p, n, found, before, first, listed
+
+      n = neighbours%n_probes
+      listed = 0
+      !$omp parallel do ordered schedule(dynamic, 1) private(found, before, first)
+      do p = 1, pieces(n)
+         before = 0
+         !$ before = edges*omp_get_thread_num()
+         call detect_contacts_range(detection, blocks, neighbours, first_of(p, n), last_of(p, n), &
+            before, found)
+         !$omp ordered
+         first = listed + 1
+         listed = listed + found
+         !$omp end ordered
+         if (first + found - 1 <= room) &
+            call set_contacts(contacts, first, blocks, found, detection%candidate(before + 1))
+      end do
+      contacts%n = listed
+   end subroutine detect_pieces
+
+   !> Candidates of some probes, stored behind those of other threads.
+   subroutine detect_contacts_range(detection, blocks, neighbours, first, last, before, found)
       type(detection_type), intent(inout) :: detection  !< receives the candidates
       type(blocks_type), intent(in) :: blocks           !< present geometry
       type(neighbours_type), intent(in) :: neighbours   !< probes
       integer, intent(in) :: first, last                !< probes to test
+      integer, intent(in) :: before                     !< candidates of other threads
       integer, intent(out) :: found                     !< number of candidates
       integer :: p, v, w, at
       real(wp) :: apart
       logical :: near, met
 
-      at = neighbours%first_edge(first) - 1
+      at = before
       do p = first, last
          v = neighbours%probe(1, p)
          call find_corner(blocks, neighbours, p, detection%distance, w, apart)
@@ -194,7 +249,7 @@ contains
          call test_edges(at, blocks, neighbours, p, detection, met)
          if (.not. met .and. v < w) call test_vertex(at, blocks, neighbours, p, w, detection, near)
       end do
-      found = at - neighbours%first_edge(first) + 1
+      found = at - before
    end subroutine detect_contacts_range
 
    !> The convex vertex of the other block nearest to the probe's vertex, within `distance`; else 0.
@@ -385,8 +440,10 @@ contains
       integer :: v, best
 
       v = neighbours%probe(1, p)
-      if (close .and. any(detection%across(:, v) == w)) then
-         if (.not. were_pressed(detection, blocks, v, w)) return
+      if (close .and. size(detection%across) > 0) then
+         if (any(detection%across(:, v) == w)) then
+            if (.not. were_pressed(detection, blocks, v, w)) return
+         end if
       end if
       call list_corners(blocks, v, w, detection, corners, tolerance)
       if (.not. close .and. any(corners%overshoot <= 0.0_wp .and. .not. corners%glancing)) return

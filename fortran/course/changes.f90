@@ -10,7 +10,7 @@
 module dda_changes
    use dda_kinds, only: wp, long, pi
    use dda_added_stages, only: adopt_stages
-   use dda_blocks, only: place_of
+   use dda_blocks, only: blocks_type, place_of
    use dda_column_model, only: column_model
    use dda_columns, only: column_count, column_of
    use dda_damping, only: highest_relaxation
@@ -43,7 +43,7 @@ contains
       real(wp) :: speed
       integer :: i
 
-      call check_same(simulation%model, model, error)
+      call check_same(simulation%model, simulation%blocks, model, error)
       if (.not. allocated(error)) call check_bodies(simulation, model, error)
       do i = 1, column_count(simulation)
          if (.not. allocated(error)) call change_now(column_of(simulation, i), &
@@ -67,19 +67,20 @@ contains
    end subroutine change_now
 
    !> The model must be the same but for what can change.
-   subroutine check_same(old, new, error)
+   subroutine check_same(old, blocks, new, error)
       type(model_type), intent(in) :: old, new  !< of the run; of the changed input
+      type(blocks_type), intent(in) :: blocks   !< of the run
       type(error_type), allocatable, intent(out) :: error  !< it is another model
       logical :: same
       integer :: i
 
-      same = old%blocks%n == new%blocks%n .and. size(old%joints) == size(new%joints) &
+      same = blocks%n == new%blocks%n .and. size(old%joints) == size(new%joints) &
          .and. size(old%motions) == size(new%motions) .and. size(old%stages) == size(new%stages) &
          .and. size(old%fixed_points) <= size(new%fixed_points) &
          .and. size(old%free_fields) == size(new%free_fields) &
          .and. size(old%loads) <= size(new%loads)
-      if (same) same = size(old%blocks%owner) == size(new%blocks%owner)
-      if (same) same = all(old%blocks%reference == new%blocks%reference)
+      if (same) same = size(blocks%owner) == size(new%blocks%owner)
+      if (same) same = all(blocks%reference == new%blocks%reference)
       if (same) same = all([(old%fixed_points(i)%block == new%fixed_points(i)%block .and. &
          all(old%fixed_points(i)%reference == new%fixed_points(i)%reference), &
          i=1, size(old%fixed_points))])

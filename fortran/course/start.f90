@@ -7,9 +7,9 @@ module dda_start
    use dda_elements, only: set_elements, match_velocities, update_stored
    use dda_energy, only: add_energy, total_energy, energy_kinetic, energy_initial, energy_input
    use dda_energy_budget, only: start_energy_budget
-   use dda_blocks, only: begin_motion, keep_shapes
+   use dda_blocks, only: begin_motion, keep_first_state
    use dda_bonds, only: bond_contacts
-   use dda_crossings, only: find_crossings
+   use dda_crossings, only: find_crossings, most_across
    use dda_column_model, only: column_model
    use dda_columns, only: make_columns, column_of, name_column
    use dda_contact, only: reserve, filter_contacts
@@ -41,7 +41,7 @@ contains
 
       simulation%model = model
       simulation%blocks = model%blocks
-      call keep_shapes(simulation%model%blocks)
+      call keep_first_state(simulation%model%blocks)
       call begin_motion(simulation%blocks)
       simulation%statics = ''
       allocate (simulation%doubts(0))
@@ -79,7 +79,7 @@ contains
       call start_energy_budget(simulation%energy, simulation%blocks, &
          simulation%contacts(simulation%now), simulation%laws, simulation%elements, &
          next_step(simulation))
-      call start_columns(simulation, error)
+      call start_columns(simulation, model, error)
    end subroutine start
 
    !> Bounds and tolerances of the open–close iteration.
@@ -99,15 +99,16 @@ contains
    end subroutine prepare_iteration
 
    !> The runs of the columns of free fields.
-   recursive subroutine start_columns(simulation, error)
+   recursive subroutine start_columns(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< just started
+      type(model_type), intent(in) :: model  !< as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: i
 
-      associate (fields => simulation%model%free_fields)
+      associate (fields => model%free_fields)
          call make_columns(simulation, size(fields))
          do i = 1, size(fields)
-            call start(column_of(simulation, i), column_model(simulation%model, fields(i)), error)
+            call start(column_of(simulation, i), column_model(model, fields(i)), error)
             call name_column(simulation, i, error)
             if (allocated(error)) return
          end do
@@ -118,14 +119,19 @@ contains
    subroutine skip_crossings(simulation)
       type(simulation_type), intent(inout) :: simulation  !< with its first contacts
 
+      integer, allocatable :: across(:,:)
+
+      allocate (across(most_across, size(simulation%blocks%owner)), source=0)
       associate (contacts => simulation%contacts(simulation%now))
          block
             logical :: marked(contacts%n)
 
-            call find_crossings(contacts, simulation%blocks, simulation%detection%across, marked)
-            if (any(marked)) call filter_contacts(contacts, .not. marked)
+            call find_crossings(contacts, simulation%blocks, across, marked)
+            if (.not. any(marked)) return
+            call filter_contacts(contacts, .not. marked)
          end block
       end associate
+      call move_alloc(across, simulation%detection%across)
    end subroutine skip_crossings
 
    !> Set the rates of all blocks, but what supports hold; the energy that this brings is input, or

@@ -46,7 +46,8 @@ contains
       system%drifts = any(abs(system%drift) > least_drift*blocks%half_size)
       if (.not. system%drifts) return
       do b = 1, blocks%n
-         system%drift_load(:, b) = matmul(system%constant(:, :2, b), system%drift(:2, b))
+         system%drift_load(:2, b) = system%constant(1, b)*system%drift(:2, b)
+         system%drift_load(3:, b) = 0.0_wp
       end do
       weights = step_weights(step)
       do i = 1, system%terms%n

@@ -8,6 +8,7 @@
 module dda_contact_assembly
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, copy_block
+   use dda_compact_block, only: expand
    use dda_system, only: system_type
    use dda_contact, only: contacts_type
    use dda_contact_terms, only: update_contact_terms, is_clean, is_dirty_force, &
@@ -142,7 +143,7 @@ contains
       if (system%has_terms(i)) then
          call copy_block(system%linear%diagonal(:, :, i), system%matrix%diagonal(:, :, i))
       else
-         call copy_block(system%constant(:, :, i), system%matrix%diagonal(:, :, i))
+         call expand(system%constant(:, i), system%matrix%diagonal(:, :, i))
       end if
    end subroutine begin_row
 

@@ -18,6 +18,7 @@
 module dda_impact
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type
+   use dda_compact_block, only: main_diagonal
    use dda_contact, only: contacts_type, contact_open, is_carried, is_damped, is_lifted, is_struck
    use dda_contact_damping, only: losses_type, carry, is_approached, lift, losses_of, strike
    use dda_errors, only: error_type, error_convergence, fail
@@ -229,7 +230,7 @@ contains
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(system_type), intent(inout) :: system  !< equations of the step
       logical, intent(in) :: first  !< time in this step
-      real(wp) :: k
+      real(wp) :: k, own(6)
       integer :: b, i
 
       if (first) impacts%stiff = .false.
@@ -245,9 +246,9 @@ contains
          if (.not. impacts%hit(b) .or. impacts%stiff(b)) cycle
          impacts%stiff(b) = .true.
          call begin_diagonal(system, b)
+         own = main_diagonal(system%constant(:, b))
          do i = 4, 6
-            system%linear%diagonal(i, i, b) = system%linear%diagonal(i, i, b) &
-               + rigid*system%constant(i, i, b)
+            system%linear%diagonal(i, i, b) = system%linear%diagonal(i, i, b) + rigid*own(i)
          end do
       end do
    end subroutine stiffen
@@ -276,27 +277,25 @@ contains
       type(system_type), intent(in) :: system  !< equations of the step
       integer, intent(in) :: b  !< number of the block
       real(wp), intent(in) :: row(6)  !< of the support
-      real(wp) :: softness
-      integer :: i
+      real(wp) :: own(6)
 
-      softness = 0.0_wp
-      do i = 1, 3
-         softness = softness + row(i)**2/system%constant(i, i, b)
-      end do
-      stiffness = unyielding/softness
+      own = main_diagonal(system%constant(:, b))
+      stiffness = unyielding/sum(row(:3)**2/own(:3))
    end function unyielding_spring
 
    !> Energy that keeping the strains of the blocks that are hit has taken, J per metre.
    pure real(wp) function loss_of_strains(impacts, system) result(loss)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
+      real(wp) :: own(6)
       integer :: b, i
 
       loss = 0.0_wp
       do b = 1, system%linear%n
          if (.not. impacts%stiff(b)) cycle
+         own = main_diagonal(system%constant(:, b))
          do i = 4, 6
-            loss = loss + rigid*system%constant(i, i, b)*system%d(i, b)**2
+            loss = loss + rigid*own(i)*system%d(i, b)**2
          end do
       end do
    end function loss_of_strains

@@ -7,6 +7,7 @@
 !> solve of the whole starts from their states.  What converges is the whole alone.
 submodule(dda_open_close) dda_local_iteration
    use dda_block_matrix, only: entry_of, set_pattern
+   use dda_compact_block, only: compact
    use dda_counting_sort, only: counting_sort
    use dda_linear_solver, only: analyse, choose_solver, weigh_loads
    use dda_system, only: prepare_system
@@ -186,23 +187,27 @@ contains
       type(system_type), intent(in) :: system  !< of the whole
       integer, intent(in) :: blocks(:)         !< of the region
       type(system_type), intent(out) :: part   !< of the region, without pattern
+      real(wp) :: unit(6, 6)
       integer :: i
 
       associate (held => size(blocks) + 1)
          call prepare_system(part, held)
          part%load(:, :held - 1) = system%load(:, blocks)
          part%d(:, :held - 1) = system%d(:, blocks)
-         part%constant(:, :, :held - 1) = system%constant(:, :, blocks)
-         do i = 1, held - 1
-            if (system%has_terms(blocks(i))) &
-               part%constant(:, :, i) = system%linear%diagonal(:, :, blocks(i))
-         end do
-         part%constant(:, :, held) = 0.0_wp
-         do i = 1, 6
-            part%constant(i, i, held) = 1.0_wp
-         end do
+         part%constant(:, :held - 1) = system%constant(:, blocks)
+         part%has_terms(:held - 1) = system%has_terms(blocks)
          part%linear%n = held
-         allocate (part%linear%lower(6, 6, 0), part%linear%column(0), part%linear_entry(0))
+         allocate (part%linear%diagonal(6, 6, held), part%linear%lower(6, 6, 0), &
+            part%linear%column(0), part%linear_entry(0))
+         do i = 1, held - 1
+            if (part%has_terms(i)) &
+               part%linear%diagonal(:, :, i) = system%linear%diagonal(:, :, blocks(i))
+         end do
+         unit = 0.0_wp
+         do i = 1, 6
+            unit(i, i) = 1.0_wp
+         end do
+         part%constant(:, held) = compact(unit)
       end associate
    end subroutine take_blocks
 

@@ -17,22 +17,10 @@ module dda_material_damping
    use dda_scheme, only: step_type
    implicit none
    private
-   public :: add_damping_matrices, add_damping_loads, damping_losses, damping_energy, &
+   public :: add_damping_matrix, add_damping_loads, damping_losses, damping_energy, &
       keep_memories, force_on_strains
 
 contains
-
-   !> Terms of K̂ of all blocks, constants as long as the step stays.
-   subroutine add_damping_matrices(blocks, step, matrix)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step      !< the one being taken
-      real(wp), intent(inout) :: matrix(:,:,:) !< [6,6,blocks]
-      integer :: b
-
-      do b = 1, blocks%n
-         call add_damping_matrix(blocks, step, b, matrix(:, :, b))
-      end do
-   end subroutine add_damping_matrices
 
    !> Forces on the strains of all blocks at d = 0, beyond those of elasticity.
    subroutine add_damping_loads(blocks, step, load)

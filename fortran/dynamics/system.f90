@@ -5,13 +5,14 @@
 !> of the springs of the contacts in their assumed states, which `dda_contact_assembly` puts on top.
 module dda_system
    use dda_kinds, only: wp
-   use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, copy_block, multiply_block
+   use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, multiply_block
    use dda_blocks, only: blocks_type, mass_matrix, momentum_of
+   use dda_compact_block, only: compact_size, compact, expand
    use dda_contact_terms, only: contact_terms_type, prepare_contact_terms
    use dda_elements, only: elements_type, linear_terms_of, add_forces
    use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, blocks_in, &
       block_of, coupled_blocks
-   use dda_material_damping, only: add_damping_matrices, add_damping_loads
+   use dda_material_damping, only: add_damping_matrix, add_damping_loads
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_scheme, only: step_type, mass_weight, momentum_weight
@@ -29,7 +30,8 @@ module dda_system
       integer, allocatable :: first_contact(:)     !< [pairs+2] first contact of each near pair
       type(contact_terms_type) :: contact_terms    !< what K̂ and f̂ have of the contacts
       type(linear_terms_type) :: terms             !< springs and dashpots of the elements
-      real(wp), allocatable :: constant(:,:,:)     !< [6,6,n] M/(χΔt²) + θ elasticity, damping
+      !> [compact_size,n] M/(χΔt²) + θ elasticity, damping, see dda_compact_block
+      real(wp), allocatable :: constant(:,:)
       !> linear part of K̂; diagonal blocks, of those that elements act on: of others, `constant`
       type(block_matrix_type) :: linear
       logical, allocatable :: has_terms(:)         !< [n] elements act on the block
@@ -55,7 +57,7 @@ contains
       type(system_type), intent(out) :: system  !< equations of the step
       integer, intent(in) :: n  !< blocks
 
-      allocate (system%constant(6, 6, n))
+      allocate (system%constant(compact_size, n))
       allocate (system%has_terms(n), source=.false.)
       allocate (system%load(6, n), system%rhs(6, n), system%d(6, n), system%previous_d(6, n), &
          source=0.0_wp)
@@ -76,10 +78,7 @@ contains
       system%contact_terms%rebuild = .true.
       call linear_terms_of(elements, blocks, step, system%terms)
       pairs = coupled_blocks(system%terms)
-      call set_pattern(system%linear, blocks%n, pairs)
-      ! Memory that is not written to takes none.
-      deallocate (system%linear%diagonal)
-      allocate (system%linear%diagonal(6, 6, blocks%n))
+      call set_pattern(system%linear, blocks%n, pairs, untouched=.true.)
       associate (near => neighbours%pair(:, :neighbours%n_pairs), matrix => system%matrix)
          if (size(pairs, 2) > 0) pairs = reshape([near, pairs], [2, size(near, 2) + size(pairs, 2)])
          if (size(pairs, 2) == 0) pairs = near
@@ -115,7 +114,7 @@ contains
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
-      real(wp) :: weight
+      real(wp) :: weight, block(6, 6)
       integer :: b
 
       associate (known => system%constant_step)
@@ -125,11 +124,12 @@ contains
       end associate
       weight = mass_weight(step)
       do b = 1, blocks%n
-         system%constant(:, :, b) = weight*mass_matrix(blocks%inertia(:, b))
-         system%constant(4:6, 4:6, b) = system%constant(4:6, 4:6, b) &
+         block = weight*mass_matrix(blocks%inertia(:, b))
+         block(4:6, 4:6) = block(4:6, 4:6) &
             + step%scheme%theta*blocks%rest_share(b)*blocks%stiffness(:, :, b)
+         if (blocks%damps) call add_damping_matrix(blocks, step, b, block)
+         system%constant(:, b) = compact(block)
       end do
-      if (blocks%damps) call add_damping_matrices(blocks, step, system%constant)
       system%constant_step = step
       system%constant_damps = blocks%damps
    end subroutine set_constant
@@ -180,7 +180,7 @@ contains
 
       if (system%has_terms(b)) return
       system%has_terms(b) = .true.
-      call copy_block(system%constant(:, :, b), system%linear%diagonal(:, :, b))
+      call expand(system%constant(:, b), system%linear%diagonal(:, :, b))
    end subroutine begin_diagonal
 
    !> y = diagonal block b of the linear part × x
@@ -189,11 +189,13 @@ contains
       integer, intent(in) :: b  !< block
       real(wp), intent(in) :: x(6)  !< any
       real(wp), intent(out) :: y(6)  !< product
+      real(wp) :: block(6, 6)
 
       if (system%has_terms(b)) then
          call multiply_block(system%linear%diagonal(:, :, b), x, y)
       else
-         call multiply_block(system%constant(:, :, b), x, y)
+         call expand(system%constant(:, b), block)
+         call multiply_block(block, x, y)
       end if
    end subroutine multiply_diagonal
 

@@ -21,7 +21,7 @@ module dda_blocks
    use dda_polygon, only: area_of, centroid_of, second_moments
    implicit none
    private
-   public :: blocks_type, set_blocks, begin_motion, keep_shapes, update_geometry, is_convex
+   public :: blocks_type, set_blocks, begin_motion, keep_first_state, update_geometry, is_convex
    public :: mass_matrix, momentum_of, change_material, remove_block, place_of, offset_of, &
       shape_matrix, motion_of, reference_of, stress_of, set_damping, begin_memory, has_memory, &
       memory_strain, set_axes, smaller_side
@@ -135,13 +135,16 @@ contains
          source=0.0_wp)
    end subroutine begin_motion
 
-   !> Of blocks that are only to be looked up, keep shapes, materials and stresses.
-   pure subroutine keep_shapes(blocks)
+   !> Of the blocks of a model whose run has others, keep what these do not: the first state, and
+   !> lists that stages change.
+   pure subroutine keep_first_state(blocks)
       type(blocks_type), intent(inout) :: blocks  !< in their first state, before `begin_motion`
 
-      deallocate (blocks%next, blocks%previous, blocks%inertia, blocks%velocity, blocks%axes, &
-         blocks%gradient, blocks%along, blocks%length)
-   end subroutine keep_shapes
+      deallocate (blocks%owner, blocks%next, blocks%previous, blocks%mixed, blocks%inner, &
+         blocks%outline, blocks%rest_share, blocks%reference, blocks%radius, blocks%whole_area)
+      deallocate (blocks%inertia, blocks%stiffness, blocks%removed, blocks%velocity, blocks%axes, &
+         blocks%gradient, blocks%vertex, blocks%along, blocks%length)
+   end subroutine keep_first_state
 
    !> Damping of the materials, from the present strains on.
    subroutine set_damping(blocks, damping)

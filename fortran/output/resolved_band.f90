@@ -4,6 +4,8 @@
 !> the sampling rate.
 module dda_resolved_band
    use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type, smaller_side
+   use dda_material, only: elasticity
    use dda_model, only: model_type
    implicit none
    private
@@ -15,26 +17,24 @@ module dda_resolved_band
 contains
 
    !> The frequency, Hz.  Blocks that rigid supports hold carry no wave.
-   pure real(wp) function resolved_frequency(model) result(frequency)
-      type(model_type), intent(in) :: model  !< of the run
-      logical :: held(model%blocks%n)
-      real(wp) :: side
+   pure real(wp) function resolved_frequency(model, blocks) result(frequency)
+      type(model_type), intent(in) :: model    !< of the run
+      type(blocks_type), intent(in) :: blocks  !< of the run, in any state
+      logical :: held(blocks%n)
+      real(wp) :: d(3, 3)
       integer :: b
 
       held = .false.
       held(pack(model%fixed_points%block, model%fixed_points%stiffness <= 0.0_wp)) = .true.
       if (all(held)) held = .false.
       frequency = sampling_share/sampling_interval(model)
-      associate (blocks => model%blocks)
-         do b = 1, blocks%n
-            if (held(b)) cycle
-            associate (shape => blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))
-               side = minval(maxval(shape, 2) - minval(shape, 2))
-            end associate
-            frequency = min(frequency, sqrt(blocks%stiffness(3, 3, b)/blocks%mass(b))/ &
-               (least_wave*side))
-         end do
-      end associate
+      do b = 1, blocks%n
+         if (held(b)) cycle
+         d = blocks%area(b)*elasticity(model%materials(model%blocks%material(b)), &
+            model%control%plane_strain)
+         frequency = min(frequency, sqrt(d(3, 3)/model%blocks%mass(b))/ &
+            (least_wave*smaller_side(blocks, b)))
+      end do
    end function resolved_frequency
 
    !> Longest time between samples in any stage, s.

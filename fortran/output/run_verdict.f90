@@ -48,7 +48,7 @@ contains
       integer, intent(in) :: points, joints            !< measured ones, whose samples will be added
 
       verdict%happened = ''
-      verdict%frequency = resolved_frequency(simulation%model)
+      verdict%frequency = resolved_frequency(simulation%model, simulation%blocks)
       allocate (verdict%values(0), verdict%figures(0), verdict%doubts(0))
       allocate (verdict%shaken(points), source=new_intensity(verdict%frequency))
       allocate (verdict%joints(joint_columns, joints), verdict%joints_most(2, joints), &

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Memory that this process may still allocate, so that a model that is too large is refused.
 module dda_free_memory
-   use, intrinsic :: iso_c_binding, only: c_int, c_long
+   use, intrinsic :: iso_c_binding, only: c_int, c_long, c_size_t
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_blas_buffers, only: missing_buffers, take_buffers
    use dda_errors, only: error_type, error_memory, fail
@@ -32,6 +32,12 @@ module dda_free_memory
    end type reserve_type
 
    interface
+      !> glibc: give pages that nothing allocated lies in back to the system; 1 if there were some.
+      integer(c_int) function malloc_trim(pad) bind(c, name='malloc_trim')
+         import :: c_int, c_size_t
+         integer(c_size_t), value :: pad  !< bytes to keep at the end
+      end function malloc_trim
+
       !> POSIX: the limits of this process on a resource, now and at most (bytes); −1 as a signed
       !> number: none.
       integer(c_int) function getrlimit(resource, limits) bind(c, name='getrlimit')
@@ -68,7 +74,8 @@ contains
    end function beside_buffers
 
    !> An error if a factor, and BLAS within it, leave no memory for the steps with it, which ask for
-   !> none; else BLAS has its buffers.
+   !> none; else BLAS has its buffers.  What reading and planning have left between what stays is
+   !> given back.
    subroutine require_for_factor(bytes, blocks, threads, what, error)
       real(wp), intent(in) :: bytes         !< of the factor
       integer, intent(in) :: blocks         !< of the matrix
@@ -77,9 +84,11 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=*), parameter :: room = ', with room for the steps'
       real(wp) :: needed, buffers
+      integer(c_int) :: unused
 
       buffers = missing_buffers(threads)
       if (allocated(error) .or. bytes + buffers <= worth_asking) return
+      unused = malloc_trim(0_c_size_t)
       needed = bytes + blocks*step_bytes
       call require_memory(needed, what//room//',', advice_on_factors, error)
       if (allocated(error) .or. buffers <= 0.0_wp) return

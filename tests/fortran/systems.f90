@@ -4,7 +4,9 @@
 !> couples the two blocks.
 module systems
    use dda_kinds, only: wp
+   use dda_block_matrix, only: block_matrix_type
    use dda_blocks, only: blocks_type
+   use dda_compact_block, only: compact, compact_size
    use dda_system, only: prepare_system, set_matrix_pattern, system_type
    use dda_contact, only: contact_open, contacts_type, reserve
    use dda_element, only: element_type
@@ -20,8 +22,8 @@ module systems
    use models, only: random, random_vector
    implicit none
    private
-   public :: pattern_of, random_system, linear_matrix, stiffness, unknowns, flat, gap_row, &
-      slip_row, energy, gradient
+   public :: pattern_of, diagonal_of, random_system, linear_matrix, stiffness, unknowns, flat, &
+      gap_row, slip_row, energy, gradient
 
    real(wp), parameter :: stiffness = 1.0e3_wp
    integer, parameter :: unknowns = 12
@@ -36,6 +38,17 @@ module systems
    end type couplings_type
 
 contains
+
+   !> The diagonal blocks of a matrix, as far as they are of that kind.
+   pure function diagonal_of(matrix) result(numbers)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp) :: numbers(compact_size, matrix%n)
+      integer :: i
+
+      do i = 1, matrix%n
+         numbers(:, i) = compact(matrix%diagonal(:, :, i))
+      end do
+   end function diagonal_of
 
    !> A system of n blocks with the pattern of its near pairs, on which no elements act but given
    !> couplings.

@@ -8,6 +8,7 @@ module test_band_cholesky
    use dda_lapack, only: dposv
    use dda_rank_one, only: rank_one_type
    use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_names, solver_type
+   use systems, only: diagonal_of
    use models, only: random, random_vector
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
@@ -147,7 +148,7 @@ contains
       do pass = 1, 3
          call fill_definite(matrix, dense)
          b = reshape(random_vector(24), [6, 4])
-         call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
+         call renew(solver, matrix, diagonal_of(matrix), rank_one_type(), error)
          call check_no_error(error, 'takes the values')
          call solve(solver, matrix, b, x, error)
          call check_no_error(error, 'solves')

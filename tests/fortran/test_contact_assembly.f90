@@ -6,6 +6,7 @@ module test_contact_assembly
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    use dda_system, only: system_type
    use dda_block_matrix, only: entry_of
+   use dda_compact_block, only: compact_size, expand
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
    use dda_contact_assembly, only: add_to_rows, assemble_contacts
    use dda_friction, only: laws_type
@@ -42,7 +43,7 @@ contains
          random_vector(size(near%pair, 2)) > -0.4_wp))
       near%n_pairs = size(near%pair, 2)
       call pattern_of(system, n, near)
-      system%constant = reshape(random_vector(36*n), [6, 6, n])
+      system%constant = reshape(random_vector(compact_size*n), [compact_size, n])
       system%load = reshape(random_vector(6*n), [6, n])
       call reserve(contacts, 3*near%n_pairs)
       do p = 1, near%n_pairs
@@ -111,7 +112,7 @@ contains
       allocate (k(6*n, 6*n), gap_row(6*n), slip_row(6*n), source=0.0_wp)
       f = reshape(system%load, [6*n])
       do i = 1, n
-         k(6*i - 5:6*i, 6*i - 5:6*i) = system%constant(:, :, i)
+         call expand(system%constant(:, i), k(6*i - 5:6*i, 6*i - 5:6*i))
       end do
       do c = 1, contacts%n
          i = 6*contacts%block_v(c)

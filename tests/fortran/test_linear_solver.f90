@@ -10,6 +10,7 @@ module test_linear_solver
    use dda_rank_one, only: rank_one_type
    use dda_linear_solver, only: analyse, choose_solver, renew, solve, solve_change, solver_names, &
       solver_type
+   use systems, only: diagonal_of
    use models, only: random_vector, sow
    use testing, only: case, check, check_fails, check_no_error
    implicit none
@@ -99,7 +100,7 @@ contains
       call choose_solver(solver, name, error)
       call check_no_error(error, name)
       call analyse(solver, matrix)
-      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
+      call renew(solver, matrix, diagonal_of(matrix), rank_one_type(), error)
    end subroutine prepare
 
    subroutine solves(name, n, least)
@@ -151,7 +152,7 @@ contains
          call check(norm2(image - b) <= loose*norm2(change), name//': the residual')
          ! half the blocks are held so much more firmly that the factor is no good any more
          matrix%diagonal(:, :, ::2) = 1.0e2_wp*matrix%diagonal(:, :, ::2)
-         call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
+         call renew(solver, matrix, diagonal_of(matrix), rank_one_type(), error)
          call check_no_error(error, name)
       end do
    end subroutine follows
@@ -222,7 +223,7 @@ contains
       x = 0.0_wp
       call prepare(solver, 'lagged', matrix, error)
       matrix%diagonal(:, :, ::2) = 1.0e7_wp*matrix%diagonal(:, :, ::2)
-      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
+      call renew(solver, matrix, diagonal_of(matrix), rank_one_type(), error)
       call solve(solver, matrix, b, x, error)
       call check_no_error(error, 'lagged')
       call check(solver%method == 'lagged' .and. solver%factors == 2, 'a second factor')
@@ -242,11 +243,11 @@ contains
       call chain(n, 1.0e-3_wp, matrix)
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
-      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
+      call renew(solver, matrix, diagonal_of(matrix), rank_one_type(), error)
       call check(solver%method == 'jacobi', 'not yet known')
       call solve(solver, matrix, b, x, error)
       call check_no_error(error, 'jacobi')
-      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
+      call renew(solver, matrix, diagonal_of(matrix), rank_one_type(), error)
       call check(solver%method == 'lagged', 'a matrix that was slow')
       x = 0.0_wp
       call solve(solver, matrix, b, x, error)

@@ -8,6 +8,7 @@ module test_low_rank
    use dda_rank_one, only: add_change, forget_changes, most_changes, rank_one_type
    use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_type
    use dda_lagged_factor, only: analyse_lagged, refactorise, lagged_factor_type
+   use systems, only: diagonal_of
    use models, only: random, random_vector
    use testing, only: case, check, check_no_error
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
@@ -298,11 +299,11 @@ contains
       b = reshape(random_vector(6*matrix%n), [6, matrix%n])
       call choose_solver(solver, 'lagged', error)
       call analyse(solver, matrix)
-      call renew(solver, matrix, matrix%diagonal, changes, error)
+      call renew(solver, matrix, diagonal_of(matrix), changes, error)
       do round = 1, 8
          call forget_changes(changes)
          call change(matrix, changes, 30)
-         call renew(solver, matrix, matrix%diagonal, changes, error)
+         call renew(solver, matrix, diagonal_of(matrix), changes, error)
          x = 0.0_wp
          call solve(solver, matrix, b, x, error)
          call check_no_error(error, 'lagged')

@@ -4,6 +4,7 @@
 module test_open_close
    use dda_kinds, only: wp, pi
    use dda_system, only: system_type
+   use dda_compact_block, only: compact
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
    use dda_errors, only: error_type, error_convergence
    use dda_friction, only: laws_type
@@ -195,14 +196,15 @@ contains
       type(laws_type) :: laws
       type(open_close_type) :: iteration
       type(error_type), allocatable :: error
-      real(wp) :: expected(6, 2*systems + idle)
+      real(wp) :: expected(6, 2*systems + idle), unit(6, 6)
       integer :: i, most
 
       call systems_beside(whole, systems, 2*systems + idle)
-      whole%constant = 0.0_wp
+      unit = 0.0_wp
       do i = 1, 6
-         whole%constant(i, i, :) = 1.0_wp
+         unit(i, i) = 1.0_wp
       end do
+      whole%constant = spread(compact(unit), 2, 2*systems + idle)
       whole%load = 1.0_wp
       expected = 1.0_wp
       call reserve(all, systems*each)

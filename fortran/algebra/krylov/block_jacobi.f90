@@ -3,6 +3,7 @@
 module dda_block_jacobi
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, multiply_block
+   use dda_compact_block, only: compact_size, expand
    use dda_conjugate_gradients, only: preconditioner_type
    use dda_small_matrix, only: invert
    implicit none
@@ -80,14 +81,16 @@ contains
    !> of `auto` rests on it, which the iterations of the first solve then correct.
    real(wp) function most_iterations(matrix, alone, accuracy) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      real(wp), intent(in) :: alone(6, 6, matrix%n)  !< A, the terms of each block alone
+      !> A, the terms of each block alone, see dda_compact_block
+      real(wp), intent(in) :: alone(compact_size, matrix%n)
       real(wp), intent(in) :: accuracy               !< ε, of the error in the energy norm
-      real(wp) :: inverse(6, 6), worst
+      real(wp) :: block(6, 6), inverse(6, 6), worst
       integer :: i
 
       worst = 1.0_wp
       do i = 1, matrix%n
-         call invert(alone(:, :, i), inverse)
+         call expand(alone(:, i), block)
+         call invert(block, inverse)
          worst = max(worst, sum(inverse*matrix%diagonal(:, :, i)))
       end do
       bound = 0.5_wp*sqrt(2.0_wp*worst)*log(2.0_wp/accuracy)

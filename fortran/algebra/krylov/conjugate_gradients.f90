@@ -35,7 +35,8 @@ module dda_conjugate_gradients
 
    !> Vectors of the iteration.
    type :: workspace_type
-      real(wp), allocatable :: r(:,:), z(:,:), p(:,:), q(:,:)   !< [6,n]
+      !> [6,n] residual; P⁻¹ r, then K p; direction, of a refinement K x
+      real(wp), allocatable :: r(:,:), z(:,:), p(:,:)
    end type workspace_type
 
 contains
@@ -47,9 +48,9 @@ contains
 
       if (allocated(work%r)) then
          if (size(work%r, 2) == n) return
-         deallocate (work%r, work%z, work%p, work%q)
+         deallocate (work%r, work%z, work%p)
       end if
-      allocate (work%r(6, n), work%z(6, n), work%p(6, n), work%q(6, n), source=0.0_wp)
+      allocate (work%r(6, n), work%z(6, n), work%p(6, n), source=0.0_wp)
    end subroutine make_workspace
 
    !> Solve K x = b from the x given, until ‖r‖ ≤ tolerance·size or ‖r‖ ≤ reduction·‖first r‖.
@@ -92,10 +93,10 @@ contains
          old_slope = slope
          slope = inner_product(n, work%r, work%z)
          call multiply_and_add(n, work%z, merge(0.0_wp, slope/old_slope, iterations == 0), work%p)
-         call multiply(matrix, work%p, work%q)
-         alpha = slope/inner_product(n, work%p, work%q)
+         call multiply(matrix, work%p, work%z)
+         alpha = slope/inner_product(n, work%p, work%z)
          call add_multiple(n, alpha, work%p, x)
-         call add_multiple(n, -alpha, work%q, work%r)
+         call add_multiple(n, -alpha, work%z, work%r)
          iterations = iterations + 1
       end do
       if (iterations > trusted) then

@@ -98,8 +98,8 @@ contains
 
       convergence%enough = .false.
       if (.not. self%exact) then
-         call multiply(matrix, x, self%work%q)
-         self%work%r = b - self%work%q
+         call multiply(matrix, x, self%work%p)
+         self%work%r = b - self%work%p
          self%kept = .false.
          call refine(self, matrix, b, x, convergence)
          if (self%kept) return
@@ -129,8 +129,8 @@ contains
             end if
             x = x + work%z
             self%iterations = merge(0, round, self%exact)
-            call multiply(matrix, x, work%q)
-            work%r = b - work%q
+            call multiply(matrix, x, work%p)
+            work%r = b - work%p
             convergence%residual = sqrt(inner_product(matrix%n, work%r, work%r)) &
                /max(convergence%scale, tiny(1.0_wp))
             if (self%exact .and. convergence%residual <= accuracy) return

@@ -15,6 +15,7 @@ module dda_linear_solver
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
    use dda_block_jacobi, only: most_iterations
    use dda_block_matrix, only: block_matrix_type, terms_of_product
+   use dda_compact_block, only: compact_size
    use dda_errors, only: error_type, error_input, error_interrupted, error_memory, &
       error_solver, fail
    use dda_ordered_sums, only: inner_product
@@ -99,7 +100,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> terms of each diagonal block that couple it to no other, for the bound of `most_iterations`
-      real(wp), intent(in) :: alone(6, 6, matrix%n)
+      real(wp), intent(in) :: alone(compact_size, matrix%n)
       type(rank_one_type), intent(in) :: changes  !< from the values of the last call
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
@@ -115,7 +116,7 @@ contains
    subroutine decide(solver, matrix, alone)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      real(wp), intent(in) :: alone(6, 6, matrix%n)  !< as in `renew`
+      real(wp), intent(in) :: alone(compact_size, matrix%n)  !< as in `renew`
       character(len=6) :: method
 
       method = solver%method

@@ -1,0 +1,45 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> 6×6 blocks as of the mass and elasticity of a rock block about its centroid: m for either
+!> translation, and a symmetric 4×4 block of rotation and strains.  11 numbers keep one.
+module dda_compact_block
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: compact_size, compact, expand, main_diagonal
+
+   integer, parameter :: compact_size = 11  !< numbers of a block
+
+contains
+
+   !> The numbers of a block of that kind.
+   pure function compact(block) result(numbers)
+      real(wp), intent(in) :: block(6, 6)  !< symmetric; translations are coupled to nothing
+      real(wp) :: numbers(compact_size)
+
+      numbers = [block(1, 1), block(3:6, 3), block(4:6, 4), block(5:6, 5), block(6, 6)]
+   end function compact
+
+   !> The block of such numbers.
+   pure subroutine expand(numbers, block)
+      real(wp), intent(in) :: numbers(compact_size)  !< as of `compact`
+      real(wp), intent(out) :: block(6, 6)           !< of which they are
+
+      block(:, 1:2) = 0.0_wp
+      block(1:2, :) = 0.0_wp
+      block(1, 1) = numbers(1)
+      block(2, 2) = numbers(1)
+      block(3:6, 3) = numbers(2:5)
+      block(3:6, 4) = [numbers(3), numbers(6:8)]
+      block(3:6, 5) = [numbers(4), numbers(7), numbers(9:10)]
+      block(3:6, 6) = [numbers(5), numbers(8), numbers(10:11)]
+   end subroutine expand
+
+   !> Its main diagonal.
+   pure function main_diagonal(numbers) result(diagonal)
+      real(wp), intent(in) :: numbers(compact_size)  !< as of `compact`
+      real(wp) :: diagonal(6)
+
+      diagonal = numbers([1, 1, 2, 6, 9, 11])
+   end function main_diagonal
+
+end module dda_compact_block
