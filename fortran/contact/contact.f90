@@ -44,10 +44,8 @@ module dda_contact
       !> signed distance to the edge less `offset`, m; negative in compression
       real(wp), allocatable :: gap(:)
       real(wp), allocatable :: normal(:,:)     !< [2,n] outward normal of the edge
-      real(wp), allocatable :: normal_v(:,:)   !< [6,n] ∂gap/∂q of the vertex block
-      real(wp), allocatable :: normal_e(:,:)   !< [6,n] −∂gap/∂q of the edge block
-      real(wp), allocatable :: shear_v(:,:)    !< [6,n] ∂slip/∂q of the vertex block
-      real(wp), allocatable :: shear_e(:,:)    !< [6,n] −∂slip/∂q of the edge block
+      !> [6,n] gradients of the vertex' and of the edge's block, see dda_contact_gradients
+      real(wp), allocatable :: gradient_v(:,:), gradient_e(:,:)
       ! History
       integer, allocatable :: joint(:)         !< joint material, see dda_contact_joints
       integer, allocatable :: state(:)         !< open, slide or stick
@@ -205,10 +203,8 @@ contains
 
       call operation%apply(integers=contacts%pair)
       call operation%apply(reals=contacts%gap)
-      call operation%apply(columns=contacts%normal_v)
-      call operation%apply(columns=contacts%normal_e)
-      call operation%apply(columns=contacts%shear_v)
-      call operation%apply(columns=contacts%shear_e)
+      call operation%apply(columns=contacts%gradient_v)
+      call operation%apply(columns=contacts%gradient_e)
       call operation%apply(logicals=contacts%was_bonded)
       call operation%apply(logicals=contacts%was_closed)
       call operation%apply(reals=contacts%retained)
@@ -256,10 +252,8 @@ contains
       if (.not. allocated(from%pair)) return
       call move_alloc(from%pair, to%pair)
       call move_alloc(from%gap, to%gap)
-      call move_alloc(from%normal_v, to%normal_v)
-      call move_alloc(from%normal_e, to%normal_e)
-      call move_alloc(from%shear_v, to%shear_v)
-      call move_alloc(from%shear_e, to%shear_e)
+      call move_alloc(from%gradient_v, to%gradient_v)
+      call move_alloc(from%gradient_e, to%gradient_e)
       call move_alloc(from%was_bonded, to%was_bonded)
       call move_alloc(from%was_closed, to%was_closed)
       call move_alloc(from%retained, to%retained)
@@ -351,12 +345,11 @@ contains
 
       if (.not. allocated(contacts%normal)) allocate (contacts%normal(2, 0), &
          contacts%spring(2, 0), contacts%spent(2, 0))
-      if (.not. allocated(contacts%normal_v)) allocate (contacts%normal_v(6, 0), &
-         contacts%normal_e(6, 0), contacts%shear_v(6, 0), contacts%shear_e(6, 0), &
-         contacts%free_force(2, 0))
+      if (.not. allocated(contacts%gradient_v)) allocate (contacts%gradient_v(6, 0), &
+         contacts%gradient_e(6, 0), contacts%free_force(2, 0))
       growth%capacity = wanted + wanted/spare + 8
       if (size(contacts%normal, 2) < max(wanted, 1)) call for_each_kept(contacts, growth)
-      if (size(contacts%normal_v, 2) < max(wanted, 1)) call for_each_of_step(contacts, growth)
+      if (size(contacts%gradient_v, 2) < max(wanted, 1)) call for_each_of_step(contacts, growth)
    end subroutine reserve
 
    subroutine grow_variable(operation, integers, logicals, reals, columns)

@@ -7,6 +7,7 @@
 !> solve of the whole starts from their states.  What converges is the whole alone.
 submodule(dda_open_close) dda_local_iteration
    use dda_block_matrix, only: entry_of, set_pattern
+   use dda_contact_gradients, only: relative_motion
    use dda_counting_sort, only: counting_sort
    use dda_linear_solver, only: analyse, choose_solver, weigh_loads
    use dda_system, only: prepare_system
@@ -14,6 +15,9 @@ submodule(dda_open_close) dda_local_iteration
 
    integer, parameter :: reach = 2                  !< contacts from a changing one to what is held
    real(wp), parameter :: most_blocks = 0.4_wp      !< of all, else regions are not worth it
+   !> stiffness of what is held, N/m: what contacts add is less than its rounding, and its square
+   !> root times theirs does not overflow in single precision
+   real(wp), parameter :: immovable = 1.0e30_wp
 
 contains
 
@@ -199,7 +203,7 @@ contains
          end do
          part%constant(:, :, held) = 0.0_wp
          do i = 1, 6
-            part%constant(i, i, held) = 1.0_wp
+            part%constant(i, i, held) = immovable
          end do
          part%linear%n = held
          allocate (part%linear%lower(6, 6, 0), part%linear%column(0), part%linear_entry(0))
@@ -226,28 +230,27 @@ contains
       own%block_v = v(sorted)
       own%block_e = e(sorted)
       do i = 1, own%n
-         if (own%block_v(i) == held) call hold(own%normal_v(:, i), own%shear_v(:, i), &
-            system%d(:, contacts%block_v(order(i))), own%gap(i), own%stretch(i))
-         if (own%block_e(i) < held) cycle
-         own%normal_e(:, i) = -own%normal_e(:, i)
-         own%shear_e(:, i) = -own%shear_e(:, i)
-         call hold(own%normal_e(:, i), own%shear_e(:, i), &
-            system%d(:, contacts%block_e(order(i))), own%gap(i), own%stretch(i))
+         if (max(own%block_v(i), own%block_e(i)) == held) call add_held_motion(system, contacts, &
+            order(i), own%block_v(i) == held, own%block_e(i) == held, own%gap(i), own%stretch(i))
       end do
       call lay_out(part, own, held)
    end subroutine take_contacts
 
    !> What a held block moves is part of the gap and of the stretch.
-   pure subroutine hold(normal, shear, d, gap, stretch)
-      real(wp), intent(inout) :: normal(6), shear(6)  !< gradients on its side, become zero
-      real(wp), intent(in) :: d(6)                    !< its increment
-      real(wp), intent(inout) :: gap, stretch         !< m
+   pure subroutine add_held_motion(system, contacts, c, holds_v, holds_e, gap, stretch)
+      type(system_type), intent(in) :: system  !< of the whole
+      type(contacts_type), intent(in) :: contacts  !< of the whole
+      integer, intent(in) :: c  !< number of the contact
+      logical, intent(in) :: holds_v, holds_e  !< the block of the vertex or of the edge is held
+      real(wp), intent(inout) :: gap, stretch  !< m
+      real(wp) :: change(2)
 
-      gap = gap + dot_product(normal, d)
-      stretch = stretch + dot_product(shear, d)
-      normal = 0.0_wp
-      shear = 0.0_wp
-   end subroutine hold
+      change = relative_motion(contacts, c, &
+         merge(system%d(:, contacts%block_v(c)), 0.0_wp, holds_v), &
+         merge(system%d(:, contacts%block_e(c)), 0.0_wp, holds_e))
+      gap = gap + change(1)
+      stretch = stretch + change(2)
+   end subroutine add_held_motion
 
    !> Some contacts of a list of Coulomb's law alone.
    pure subroutine copy_contacts(contacts, list, own)
@@ -261,10 +264,9 @@ contains
       own%trial_state = contacts%trial_state(list)
       own%bonded = contacts%bonded(list)
       own%gap = contacts%gap(list)
-      own%normal_v = contacts%normal_v(:, list)
-      own%normal_e = contacts%normal_e(:, list)
-      own%shear_v = contacts%shear_v(:, list)
-      own%shear_e = contacts%shear_e(:, list)
+      own%normal = contacts%normal(:, list)
+      own%gradient_v = contacts%gradient_v(:, list)
+      own%gradient_e = contacts%gradient_e(:, list)
       own%multiplier = contacts%multiplier(list)
       own%stretch = contacts%stretch(list)
       own%slide_force = contacts%slide_force(list)

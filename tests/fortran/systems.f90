@@ -7,6 +7,7 @@ module systems
    use dda_blocks, only: blocks_type
    use dda_system, only: prepare_system, set_matrix_pattern, system_type
    use dda_contact, only: contact_open, contacts_type, reserve
+   use dda_contact_gradients, only: find_rows, rows_type
    use dda_element, only: element_type
    use dda_elements, only: elements_type, register
    use dda_energy, only: energy_type
@@ -138,10 +139,9 @@ contains
          contacts%joint(c) = 1
          contacts%vertex(c) = c
          contacts%edge(c) = c
-         contacts%normal_v(:, c) = random_vector(6)
-         contacts%normal_e(:, c) = random_vector(6)
-         contacts%shear_v(:, c) = random_vector(6)
-         contacts%shear_e(:, c) = random_vector(6)
+         contacts%normal(:, c) = random_vector(2)
+         contacts%gradient_v(:, c) = random_vector(6)
+         contacts%gradient_e(:, c) = random_vector(6)
          contacts%gap(c) = random(-0.05_wp, 0.05_wp)
          contacts%stretch(c) = random(-0.01_wp, 0.01_wp)
          contacts%state(c) = contact_open
@@ -160,8 +160,10 @@ contains
       type(contacts_type), intent(in) :: contacts
       integer, intent(in) :: c
       real(wp) :: row(unknowns)
+      type(rows_type) :: rows
 
-      row = placed(contacts%normal_v(:, c), contacts%normal_e(:, c), contacts%block_v(c))
+      call find_rows(contacts, c, rows)
+      row = placed(rows%normal_v, rows%normal_e, contacts%block_v(c))
    end function gap_row
 
    !> ∂slip/∂d of contact c.
@@ -169,8 +171,10 @@ contains
       type(contacts_type), intent(in) :: contacts
       integer, intent(in) :: c
       real(wp) :: row(unknowns)
+      type(rows_type) :: rows
 
-      row = placed(contacts%shear_v(:, c), contacts%shear_e(:, c), contacts%block_v(c))
+      call find_rows(contacts, c, rows)
+      row = placed(rows%shear_v, rows%shear_e, contacts%block_v(c))
    end function slip_row
 
    pure function placed(of_vertex, of_edge, block_v) result(row)

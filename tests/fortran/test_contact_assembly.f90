@@ -8,6 +8,7 @@ module test_contact_assembly
    use dda_block_matrix, only: entry_of
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
    use dda_contact_assembly, only: add_to_rows, assemble_contacts
+   use dda_contact_gradients, only: find_rows, rows_type
    use dda_friction, only: laws_type
    use dda_neighbours, only: neighbours_type
    use dda_rank_one, only: forget_changes, rank_one_type
@@ -62,10 +63,9 @@ contains
       type(contacts_type), intent(inout) :: contacts
       integer, intent(in) :: c
 
-      contacts%normal_v(:, c) = random_vector(6)
-      contacts%normal_e(:, c) = random_vector(6)
-      contacts%shear_v(:, c) = random_vector(6)
-      contacts%shear_e(:, c) = random_vector(6)
+      contacts%normal(:, c) = random_vector(2)
+      contacts%gradient_v(:, c) = random_vector(6)
+      contacts%gradient_e(:, c) = random_vector(6)
       contacts%gap(c) = random(-1.0_wp, 1.0_wp)
       contacts%stretch(c) = random(-1.0_wp, 1.0_wp)
       contacts%slide_force(c) = random(-1.0_wp, 1.0_wp)
@@ -101,6 +101,7 @@ contains
    subroutine against_dense_sums()
       type(system_type) :: system
       type(contacts_type) :: contacts
+      type(rows_type) :: rows
       real(wp), allocatable :: k(:,:), f(:), gap_row(:), slip_row(:)
       real(wp) :: push, spring, press, drag
       integer, parameter :: n = 12
@@ -118,10 +119,11 @@ contains
          j = 6*contacts%block_e(c)
          gap_row = 0.0_wp
          slip_row = 0.0_wp
-         gap_row(i - 5:i) = contacts%normal_v(:, c)
-         gap_row(j - 5:j) = -contacts%normal_e(:, c)
-         slip_row(i - 5:i) = contacts%shear_v(:, c)
-         slip_row(j - 5:j) = -contacts%shear_e(:, c)
+         call find_rows(contacts, c, rows)
+         gap_row(i - 5:i) = rows%normal_v
+         gap_row(j - 5:j) = -rows%normal_e
+         slip_row(i - 5:i) = rows%shear_v
+         slip_row(j - 5:j) = -rows%shear_e
          associate (share => contacts%retained(c), at => contacts%retained_at(c))
             select case (contacts%state(c))
             case (contact_open)
@@ -187,11 +189,8 @@ contains
 
       middle = system%matrix%n/2
       contacts%free_force(2, c) = contacts%free_force(2, c) + more
-      associate (v => contacts%block_v(c), e => contacts%block_e(c), &
-         shear_v => contacts%shear_v(:, c), shear_e => contacts%shear_e(:, c))
-         call add_to_rows(system, 1, middle, v, e, -more, shear_v, shear_e)
-         call add_to_rows(system, middle + 1, system%matrix%n, v, e, -more, shear_v, shear_e)
-      end associate
+      call add_to_rows(system, contacts, c, [0.0_wp, more], 1, middle)
+      call add_to_rows(system, contacts, c, [0.0_wp, more], middle + 1, system%matrix%n)
    end subroutine add_shear_force
 
    !> States, forces, multipliers and retained shares change, a few at a time, as in the iteration
