@@ -192,12 +192,12 @@ contains
       new%joint(c) = 0
       new%state(c) = merge(contact_stick, contact_open, new%gap(c) <= touching)
       new%bonded(c) = .false.
-      new%bond_length(c) = 0.0_wp
       new%offset(c) = merge(min(new%gap(c), 0.0_wp), 0.0_wp, begun)
       new%stretch(c) = 0.0_wp
-      new%multiplier(c) = 0.0_wp
       new%slide_force(c) = 0.0_wp
       new%slip_sign(c) = 1.0_wp
+      if (new%with_multipliers) new%multiplier(c) = 0.0_wp
+      if (new%with_strengths) new%bond_length(c) = 0.0_wp
       if (new%with_damping) new%static_force(c) = 0.0_wp
       new%spring(:, c) = 0.0_wp
       if (.not. new%with_laws) return

@@ -91,7 +91,7 @@ contains
          end if
          contacts%normal_force(c) = response%normal_force
          contacts%shear_force(c) = response%shear_force
-         contacts%strength_ratio(c) = response%strength_ratio
+         if (contacts%with_strengths) contacts%strength_ratio(c) = response%strength_ratio
          largest = max(largest, abs(response%normal_force), abs(response%shear_force))
       end do
    end subroutine evaluate_range

@@ -14,7 +14,8 @@ module dda_contact_terms
    use dda_kinds, only: wp, long
    use dda_contact, only: contacts_type, contact_open, contact_slide
    use dda_contact_gradients, only: find_rows, rows_type
-   use dda_friction, only: laws_type, acting_gap, acting_stretch, acts_at_theta, shear_stiffness_of
+   use dda_friction, only: laws_type, acting_gap, acting_stretch, acts_at_theta, multiplier_of, &
+      shear_stiffness_of
    use dda_growth, only: grow
    use dda_joint_bond, only: bond_forces, bond_springs, is_cohesive
    use dda_joint_contact, only: centre_shift
@@ -242,7 +243,7 @@ contains
       gap = acting_gap(contacts, laws, c, contacts%gap(c))
       stretch = acting_stretch(contacts, laws, c, contacts%stretch(c))
       if (contacts%with_net_slip) stretch = stretch + centre_shift(contacts, c)
-      forces(1) = contacts%multiplier(c) - laws%normal_stiffness*gap
+      forces(1) = multiplier_of(contacts, c) - laws%normal_stiffness*gap
       if (.not. laws%plain) forces(1) = contacts%normal_free(c) - contacts%tangent(c)*gap
       forces(2) = shear_stiffness_of(contacts, laws, c)*stretch
       if (rubs_open(contacts, c)) then

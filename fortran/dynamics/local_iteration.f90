@@ -267,15 +267,13 @@ contains
       own%normal = contacts%normal(:, list)
       own%gradient_v = contacts%gradient_v(:, list)
       own%gradient_e = contacts%gradient_e(:, list)
-      own%multiplier = contacts%multiplier(list)
       own%stretch = contacts%stretch(list)
       own%slide_force = contacts%slide_force(list)
       own%shear_force = contacts%shear_force(list)
       own%slip_sign = contacts%slip_sign(list)
       allocate (own%spring(2, own%n), own%free_force(2, own%n), source=0.0_wp)
       allocate (own%retained(own%n), own%retained_at(own%n), own%force_residual(own%n), &
-         own%new_gap(own%n), own%slip(own%n), own%strength_ratio(own%n), own%normal_force(own%n), &
-         own%bond_length(own%n), source=0.0_wp)
+         own%new_gap(own%n), own%slip(own%n), own%normal_force(own%n), source=0.0_wp)
       allocate (own%close_count(own%n))
    end subroutine copy_contacts
 

@@ -11,7 +11,7 @@ module dda_slide_forces
    use dda_contact, only: contacts_type, contact_slide
    use dda_contact_assembly, only: add_to_rows
    use dda_contact_gradients, only: relative_motion
-   use dda_friction, only: acting_gap, laws_type
+   use dda_friction, only: acting_gap, laws_type, multiplier_of
    use dda_growth, only: grow
    use dda_joint_contact, only: slide_response
    use dda_ordered_sums, only: pieces, first_of, last_of, share_of_thread, parallel_from
@@ -120,7 +120,7 @@ contains
          end if
          if (laws%damped) gap = acting_gap(contacts, laws, c, gap)
          slides%response(i) = contacts%slip_sign(c)*laws%friction(contacts%joint(c)) &
-            *max(0.0_wp, contacts%multiplier(c) - laws%normal_stiffness*gap)
+            *max(0.0_wp, multiplier_of(contacts, c) - laws%normal_stiffness*gap)
       end do
    end subroutine evaluate_range
 

@@ -130,6 +130,7 @@ contains
       end do
       call add_to_matrix(couplings, step_weights(step_type(time_step=1.0_wp)), system%linear)
       call set_laws(laws, [joint_type('', friction_angle, 0.0_wp, 0.0_wp)], stiffness, 2.5_wp)
+      contacts%with_strengths = .true.
       call reserve(contacts, count)
       contacts%n = count
       do c = 1, count

@@ -45,6 +45,7 @@ contains
       call pattern_of(system, n, near)
       system%constant = reshape(random_vector(36*n), [6, 6, n])
       system%load = reshape(random_vector(6*n), [6, n])
+      contacts%with_multipliers = .true.
       call reserve(contacts, 3*near%n_pairs)
       do p = 1, near%n_pairs
          do i = 1, int(random(0.0_wp, 4.0_wp))

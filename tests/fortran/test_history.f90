@@ -19,6 +19,7 @@ contains
       integer, intent(in) :: vertex, edge, corner, block_v, block_e
       real(wp), intent(in) :: normal(2), gap
 
+      contacts%with_strengths = .true.
       call reserve(contacts, contacts%n + 1)
       contacts%n = contacts%n + 1
       associate (c => contacts%n)
@@ -289,6 +290,7 @@ contains
       real(wp) :: normal(2)
       integer :: i, v, e, w
 
+      contacts%with_strengths = .true.
       call reserve(contacts, 60)
       do i = 1, int(random(0.0_wp, 60.0_wp))
          v = 1 + int(random(0.0_wp, 39.9_wp))
