@@ -4,7 +4,7 @@ module dda_contact_geometry
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
-   use dda_contact_gradients, only: gradient_of
+   use dda_contact_gradients, only: set_gradient
    implicit none
    private
    public :: candidate_type, set_contacts, set_point, on_edge
@@ -49,12 +49,12 @@ contains
          contacts%pair(c) = candidate(c - first + 1)%pair
          contacts%gap(c) = dot_product(normal, from)
          contacts%normal(:, c) = normal
-         contacts%gradient_v(:, c) = gradient_of(blocks%axes(:, :, i), blocks%vertex(:, v) &
-            - blocks%position(1:2, i), blocks%reference(:, v), normal)
+         call set_gradient(blocks%axes(:, :, i), blocks%vertex(:, v) - blocks%position(1:2, i), &
+            blocks%reference(:, v), normal, contacts%gradient_v(:, c))
          reference = blocks%reference(:, e) + (blocks%reference(:, blocks%next(e)) &
             - blocks%reference(:, e))*(dot_product(from, along)/blocks%length(e))
-         contacts%gradient_e(:, c) = gradient_of(blocks%axes(:, :, j), blocks%vertex(:, v) &
-            - blocks%position(1:2, j), reference, normal)
+         call set_gradient(blocks%axes(:, :, j), blocks%vertex(:, v) - blocks%position(1:2, j), &
+            reference, normal, contacts%gradient_e(:, c))
       end do
    end subroutine set_contacts
 
@@ -72,12 +72,13 @@ contains
          from = here - blocks%vertex(:, e)
          contacts%fraction(c) = fraction
          contacts%gap(c) = dot_product(normal, from)
-         contacts%gradient_v(:, c) = gradient_of(blocks%axes(:, :, i), &
-            here - blocks%position(1:2, i), &
-            on_edge(blocks%reference, f, blocks%next(f), fraction), normal)
-         contacts%gradient_e(:, c) = gradient_of(blocks%axes(:, :, j), &
-            here - blocks%position(1:2, j), on_edge(blocks%reference, e, blocks%next(e), &
-            dot_product(from, blocks%along(:, e))/blocks%length(e)), normal)
+         call set_gradient(blocks%axes(:, :, i), here - blocks%position(1:2, i), &
+            on_edge(blocks%reference, f, blocks%next(f), fraction), normal, &
+            contacts%gradient_v(:, c))
+         call set_gradient(blocks%axes(:, :, j), here - blocks%position(1:2, j), &
+            on_edge(blocks%reference, e, blocks%next(e), &
+            dot_product(from, blocks%along(:, e))/blocks%length(e)), normal, &
+            contacts%gradient_e(:, c))
       end associate
    end subroutine set_point
 

@@ -9,7 +9,7 @@ module dda_contact_gradients
    use dda_contact, only: contacts_type
    implicit none
    private
-   public :: rows_type, find_rows, relative_motion, gradient_of, normal_row, shear_row
+   public :: rows_type, find_rows, relative_motion, set_gradient, normal_row, shear_row
 
    !> Rows of a contact, by which its blocks move it and it pushes them.
    type :: rows_type
@@ -22,19 +22,19 @@ module dda_contact_gradients
 contains
 
    !> What a list keeps of a material point: along n and then along t, by θ, ε_x and ε_y.
-   pure function gradient_of(axes, offset, reference, normal) result(gradient)
+   pure subroutine set_gradient(axes, offset, reference, normal, gradient)
       real(wp), intent(in) :: axes(2, 2)    !< R(θ) of the block
       real(wp), intent(in) :: offset(2)     !< m, lever arm of the forces
       real(wp), intent(in) :: reference(2)  !< m, reference offset ρ
       real(wp), intent(in) :: normal(2)     !< outward normal n of the edge
-      real(wp) :: gradient(6)
+      real(wp), intent(out) :: gradient(6)  !< m, as kept
       real(wp) :: x, y
 
       x = axes(1, 1)*normal(1) + axes(2, 1)*normal(2)
       y = axes(1, 2)*normal(1) + axes(2, 2)*normal(2)
       gradient = [normal(2)*offset(1) - normal(1)*offset(2), x*reference(1), y*reference(2), &
          normal(1)*offset(1) + normal(2)*offset(2), -y*reference(1), x*reference(2)]
-   end function gradient_of
+   end subroutine set_gradient
 
    !> All rows of contact c.
    pure subroutine find_rows(contacts, c, rows)

@@ -19,8 +19,8 @@ module dda_friction
    implicit none
    private
    public :: laws_type, set_laws, weaker_joint, law_of, find_response, acting_gap, acting_stretch, &
-      end_stretch, accept_contacts, acts_at_theta, shear_stiffness_of, inelastic_slip, slip_counts, &
-      bond_length_of, multiplier_of
+      end_stretch, accept_contacts, acts_at_theta, shear_stiffness_of, inelastic_slip, &
+      slip_counts, bond_length_of, multiplier_of
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type

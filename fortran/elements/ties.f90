@@ -8,7 +8,7 @@ module dda_ties
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_blocks, only: blocks_type
-   use dda_contact_gradients, only: gradient_of, normal_row, shear_row
+   use dda_contact_gradients, only: normal_row, set_gradient, shear_row
    use dda_element, only: element_type
    use dda_linear_terms, only: term_tie
    use dda_motion, only: motion_type
@@ -121,12 +121,12 @@ contains
          from = apart(blocks, tie, face)
          spring%stretch(1) = dot_product(normal, from)
          associate (i => spring%block(1), j => spring%block(2))
-            gradient(:, 1) = gradient_of(blocks%axes(:, :, i), blocks%vertex(:, v) &
-               - blocks%position(1:2, i), blocks%reference(:, v), normal)
+            call set_gradient(blocks%axes(:, :, i), blocks%vertex(:, v) &
+               - blocks%position(1:2, i), blocks%reference(:, v), normal, gradient(:, 1))
             reference = blocks%reference(:, e) + (blocks%reference(:, next(e)) &
                - blocks%reference(:, e))*(dot_product(from, blocks%along(:, e))/blocks%length(e))
-            gradient(:, 2) = gradient_of(blocks%axes(:, :, j), from + (blocks%vertex(:, e) &
-               - blocks%position(1:2, j)), reference, normal)
+            call set_gradient(blocks%axes(:, :, j), from + (blocks%vertex(:, e) &
+               - blocks%position(1:2, j)), reference, normal, gradient(:, 2))
          end associate
          do side = 1, 2
             spring%row(:, 1, side) = normal_row(normal, gradient(:, side))
