@@ -13,7 +13,7 @@ module dda_contact
    use dda_kinds, only: wp
    implicit none
    private
-   public :: contacts_type, operation_type, for_each_variable, reserve, hand_over, &
+   public :: contacts_type, operation_type, for_each_variable, reserve, capacity_of, hand_over, &
       filter_contacts, copy_history, is_point, contact_open, contact_slide, contact_stick
    public :: not_damped, is_damped, is_struck, is_carried, is_lifted
 
@@ -268,6 +268,10 @@ contains
       call move_alloc(from%slip, to%slip)
       call move_alloc(from%normal_force, to%normal_force)
       call move_alloc(from%shear_force, to%shear_force)
+      if (allocated(from%gap_change)) then
+         call move_alloc(from%gap_change, to%gap_change)
+         call move_alloc(from%slip_change, to%slip_change)
+      end if
       if (from%with_strengths) call move_alloc(from%strength_ratio, to%strength_ratio)
       if (from%with_damping) call hand_over_damping(from, to)
       if (.not. from%with_laws) return
@@ -339,6 +343,14 @@ contains
       new%lifted(first:last) = old%lifted(from:to)
       new%spent(:, first:last) = old%spent(:, from:to)
    end subroutine copy_history
+
+   !> Contacts that a list has memory for; what goes along with a list is as long.
+   pure integer function capacity_of(contacts) result(capacity)
+      type(contacts_type), intent(in) :: contacts  !< any list
+
+      capacity = 0
+      if (allocated(contacts%new_gap)) capacity = size(contacts%new_gap)
+   end function capacity_of
 
    !> Reserve memory for at least `wanted` contacts; the present ones stay.
    subroutine reserve(contacts, wanted)

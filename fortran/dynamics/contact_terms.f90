@@ -12,7 +12,7 @@
 !> blocks as dirty.
 module dda_contact_terms
    use dda_kinds, only: wp, long
-   use dda_contact, only: contacts_type, contact_open, contact_slide
+   use dda_contact, only: capacity_of, contacts_type, contact_open, contact_slide
    use dda_contact_gradients, only: find_rows, rows_type
    use dda_friction, only: laws_type, acting_gap, acting_stretch, acts_at_theta, multiplier_of, &
       shear_stiffness_of
@@ -62,8 +62,8 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: p, c
 
-      call grow(terms%changed, contacts%n)
-      call grow(terms%steady, contacts%n)
+      call grow(terms%changed, capacity_of(contacts), exactly=.true.)
+      call grow(terms%steady, capacity_of(contacts), exactly=.true.)
       terms%by_state = laws%plain .and. .not. (laws%augmented .or. laws%damped .or. &
          allocated(contacts%imposed_spring) .or. allocated(contacts%held_bound))
       if (terms%rebuild .or. .not. terms%by_state) terms%steady(:contacts%n) = none

@@ -13,7 +13,7 @@ module dda_line_search
    use dda_growth, only: grow
    use dda_kinds, only: wp
    use dda_system, only: system_type, multiply_diagonal
-   use dda_contact, only: contacts_type, contact_slide
+   use dda_contact, only: capacity_of, contacts_type, contact_slide
    use dda_contact_gradients, only: relative_motion
    use dda_friction, only: find_response, laws_type
    use dda_joint_contact, only: response_type
@@ -168,8 +168,8 @@ contains
       real(wp) :: piece(most_pieces)
       integer :: p
 
-      call grow(contacts%gap_change, contacts%n)
-      call grow(contacts%slip_change, contacts%n)
+      call grow(contacts%gap_change, capacity_of(contacts), exactly=.true.)
+      call grow(contacts%slip_change, capacity_of(contacts), exactly=.true.)
       if (contacts%n < parallel_from) then
          call change_range(system, contacts, 1, contacts%n, slope)
          return
