@@ -16,6 +16,7 @@ module dda_linear_model
    use dda_damping, only: damping_type, is_damped, same_damping, modulus_factor
    use dda_columns, only: column_count, column_of
    use dda_contact_geometry, only: on_edge
+   use dda_contact_gradients, only: find_rows, rows_type
    use dda_contact, only: contacts_type, is_point, contact_open, contact_slide, contact_stick
    use dda_elements, only: linear_terms_of
    use dda_friction, only: laws_type, shear_stiffness_of
@@ -287,6 +288,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< this step's list
       logical, intent(in) :: all_closed  !< all contacts in touch count as sticking
       type(linear_term_type) :: term
+      type(rows_type) :: rows
       real(wp) :: reach
       integer :: c, state
 
@@ -311,11 +313,11 @@ contains
             if (is_point(contacts, c)) term%place = on_edge(simulation%blocks%vertex, &
                contacts%vertex(c), simulation%blocks%next(contacts%vertex(c)), contacts%fraction(c))
             if (contacts%with_laws) call take_law(simulation%laws, contacts, c, term)
+            call find_rows(contacts, c, rows)
             call add_spring(linear, term, term_normal, normal_slope(simulation%laws, contacts, &
-               c), contacts%normal_v(:, c), contacts%normal_e(:, c))
+               c), rows%normal_v, rows%normal_e)
             if (state /= contact_slide) call add_spring(linear, term, term_shear, &
-               shear_stiffness_of(contacts, simulation%laws, c), contacts%shear_v(:, c), &
-               contacts%shear_e(:, c))
+               shear_stiffness_of(contacts, simulation%laws, c), rows%shear_v, rows%shear_e)
             linear%closed = linear%closed + 1
             if (term%of_penalty) linear%by_penalty = linear%by_penalty + 1
             if (state == contact_slide) linear%sliding = linear%sliding + 1

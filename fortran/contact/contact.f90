@@ -2,8 +2,8 @@
 !> Contacts: a vertex of one block against an edge of another, with springs and a history.
 !>
 !> Lists are rebuilt every step from geometry; the history of a contact (state, shear stretch, bond)
-!> is transferred from the list of the step before.  What a step alone needs, two thirds of the
-!> memory, only one of the two lists has: `hand_over` gives it to the other one.
+!> is transferred from the list of the step before.  What a step alone needs, two thirds of a list,
+!> only one of the two has: `hand_over` gives it to the other one.
 !>
 !> A new variable is declared in `contacts_type` and named in `for_each_kept`, if the next step asks
 !> for it, or in `for_each_of_step` and `hand_over`: so it is reserved, compacted and serialised.
@@ -13,7 +13,7 @@ module dda_contact
    use dda_kinds, only: wp
    implicit none
    private
-   public :: contacts_type, operation_type, for_each_variable, reserve, hand_over, &
+   public :: contacts_type, operation_type, for_each_variable, reserve, capacity_of, hand_over, &
       filter_contacts, copy_history, is_point, contact_open, contact_slide, contact_stick
    public :: not_damped, is_damped, is_struck, is_carried, is_lifted
 
@@ -44,10 +44,8 @@ module dda_contact
       !> signed distance to the edge less `offset`, m; negative in compression
       real(wp), allocatable :: gap(:)
       real(wp), allocatable :: normal(:,:)     !< [2,n] outward normal of the edge
-      real(wp), allocatable :: normal_v(:,:)   !< [6,n] ∂gap/∂q of the vertex block
-      real(wp), allocatable :: normal_e(:,:)   !< [6,n] −∂gap/∂q of the edge block
-      real(wp), allocatable :: shear_v(:,:)    !< [6,n] ∂slip/∂q of the vertex block
-      real(wp), allocatable :: shear_e(:,:)    !< [6,n] −∂slip/∂q of the edge block
+      !> [6,n] gradients of the vertex' and of the edge's block, see dda_contact_gradients
+      real(wp), allocatable :: gradient_v(:,:), gradient_e(:,:)
       ! History
       integer, allocatable :: joint(:)         !< joint material, see dda_contact_joints
       integer, allocatable :: state(:)         !< open, slide or stick
@@ -56,9 +54,14 @@ module dda_contact
       logical, allocatable :: was_closed(:)    !< its normal spring acted at the start of the step
       !> signed distance at which the normal spring is free of force, m, ≤ 0
       real(wp), allocatable :: offset(:)
-      real(wp), allocatable :: bond_length(:)  !< length that the bond acts on, m
-      real(wp), allocatable :: multiplier(:)   !< augmented Lagrangian multiplier, N/m, else 0
       real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
+      ! Where a model has multipliers, or joints that can lose a strength
+      logical :: with_multipliers = .false.
+      logical :: with_strengths = .false.
+      real(wp), allocatable :: multiplier(:)   !< of the augmented Lagrangian, N/m
+      real(wp), allocatable :: bond_length(:)  !< length that the bond acts on, m
+      !> excess of force over the strength of a bond, of that strength
+      real(wp), allocatable :: strength_ratio(:)
       ! History and linearised normal force of joint laws, where a model has other than plain ones
       logical :: with_laws = .false.
       real(wp), allocatable :: length(:)       !< tributary length, m; 0: not yet taken
@@ -113,8 +116,6 @@ module dda_contact
       real(wp), allocatable :: slip(:)         !< slip during the step, linear in d, m
       !> change of the gap and of the slip by the last solve, m, as soon as a line is searched
       real(wp), allocatable :: gap_change(:), slip_change(:)
-      !> excess of force over the strength of a bond, of that strength
-      real(wp), allocatable :: strength_ratio(:)
       real(wp), allocatable :: normal_force(:) !< compression positive, N/m
       real(wp), allocatable :: shear_force(:)  !< resists slip of the vertex along the edge, N/m
    end type contacts_type
@@ -177,13 +178,13 @@ contains
       call operation%apply(integers=contacts%state)
       call operation%apply(logicals=contacts%bonded)
       call operation%apply(reals=contacts%offset)
-      call operation%apply(reals=contacts%bond_length)
-      call operation%apply(reals=contacts%multiplier)
       call operation%apply(reals=contacts%stretch)
       call operation%apply(reals=contacts%slide_force)
       call operation%apply(reals=contacts%slip_sign)
       call operation%apply(columns=contacts%spring)
       call operation%apply(reals=contacts%new_gap)
+      if (contacts%with_multipliers) call operation%apply(reals=contacts%multiplier)
+      if (contacts%with_strengths) call operation%apply(reals=contacts%bond_length)
       if (contacts%with_damping) call operation%apply(reals=contacts%static_force)
       if (.not. contacts%with_laws) return
       call operation%apply(integers=contacts%point)
@@ -205,10 +206,8 @@ contains
 
       call operation%apply(integers=contacts%pair)
       call operation%apply(reals=contacts%gap)
-      call operation%apply(columns=contacts%normal_v)
-      call operation%apply(columns=contacts%normal_e)
-      call operation%apply(columns=contacts%shear_v)
-      call operation%apply(columns=contacts%shear_e)
+      call operation%apply(columns=contacts%gradient_v)
+      call operation%apply(columns=contacts%gradient_e)
       call operation%apply(logicals=contacts%was_bonded)
       call operation%apply(logicals=contacts%was_closed)
       call operation%apply(reals=contacts%retained)
@@ -218,9 +217,9 @@ contains
       call operation%apply(integers=contacts%trial_state)
       call operation%apply(reals=contacts%force_residual)
       call operation%apply(reals=contacts%slip)
-      call operation%apply(reals=contacts%strength_ratio)
       call operation%apply(reals=contacts%normal_force)
       call operation%apply(reals=contacts%shear_force)
+      if (contacts%with_strengths) call operation%apply(reals=contacts%strength_ratio)
       if (contacts%with_damping) call for_each_of_damping(contacts, operation)
       if (.not. contacts%with_laws) return
       call operation%apply(reals=contacts%was_weakened)
@@ -256,10 +255,8 @@ contains
       if (.not. allocated(from%pair)) return
       call move_alloc(from%pair, to%pair)
       call move_alloc(from%gap, to%gap)
-      call move_alloc(from%normal_v, to%normal_v)
-      call move_alloc(from%normal_e, to%normal_e)
-      call move_alloc(from%shear_v, to%shear_v)
-      call move_alloc(from%shear_e, to%shear_e)
+      call move_alloc(from%gradient_v, to%gradient_v)
+      call move_alloc(from%gradient_e, to%gradient_e)
       call move_alloc(from%was_bonded, to%was_bonded)
       call move_alloc(from%was_closed, to%was_closed)
       call move_alloc(from%retained, to%retained)
@@ -269,9 +266,13 @@ contains
       call move_alloc(from%trial_state, to%trial_state)
       call move_alloc(from%force_residual, to%force_residual)
       call move_alloc(from%slip, to%slip)
-      call move_alloc(from%strength_ratio, to%strength_ratio)
       call move_alloc(from%normal_force, to%normal_force)
       call move_alloc(from%shear_force, to%shear_force)
+      if (allocated(from%gap_change)) then
+         call move_alloc(from%gap_change, to%gap_change)
+         call move_alloc(from%slip_change, to%slip_change)
+      end if
+      if (from%with_strengths) call move_alloc(from%strength_ratio, to%strength_ratio)
       if (from%with_damping) call hand_over_damping(from, to)
       if (.not. from%with_laws) return
       call move_alloc(from%was_weakened, to%was_weakened)
@@ -324,13 +325,13 @@ contains
       new%joint(first:last) = old%joint(from:to)
       new%state(first:last) = old%state(from:to)
       new%bonded(first:last) = old%bonded(from:to)
-      new%bond_length(first:last) = old%bond_length(from:to)
       new%stretch(first:last) = old%stretch(from:to)
-      new%multiplier(first:last) = old%multiplier(from:to)
       new%slide_force(first:last) = old%slide_force(from:to)
       new%slip_sign(first:last) = old%slip_sign(from:to)
-      if (new%with_damping) new%static_force(first:last) = old%static_force(from:to)
       new%spring(:, first:last) = old%spring(:, from:to)
+      if (new%with_multipliers) new%multiplier(first:last) = old%multiplier(from:to)
+      if (new%with_strengths) new%bond_length(first:last) = old%bond_length(from:to)
+      if (new%with_damping) new%static_force(first:last) = old%static_force(from:to)
       if (.not. new%with_laws) return
       new%fraction(first:last) = old%fraction(from:to)
       new%share(first:last) = old%share(from:to)
@@ -343,6 +344,14 @@ contains
       new%spent(:, first:last) = old%spent(:, from:to)
    end subroutine copy_history
 
+   !> Contacts that a list has memory for; what goes along with a list is as long.
+   pure integer function capacity_of(contacts) result(capacity)
+      type(contacts_type), intent(in) :: contacts  !< any list
+
+      capacity = 0
+      if (allocated(contacts%new_gap)) capacity = size(contacts%new_gap)
+   end function capacity_of
+
    !> Reserve memory for at least `wanted` contacts; the present ones stay.
    subroutine reserve(contacts, wanted)
       type(contacts_type), intent(inout) :: contacts  !< list to enlarge
@@ -351,12 +360,11 @@ contains
 
       if (.not. allocated(contacts%normal)) allocate (contacts%normal(2, 0), &
          contacts%spring(2, 0), contacts%spent(2, 0))
-      if (.not. allocated(contacts%normal_v)) allocate (contacts%normal_v(6, 0), &
-         contacts%normal_e(6, 0), contacts%shear_v(6, 0), contacts%shear_e(6, 0), &
-         contacts%free_force(2, 0))
+      if (.not. allocated(contacts%gradient_v)) allocate (contacts%gradient_v(6, 0), &
+         contacts%gradient_e(6, 0), contacts%free_force(2, 0))
       growth%capacity = wanted + wanted/spare + 8
       if (size(contacts%normal, 2) < max(wanted, 1)) call for_each_kept(contacts, growth)
-      if (size(contacts%normal_v, 2) < max(wanted, 1)) call for_each_of_step(contacts, growth)
+      if (size(contacts%gradient_v, 2) < max(wanted, 1)) call for_each_of_step(contacts, growth)
    end subroutine reserve
 
    subroutine grow_variable(operation, integers, logicals, reals, columns)

@@ -19,6 +19,7 @@ module dda_contact_damping
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, not_damped, is_damped, is_struck, is_carried, is_lifted
+   use dda_contact_gradients, only: find_rows, relative_motion, rows_type
    use dda_friction, only: end_stretch, laws_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_scheme, only: step_type, end_rate, momentum_weight, velocity_weight
@@ -69,16 +70,14 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one to come
       integer, intent(in) :: first, last  !< of the range
+      real(wp) :: rate(2)
       integer :: c
 
       do c = first, last
-         associate (v => blocks%velocity(:, contacts%block_v(c)), &
-            e => blocks%velocity(:, contacts%block_e(c)))
-            contacts%gap_rate(c) = dot_product(contacts%normal_v(:, c), v) &
-               - dot_product(contacts%normal_e(:, c), e)
-            contacts%slip_rate(c) = dot_product(contacts%shear_v(:, c), v) &
-               - dot_product(contacts%shear_e(:, c), e)
-         end associate
+         rate = relative_motion(contacts, c, blocks%velocity(:, contacts%block_v(c)), &
+            blocks%velocity(:, contacts%block_e(c)))
+         contacts%gap_rate(c) = rate(1)
+         contacts%slip_rate(c) = rate(2)
          contacts%damping(c) = not_damped
          contacts%lead(c) = 0.0_wp
          contacts%spring_gap(c) = contacts%gap(c)
@@ -231,9 +230,11 @@ contains
       type(contacts_type), intent(in) :: contacts  !< any list
       type(blocks_type), intent(in) :: blocks      !< in any state
       integer, intent(in) :: c                     !< number of the contact
+      type(rows_type) :: rows
 
-      softness = softness_along(blocks%inertia(:, contacts%block_v(c)), contacts%normal_v(:, c)) &
-         + softness_along(blocks%inertia(:, contacts%block_e(c)), contacts%normal_e(:, c))
+      call find_rows(contacts, c, rows)
+      softness = softness_along(blocks%inertia(:, contacts%block_v(c)), rows%normal_v) &
+         + softness_along(blocks%inertia(:, contacts%block_e(c)), rows%normal_e)
    end function softness_of
 
    !> The same of one block, by its rigid motions.

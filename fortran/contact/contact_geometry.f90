@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Geometry of a contact: gap, normal, and the gradients of gap and slip in the coordinates q.
+!> Geometry of a contact: gap, normal, and the gradients of gap and slip.
 module dda_contact_geometry
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
+   use dda_contact_gradients, only: set_gradient
    implicit none
    private
-   public :: candidate_type, set_contacts, set_point, set_gradients, on_edge
+   public :: candidate_type, set_contacts, set_point, on_edge
 
    !> A contact that detection has found, not yet in a list.
    type :: candidate_type
@@ -21,14 +22,15 @@ contains
    !> Make contacts of candidates, from place `first` of the list on.
    !>
    !> ∂gap/∂q is exact with the edge block's material point at the foot; ∂slip/∂q with its rotation
-   !> taken at the vertex, so that the pair of shear forces carries no moment.
+   !> taken at the vertex, so that the pair of shear forces carries no moment.  The lever arm of the
+   !> normal force is the same at both.
    pure subroutine set_contacts(contacts, first, blocks, n, candidate)
       type(contacts_type), intent(inout) :: contacts   !< list with capacity for them
       integer, intent(in) :: first                     !< place of the first candidate
       type(blocks_type), intent(in) :: blocks          !< present geometry
       integer, intent(in) :: n                         !< number of candidates
       type(candidate_type), intent(in) :: candidate(n) !< in the order of the list
-      real(wp) :: along(2), normal(2), from(2), gap, offset(2), reference(2)
+      real(wp) :: along(2), normal(2), from(2), reference(2)
       integer :: c, i, j, v, e
 
       do c = first, first + n - 1
@@ -39,23 +41,20 @@ contains
          along = blocks%along(:, e)
          normal = [along(2), -along(1)]
          from = blocks%vertex(:, v) - blocks%vertex(:, e)
-         gap = dot_product(normal, from)
          contacts%vertex(c) = v
          contacts%edge(c) = e
          contacts%corner(c) = candidate(c - first + 1)%corner
          contacts%block_v(c) = i
          contacts%block_e(c) = j
          contacts%pair(c) = candidate(c - first + 1)%pair
-         contacts%gap(c) = gap
+         contacts%gap(c) = dot_product(normal, from)
          contacts%normal(:, c) = normal
-         offset = blocks%vertex(:, v) - blocks%position(1:2, i)
-         call set_gradients(blocks%axes(:, :, i), offset, offset, blocks%reference(:, v), normal, &
-            contacts%normal_v(:, c), contacts%shear_v(:, c))
-         offset = blocks%vertex(:, v) - blocks%position(1:2, j)
+         call set_gradient(blocks%axes(:, :, i), blocks%vertex(:, v) - blocks%position(1:2, i), &
+            blocks%reference(:, v), normal, contacts%gradient_v(:, c))
          reference = blocks%reference(:, e) + (blocks%reference(:, blocks%next(e)) &
             - blocks%reference(:, e))*(dot_product(from, along)/blocks%length(e))
-         call set_gradients(blocks%axes(:, :, j), offset - gap*normal, offset, reference, normal, &
-            contacts%normal_e(:, c), contacts%shear_e(:, c))
+         call set_gradient(blocks%axes(:, :, j), blocks%vertex(:, v) - blocks%position(1:2, j), &
+            reference, normal, contacts%gradient_e(:, c))
       end do
    end subroutine set_contacts
 
@@ -65,7 +64,7 @@ contains
       integer, intent(in) :: c                        !< number of the contact
       type(blocks_type), intent(in) :: blocks         !< present geometry
       real(wp), intent(in) :: fraction                !< of the edge before the point
-      real(wp) :: here(2), from(2), offset(2)
+      real(wp) :: here(2), from(2)
 
       associate (e => contacts%edge(c), f => contacts%vertex(c), i => contacts%block_v(c), &
          j => contacts%block_e(c), normal => contacts%normal(:, c))
@@ -73,15 +72,13 @@ contains
          from = here - blocks%vertex(:, e)
          contacts%fraction(c) = fraction
          contacts%gap(c) = dot_product(normal, from)
-         offset = here - blocks%position(1:2, i)
-         call set_gradients(blocks%axes(:, :, i), offset, offset, &
+         call set_gradient(blocks%axes(:, :, i), here - blocks%position(1:2, i), &
             on_edge(blocks%reference, f, blocks%next(f), fraction), normal, &
-            contacts%normal_v(:, c), contacts%shear_v(:, c))
-         offset = here - blocks%position(1:2, j)
-         call set_gradients(blocks%axes(:, :, j), offset - contacts%gap(c)*normal, offset, &
+            contacts%gradient_v(:, c))
+         call set_gradient(blocks%axes(:, :, j), here - blocks%position(1:2, j), &
             on_edge(blocks%reference, e, blocks%next(e), &
             dot_product(from, blocks%along(:, e))/blocks%length(e)), normal, &
-            contacts%normal_e(:, c), contacts%shear_e(:, c))
+            contacts%gradient_e(:, c))
       end associate
    end subroutine set_point
 
@@ -94,22 +91,5 @@ contains
 
       point = vertices(:, first) + (vertices(:, last) - vertices(:, first))*fraction
    end function on_edge
-
-   !> Rows nᵀT and tᵀT of a material point (T: `shape_matrix` of dda_blocks).
-   pure subroutine set_gradients(axes, foot, offset, reference, normal, normal_row, shear_row)
-      real(wp), intent(in) :: axes(2, 2)          !< R(θ) of the block
-      real(wp), intent(in) :: foot(2), offset(2)  !< m, lever arms of the normal and shear force
-      real(wp), intent(in) :: reference(2)        !< m, reference offset ρ
-      real(wp), intent(in) :: normal(2)           !< outward normal n of the edge; t = (−n₂, n₁)
-      real(wp), intent(out) :: normal_row(6), shear_row(6)  !< nᵀT and tᵀT
-      real(wp) :: x, y
-
-      x = axes(1, 1)*normal(1) + axes(2, 1)*normal(2)
-      y = axes(1, 2)*normal(1) + axes(2, 2)*normal(2)
-      normal_row = [normal(1), normal(2), normal(2)*foot(1) - normal(1)*foot(2), &
-         x*reference(1), y*reference(2), 0.5_wp*(x*reference(2) + y*reference(1))]
-      shear_row = [-normal(2), normal(1), normal(1)*offset(1) + normal(2)*offset(2), &
-         -y*reference(1), x*reference(2), 0.5_wp*(x*reference(1) - y*reference(2))]
-   end subroutine set_gradients
 
 end module dda_contact_geometry

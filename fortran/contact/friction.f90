@@ -19,7 +19,8 @@ module dda_friction
    implicit none
    private
    public :: laws_type, set_laws, weaker_joint, law_of, find_response, acting_gap, acting_stretch, &
-      end_stretch, accept_contacts, acts_at_theta, shear_stiffness_of, inelastic_slip, slip_counts
+      end_stretch, accept_contacts, acts_at_theta, shear_stiffness_of, inelastic_slip, &
+      slip_counts, bond_length_of, multiplier_of
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
@@ -114,6 +115,24 @@ contains
       law%tension_force = laws%tension(joint)*length
    end function law_of
 
+   !> Length that the bond of contact c acts on, m; 0 in a model without strengths.
+   pure real(wp) function bond_length_of(contacts, c) result(length)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c                     !< number of the contact
+
+      length = 0.0_wp
+      if (contacts%with_strengths) length = contacts%bond_length(c)
+   end function bond_length_of
+
+   !> Multiplier of contact c, N/m; 0 in a model without an augmented Lagrangian.
+   pure real(wp) function multiplier_of(contacts, c) result(multiplier)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c                     !< number of the contact
+
+      multiplier = 0.0_wp
+      if (contacts%with_multipliers) multiplier = contacts%multiplier(c)
+   end function multiplier_of
+
    !> Forces of contact c if the step ends at a gap and a trial stretch.
    pure subroutine find_response(contacts, laws, c, gap, stretch, response)
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -134,8 +153,8 @@ contains
          end associate
          return
       end if
-      call respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
-         contacts%multiplier(c)), at_gap, at_stretch, response)
+      call respond(law_of(laws, contacts%joint(c), contacts%bonded(c), &
+         bond_length_of(contacts, c), multiplier_of(contacts, c)), at_gap, at_stretch, response)
       if (allocated(contacts%held_bound) .and. .not. contacts%bonded(c)) call bound_friction( &
          response, contacts%held_bound(c), laws%shear_stiffness*at_stretch)
    end subroutine find_response

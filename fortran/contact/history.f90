@@ -12,8 +12,8 @@
 module dda_history
    use dda_growth, only: grow
    use dda_kinds, only: wp
-   use dda_contact, only: contacts_type, copy_history, filter_contacts, is_point, contact_open, &
-      contact_stick
+   use dda_contact, only: capacity_of, contacts_type, copy_history, filter_contacts, is_point, &
+      contact_open, contact_stick
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
@@ -61,9 +61,9 @@ contains
       !> .false. at the start, where penetration is part of the first state
       logical, intent(in) :: begun
 
-      call grow(history%matched, new%n)
-      call grow(history%transferred, old%n)
-      call grow(history%unmatched, max(new%n, old%n))
+      call grow(history%matched, capacity_of(new), exactly=.true.)
+      call grow(history%transferred, capacity_of(old), exactly=.true.)
+      call grow(history%unmatched, max(capacity_of(new), capacity_of(old)), exactly=.true.)
       call transfer_in_place(new, old, history, begun)
       call list_unmatched(history, new%n, old%n)
       if (history%n_unmatched == 0) return
@@ -192,12 +192,12 @@ contains
       new%joint(c) = 0
       new%state(c) = merge(contact_stick, contact_open, new%gap(c) <= touching)
       new%bonded(c) = .false.
-      new%bond_length(c) = 0.0_wp
       new%offset(c) = merge(min(new%gap(c), 0.0_wp), 0.0_wp, begun)
       new%stretch(c) = 0.0_wp
-      new%multiplier(c) = 0.0_wp
       new%slide_force(c) = 0.0_wp
       new%slip_sign(c) = 1.0_wp
+      if (new%with_multipliers) new%multiplier(c) = 0.0_wp
+      if (new%with_strengths) new%bond_length(c) = 0.0_wp
       if (new%with_damping) new%static_force(c) = 0.0_wp
       new%spring(:, c) = 0.0_wp
       if (.not. new%with_laws) return

@@ -29,6 +29,7 @@ module dda_equilibrium
    use dda_blocks, only: blocks_type, begin_memory
    use dda_columns, only: take_over_columns
    use dda_contact_evaluation, only: evaluate_contacts
+   use dda_contact_gradients, only: find_rows, rows_type
    use dda_contact_search, only: find_contacts
    use dda_elements, only: set_elements, freeze_elements, balance_elements, prepare_elements
    use dda_damping, only: is_damped
@@ -270,6 +271,7 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< its contacts are listed anew
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets the largest and the worst
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(rows_type) :: rows
       integer :: c
 
       equilibrium%largest = huge(1.0_wp)
@@ -286,10 +288,9 @@ contains
          do c = 1, contacts%n
             associate (v => contacts%block_v(c), e => contacts%block_e(c), &
                n => contacts%normal_force(c), s => contacts%shear_force(c))
-               system%rhs(:, v) = system%rhs(:, v) + n*contacts%normal_v(:, c) &
-                  - s*contacts%shear_v(:, c)
-               system%rhs(:, e) = system%rhs(:, e) - n*contacts%normal_e(:, c) &
-                  + s*contacts%shear_e(:, c)
+               call find_rows(contacts, c, rows)
+               system%rhs(:, v) = system%rhs(:, v) + n*rows%normal_v - s*rows%shear_v
+               system%rhs(:, e) = system%rhs(:, e) - n*rows%normal_e + s*rows%shear_e
             end associate
          end do
       end associate

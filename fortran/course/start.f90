@@ -66,6 +66,9 @@ contains
       simulation%contacts%with_laws = .not. simulation%laws%plain
       simulation%contacts%with_net_slip = simulation%laws%with_net_slip
       simulation%contacts%with_damping = simulation%laws%damped
+      simulation%contacts%with_multipliers = simulation%laws%augmented
+      simulation%contacts%with_strengths = .not. simulation%laws%plain &
+         .or. any(max(simulation%laws%cohesion, simulation%laws%tension) > 0.0_wp)
       call reserve(simulation%contacts(simulation%now), 1)
       call find_contacts(simulation, error)
       if (allocated(error)) return

@@ -10,6 +10,7 @@ module dda_body_drift
    use dda_block_vectors, only: add_multiple
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
+   use dda_contact_gradients, only: find_rows, relative_motion, rows_type
    use dda_errors, only: error_type
    use dda_linear_solver, only: solver_type, record_rigid_terms, solve, solve_change, &
       weigh_loads
@@ -129,18 +130,17 @@ contains
       real(wp), intent(inout) :: b(:,:)            !< [6,n] right-hand side, N
       real(wp), intent(in) :: drift(:,:)           !< [6,n] d₀, m
       type(contacts_type), intent(in) :: contacts  !< this step's list
-      real(wp) :: normal, shear
+      type(rows_type) :: rows
+      real(wp) :: force(2)
       integer :: c
 
       do c = 1, contacts%n
          if (.not. any(abs(contacts%spring(:, c)) > 0.0_wp)) cycle
          associate (v => contacts%block_v(c), e => contacts%block_e(c))
-            normal = contacts%spring(1, c)*(dot_product(contacts%normal_v(:, c), drift(:, v)) &
-               - dot_product(contacts%normal_e(:, c), drift(:, e)))
-            shear = contacts%spring(2, c)*(dot_product(contacts%shear_v(:, c), drift(:, v)) &
-               - dot_product(contacts%shear_e(:, c), drift(:, e)))
-            b(:, v) = b(:, v) - normal*contacts%normal_v(:, c) - shear*contacts%shear_v(:, c)
-            b(:, e) = b(:, e) + normal*contacts%normal_e(:, c) + shear*contacts%shear_e(:, c)
+            force = contacts%spring(:, c)*relative_motion(contacts, c, drift(:, v), drift(:, e))
+            call find_rows(contacts, c, rows)
+            b(:, v) = b(:, v) - force(1)*rows%normal_v - force(2)*rows%shear_v
+            b(:, e) = b(:, e) + force(1)*rows%normal_e + force(2)*rows%shear_e
          end associate
       end do
    end subroutine subtract_contacts

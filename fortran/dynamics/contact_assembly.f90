@@ -11,6 +11,7 @@ module dda_contact_assembly
    use dda_compact_block, only: expand
    use dda_system, only: system_type
    use dda_contact, only: contacts_type
+   use dda_contact_gradients, only: find_rows, rows_type
    use dda_contact_terms, only: update_contact_terms, is_clean, is_dirty_force, &
       is_dirty_stiffness, is_free
    use dda_friction, only: laws_type
@@ -99,6 +100,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: i, j, entry
       logical, intent(in) :: row_too, column_too  !< block i, with the coupling; block j
+      type(rows_type) :: rows
       integer :: c, dirty_i, dirty_j
       logical :: coupled
 
@@ -115,20 +117,17 @@ contains
             if (is_free(contacts, c)) cycle
             associate (v => contacts%block_v(c), e => contacts%block_e(c), &
                normal => contacts%spring(1, c), shear => contacts%spring(2, c))
+               call find_rows(contacts, c, rows)
                call add_sides(merge(dirty_i, dirty_j, v == i), merge(dirty_j, dirty_i, v == i), &
-                  normal, shear, contacts%free_force(:, c), contacts%normal_v(:, c), &
-                  contacts%shear_v(:, c), contacts%normal_e(:, c), contacts%shear_e(:, c), &
-                  matrix%diagonal(:, :, v), matrix%diagonal(:, :, e), system%rhs(:, v), &
-                  system%rhs(:, e))
+                  normal, shear, contacts%free_force(:, c), rows, matrix%diagonal(:, :, v), &
+                  matrix%diagonal(:, :, e), system%rhs(:, v), system%rhs(:, e))
                if (.not. coupled) cycle
                if (v == i) then
-                  call add_products(matrix%lower(:, :, entry), contacts%normal_v(:, c), &
-                     contacts%normal_e(:, c), -normal, contacts%shear_v(:, c), &
-                     contacts%shear_e(:, c), -shear)
+                  call add_products(matrix%lower(:, :, entry), rows%normal_v, rows%normal_e, &
+                     -normal, rows%shear_v, rows%shear_e, -shear)
                else
-                  call add_products(matrix%lower(:, :, entry), contacts%normal_e(:, c), &
-                     contacts%normal_v(:, c), -normal, contacts%shear_e(:, c), &
-                     contacts%shear_v(:, c), -shear)
+                  call add_products(matrix%lower(:, :, entry), rows%normal_e, rows%normal_v, &
+                     -normal, rows%shear_e, rows%shear_v, -shear)
                end if
             end associate
          end do
@@ -169,19 +168,21 @@ contains
 
    !> Terms of a contact in the rows of the blocks of its vertex and of its edge; the forces are
    !> those on the first.
-   pure subroutine add_sides(dirty_v, dirty_e, normal, shear, force, normal_v, shear_v, normal_e, &
-      shear_e, diagonal_v, diagonal_e, rhs_v, rhs_e)
+   pure subroutine add_sides(dirty_v, dirty_e, normal, shear, force, rows, diagonal_v, diagonal_e, &
+      rhs_v, rhs_e)
       integer, intent(in) :: dirty_v, dirty_e
       real(wp), intent(in) :: normal, shear, force(2)
-      real(wp), intent(in) :: normal_v(6), shear_v(6), normal_e(6), shear_e(6)
+      type(rows_type), intent(in) :: rows
       real(wp), intent(inout) :: diagonal_v(6, 6), diagonal_e(6, 6), rhs_v(6), rhs_e(6)
 
-      if (dirty_v >= is_dirty_force) call add_forces(rhs_v, force(1), normal_v, force(2), shear_v)
-      if (dirty_e >= is_dirty_force) call add_forces(rhs_e, -force(1), normal_e, -force(2), shear_e)
-      if (dirty_v == is_dirty_stiffness) call add_products(diagonal_v, normal_v, normal_v, normal, &
-         shear_v, shear_v, shear)
-      if (dirty_e == is_dirty_stiffness) call add_products(diagonal_e, normal_e, normal_e, normal, &
-         shear_e, shear_e, shear)
+      if (dirty_v >= is_dirty_force) &
+         call add_forces(rhs_v, force(1), rows%normal_v, force(2), rows%shear_v)
+      if (dirty_e >= is_dirty_force) &
+         call add_forces(rhs_e, -force(1), rows%normal_e, -force(2), rows%shear_e)
+      if (dirty_v == is_dirty_stiffness) call add_products(diagonal_v, rows%normal_v, &
+         rows%normal_v, normal, rows%shear_v, rows%shear_v, shear)
+      if (dirty_e == is_dirty_stiffness) call add_products(diagonal_e, rows%normal_e, &
+         rows%normal_e, normal, rows%shear_e, rows%shear_e, shear)
    end subroutine add_sides
 
    !> rhs += N normal − T shear
@@ -215,27 +216,34 @@ contains
       end do
    end subroutine add_products
 
-   !> More force in a contact of the same assumed state: on its two blocks, as far as these are
+   !> More force in contact c of the same assumed state: on its two blocks, as far as these are
    !> among block rows first … last of f̂; they are dirty when states change.
-   pure subroutine add_to_rows(system, first, last, v, e, force, row_v, row_e)
+   pure subroutine add_to_rows(system, contacts, c, more, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c            !< number of the contact
+      real(wp), intent(in) :: more(2)     !< compression and resistance to slip, N/m
       integer, intent(in) :: first, last  !< of the range
-      integer, intent(in) :: v, e         !< blocks of the vertex and of the edge
-      real(wp), intent(in) :: force       !< on the first block, N/m
-      real(wp), intent(in) :: row_v(6), row_e(6)  !< gradients of the gap or the slip
+      type(rows_type) :: rows
 
-      if (v >= first .and. v <= last) call add_to_row(system, v, force, row_v)
-      if (e >= first .and. e <= last) call add_to_row(system, e, -force, row_e)
+      associate (v => contacts%block_v(c), e => contacts%block_e(c))
+         if (max(v, e) < first .or. min(v, e) > last) return
+         call find_rows(contacts, c, rows)
+         if (v >= first .and. v <= last) &
+            call add_to_row(system, v, more(1), rows%normal_v, more(2), rows%shear_v)
+         if (e >= first .and. e <= last) &
+            call add_to_row(system, e, -more(1), rows%normal_e, -more(2), rows%shear_e)
+      end associate
    end subroutine add_to_rows
 
    !> The same of one block.
-   pure subroutine add_to_row(system, b, force, row)
+   pure subroutine add_to_row(system, b, normal_force, normal, shear_force, shear)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer, intent(in) :: b            !< block
-      real(wp), intent(in) :: force       !< on the block, N/m
-      real(wp), intent(in) :: row(6)      !< gradient of the gap or the slip
+      real(wp), intent(in) :: normal_force, normal(6)  !< on the block, N/m; gradient of the gap
+      real(wp), intent(in) :: shear_force, shear(6)    !< the same along the edge
 
-      system%rhs(:, b) = system%rhs(:, b) + force*row
+      call add_forces(system%rhs(:, b), normal_force, normal, shear_force, shear)
       system%contact_terms%dirty(b) = max(system%contact_terms%dirty(b), is_dirty_force)
    end subroutine add_to_row
 

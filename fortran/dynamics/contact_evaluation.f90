@@ -4,6 +4,7 @@
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_contact_gradients, only: relative_motion
    use dda_friction, only: find_response, laws_type
    use dda_joint_contact, only: most_closings, response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
@@ -34,26 +35,15 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
+      real(wp) :: change(2)
       integer :: c
 
       do c = first, last
-         call measure_contact(d(:, contacts%block_v(c)), d(:, contacts%block_e(c)), &
-            contacts%gap(c), contacts%normal_v(:, c), contacts%normal_e(:, c), &
-            contacts%shear_v(:, c), contacts%shear_e(:, c), contacts%new_gap(c), contacts%slip(c))
+         change = relative_motion(contacts, c, d(:, contacts%block_v(c)), d(:, contacts%block_e(c)))
+         contacts%new_gap(c) = contacts%gap(c) + change(1)
+         contacts%slip(c) = change(2)
       end do
    end subroutine measure_range
-
-   !> Gap and slip of one contact.
-   pure subroutine measure_contact(d_v, d_e, gap, normal_v, normal_e, shear_v, shear_e, new_gap, &
-      slip)
-      real(wp), intent(in) :: d_v(6), d_e(6)  !< increments of the coordinates of its blocks
-      real(wp), intent(in) :: gap             !< at the start of the step, m
-      real(wp), intent(in) :: normal_v(6), normal_e(6), shear_v(6), shear_e(6)  !< its gradients
-      real(wp), intent(out) :: new_gap, slip  !< m
-
-      new_gap = gap + dot_product(normal_v, d_v) - dot_product(normal_e, d_e)
-      slip = dot_product(shear_v, d_v) - dot_product(shear_e, d_e)
-   end subroutine measure_contact
 
    !> Forces and states that the laws give at d.
    subroutine evaluate_contacts(contacts, laws, d, largest, residual)
@@ -101,7 +91,7 @@ contains
          end if
          contacts%normal_force(c) = response%normal_force
          contacts%shear_force(c) = response%shear_force
-         contacts%strength_ratio(c) = response%strength_ratio
+         if (contacts%with_strengths) contacts%strength_ratio(c) = response%strength_ratio
          largest = max(largest, abs(response%normal_force), abs(response%shear_force))
       end do
    end subroutine evaluate_range

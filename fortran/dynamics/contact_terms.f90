@@ -12,8 +12,10 @@
 !> blocks as dirty.
 module dda_contact_terms
    use dda_kinds, only: wp, long
-   use dda_contact, only: contacts_type, contact_open, contact_slide
-   use dda_friction, only: laws_type, acting_gap, acting_stretch, acts_at_theta, shear_stiffness_of
+   use dda_contact, only: capacity_of, contacts_type, contact_open, contact_slide
+   use dda_contact_gradients, only: find_rows, rows_type
+   use dda_friction, only: laws_type, acting_gap, acting_stretch, acts_at_theta, multiplier_of, &
+      shear_stiffness_of
    use dda_growth, only: grow
    use dda_joint_bond, only: bond_forces, bond_springs, is_cohesive
    use dda_joint_contact, only: centre_shift
@@ -60,8 +62,8 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: p, c
 
-      call grow(terms%changed, contacts%n)
-      call grow(terms%steady, contacts%n)
+      call grow(terms%changed, capacity_of(contacts), exactly=.true.)
+      call grow(terms%steady, capacity_of(contacts), exactly=.true.)
       terms%by_state = laws%plain .and. .not. (laws%augmented .or. laws%damped .or. &
          allocated(contacts%imposed_spring) .or. allocated(contacts%held_bound))
       if (terms%rebuild .or. .not. terms%by_state) terms%steady(:contacts%n) = none
@@ -118,17 +120,17 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
+      type(rows_type) :: rows
       real(wp) :: springs(2)
       logical :: matters(2)
 
+      call find_rows(contacts, c, rows)
       springs = acting_springs(contacts, laws, c)
       associate (change => springs - contacts%spring(:, c), changes => terms%spring_changes, &
          v => contacts%block_v(c), e => contacts%block_e(c))
          matters = abs(change) > drift*max(springs, contacts%spring(:, c))
-         if (matters(1)) call add_change(changes, v, contacts%normal_v(:, c), e, &
-            contacts%normal_e(:, c), change(1))
-         if (matters(2)) call add_change(changes, v, contacts%shear_v(:, c), e, &
-            contacts%shear_e(:, c), change(2))
+         if (matters(1)) call add_change(changes, v, rows%normal_v, e, rows%normal_e, change(1))
+         if (matters(2)) call add_change(changes, v, rows%shear_v, e, rows%shear_e, change(2))
       end associate
       contacts%spring(:, c) = springs
    end subroutine renew_springs
@@ -241,7 +243,7 @@ contains
       gap = acting_gap(contacts, laws, c, contacts%gap(c))
       stretch = acting_stretch(contacts, laws, c, contacts%stretch(c))
       if (contacts%with_net_slip) stretch = stretch + centre_shift(contacts, c)
-      forces(1) = contacts%multiplier(c) - laws%normal_stiffness*gap
+      forces(1) = multiplier_of(contacts, c) - laws%normal_stiffness*gap
       if (.not. laws%plain) forces(1) = contacts%normal_free(c) - contacts%tangent(c)*gap
       forces(2) = shear_stiffness_of(contacts, laws, c)*stretch
       if (rubs_open(contacts, c)) then

@@ -13,7 +13,8 @@ module dda_line_search
    use dda_growth, only: grow
    use dda_kinds, only: wp
    use dda_system, only: system_type, multiply_diagonal
-   use dda_contact, only: contacts_type, contact_slide
+   use dda_contact, only: capacity_of, contacts_type, contact_slide
+   use dda_contact_gradients, only: relative_motion
    use dda_friction, only: find_response, laws_type
    use dda_joint_contact, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
@@ -167,8 +168,8 @@ contains
       real(wp) :: piece(most_pieces)
       integer :: p
 
-      call grow(contacts%gap_change, contacts%n)
-      call grow(contacts%slip_change, contacts%n)
+      call grow(contacts%gap_change, capacity_of(contacts), exactly=.true.)
+      call grow(contacts%slip_change, capacity_of(contacts), exactly=.true.)
       if (contacts%n < parallel_from) then
          call change_range(system, contacts, 1, contacts%n, slope)
          return
@@ -187,17 +188,16 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       integer, intent(in) :: first, last  !< of the range
       real(wp), intent(out) :: slope  !< J/m
-      real(wp) :: change_v(6), change_e(6)
+      real(wp) :: change_v(6), change_e(6), change(2)
       integer :: c
 
       slope = 0.0_wp
       do c = first, last
          change_v = system%d(:, contacts%block_v(c)) - system%previous_d(:, contacts%block_v(c))
          change_e = system%d(:, contacts%block_e(c)) - system%previous_d(:, contacts%block_e(c))
-         contacts%gap_change(c) = dot_product(contacts%normal_v(:, c), change_v) &
-            - dot_product(contacts%normal_e(:, c), change_e)
-         contacts%slip_change(c) = dot_product(contacts%shear_v(:, c), change_v) &
-            - dot_product(contacts%shear_e(:, c), change_e)
+         change = relative_motion(contacts, c, change_v, change_e)
+         contacts%gap_change(c) = change(1)
+         contacts%slip_change(c) = change(2)
          slope = slope - contacts%normal_force(c)*contacts%gap_change(c) &
             + contacts%shear_force(c)*contacts%slip_change(c)
       end do

@@ -8,6 +8,7 @@
 submodule(dda_open_close) dda_local_iteration
    use dda_block_matrix, only: entry_of, set_pattern
    use dda_compact_block, only: compact
+   use dda_contact_gradients, only: relative_motion
    use dda_counting_sort, only: counting_sort
    use dda_linear_solver, only: analyse, choose_solver, weigh_loads
    use dda_system, only: prepare_system
@@ -15,6 +16,9 @@ submodule(dda_open_close) dda_local_iteration
 
    integer, parameter :: reach = 2                  !< contacts from a changing one to what is held
    real(wp), parameter :: most_blocks = 0.4_wp      !< of all, else regions are not worth it
+   !> stiffness of what is held, N/m: what contacts add is less than its rounding, and its square
+   !> root times theirs does not overflow in single precision
+   real(wp), parameter :: immovable = 1.0e30_wp
 
 contains
 
@@ -187,7 +191,7 @@ contains
       type(system_type), intent(in) :: system  !< of the whole
       integer, intent(in) :: blocks(:)         !< of the region
       type(system_type), intent(out) :: part   !< of the region, without pattern
-      real(wp) :: unit(6, 6)
+      real(wp) :: rigid(6, 6)
       integer :: i
 
       associate (held => size(blocks) + 1)
@@ -203,11 +207,11 @@ contains
             if (part%has_terms(i)) &
                part%linear%diagonal(:, :, i) = system%linear%diagonal(:, :, blocks(i))
          end do
-         unit = 0.0_wp
+         rigid = 0.0_wp
          do i = 1, 6
-            unit(i, i) = 1.0_wp
+            rigid(i, i) = immovable
          end do
-         part%constant(:, held) = compact(unit)
+         part%constant(:, held) = compact(rigid)
       end associate
    end subroutine take_blocks
 
@@ -231,28 +235,27 @@ contains
       own%block_v = v(sorted)
       own%block_e = e(sorted)
       do i = 1, own%n
-         if (own%block_v(i) == held) call hold(own%normal_v(:, i), own%shear_v(:, i), &
-            system%d(:, contacts%block_v(order(i))), own%gap(i), own%stretch(i))
-         if (own%block_e(i) < held) cycle
-         own%normal_e(:, i) = -own%normal_e(:, i)
-         own%shear_e(:, i) = -own%shear_e(:, i)
-         call hold(own%normal_e(:, i), own%shear_e(:, i), &
-            system%d(:, contacts%block_e(order(i))), own%gap(i), own%stretch(i))
+         if (max(own%block_v(i), own%block_e(i)) == held) call add_held_motion(system, contacts, &
+            order(i), own%block_v(i) == held, own%block_e(i) == held, own%gap(i), own%stretch(i))
       end do
       call lay_out(part, own, held)
    end subroutine take_contacts
 
    !> What a held block moves is part of the gap and of the stretch.
-   pure subroutine hold(normal, shear, d, gap, stretch)
-      real(wp), intent(inout) :: normal(6), shear(6)  !< gradients on its side, become zero
-      real(wp), intent(in) :: d(6)                    !< its increment
-      real(wp), intent(inout) :: gap, stretch         !< m
+   pure subroutine add_held_motion(system, contacts, c, holds_v, holds_e, gap, stretch)
+      type(system_type), intent(in) :: system  !< of the whole
+      type(contacts_type), intent(in) :: contacts  !< of the whole
+      integer, intent(in) :: c  !< number of the contact
+      logical, intent(in) :: holds_v, holds_e  !< the block of the vertex or of the edge is held
+      real(wp), intent(inout) :: gap, stretch  !< m
+      real(wp) :: change(2)
 
-      gap = gap + dot_product(normal, d)
-      stretch = stretch + dot_product(shear, d)
-      normal = 0.0_wp
-      shear = 0.0_wp
-   end subroutine hold
+      change = relative_motion(contacts, c, &
+         merge(system%d(:, contacts%block_v(c)), 0.0_wp, holds_v), &
+         merge(system%d(:, contacts%block_e(c)), 0.0_wp, holds_e))
+      gap = gap + change(1)
+      stretch = stretch + change(2)
+   end subroutine add_held_motion
 
    !> Some contacts of a list of Coulomb's law alone.
    pure subroutine copy_contacts(contacts, list, own)
@@ -266,19 +269,16 @@ contains
       own%trial_state = contacts%trial_state(list)
       own%bonded = contacts%bonded(list)
       own%gap = contacts%gap(list)
-      own%normal_v = contacts%normal_v(:, list)
-      own%normal_e = contacts%normal_e(:, list)
-      own%shear_v = contacts%shear_v(:, list)
-      own%shear_e = contacts%shear_e(:, list)
-      own%multiplier = contacts%multiplier(list)
+      own%normal = contacts%normal(:, list)
+      own%gradient_v = contacts%gradient_v(:, list)
+      own%gradient_e = contacts%gradient_e(:, list)
       own%stretch = contacts%stretch(list)
       own%slide_force = contacts%slide_force(list)
       own%shear_force = contacts%shear_force(list)
       own%slip_sign = contacts%slip_sign(list)
       allocate (own%spring(2, own%n), own%free_force(2, own%n), source=0.0_wp)
       allocate (own%retained(own%n), own%retained_at(own%n), own%force_residual(own%n), &
-         own%new_gap(own%n), own%slip(own%n), own%strength_ratio(own%n), own%normal_force(own%n), &
-         own%bond_length(own%n), source=0.0_wp)
+         own%new_gap(own%n), own%slip(own%n), own%normal_force(own%n), source=0.0_wp)
       allocate (own%close_count(own%n))
    end subroutine copy_contacts
 

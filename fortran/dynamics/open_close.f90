@@ -499,6 +499,7 @@ contains
       integer :: c
 
       broken = 0
+      if (.not. contacts%with_strengths) return
       do c = 1, contacts%n
          if (contacts%strength_ratio(c) <= 0.0_wp) cycle
          broken = broken + 1

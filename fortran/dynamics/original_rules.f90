@@ -11,7 +11,7 @@ module dda_original_rules
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_errors, only: error_type, error_convergence, fail
    use dda_coulomb, only: coulomb_contact_type
-   use dda_friction, only: laws_type, law_of
+   use dda_friction, only: bond_length_of, laws_type, law_of
    use dda_contact_evaluation, only: measure_contacts, assumed_normal, assumed_shear
    use dda_open_close, only: open_close_type, fail_if_given_up, solve_assumed
    use dda_linear_solver, only: solver_type
@@ -88,7 +88,7 @@ contains
       type(coulomb_contact_type) :: law
       real(wp) :: gap, offset, friction
 
-      law = law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), 0.0_wp)
+      law = law_of(laws, contacts%joint(c), contacts%bonded(c), bond_length_of(contacts, c), 0.0_wp)
       gap = contacts%new_gap(c)
       offset = contacts%stretch(c) + contacts%slip(c)
       friction = merge(law%friction, 0.0_wp, gap <= 0.0_wp)
@@ -118,8 +118,8 @@ contains
 
       do c = 1, contacts%n
          if (contacts%trial_state(c) == contact_slide) then
-            law = law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
-               0.0_wp)
+            law = law_of(laws, contacts%joint(c), contacts%bonded(c), &
+               bond_length_of(contacts, c), 0.0_wp)
             contacts%slide_force(c) = &
                sign(law%normal_stiffness*abs(contacts%new_gap(c))*law%friction &
                + law%cohesion_force, merge(contacts%slide_force(c), contacts%stretch(c) &

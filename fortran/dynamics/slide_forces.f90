@@ -10,7 +10,8 @@ module dda_slide_forces
    use dda_system, only: system_type
    use dda_contact, only: contacts_type, contact_slide
    use dda_contact_assembly, only: add_to_rows
-   use dda_friction, only: acting_gap, laws_type
+   use dda_contact_gradients, only: relative_motion
+   use dda_friction, only: acting_gap, laws_type, multiplier_of
    use dda_growth, only: grow
    use dda_joint_contact, only: slide_response
    use dda_ordered_sums, only: pieces, first_of, last_of, share_of_thread, parallel_from
@@ -100,18 +101,16 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: gap, lifted
+      real(wp) :: change(2), gap, lifted
       integer :: i, c
 
       do i = first, last
          c = slides%contact(i)
-         gap = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d(:, contacts%block_v(c))) &
-            - dot_product(contacts%normal_e(:, c), d(:, contacts%block_e(c)))
+         change = relative_motion(contacts, c, d(:, contacts%block_v(c)), d(:, contacts%block_e(c)))
+         gap = contacts%gap(c) + change(1)
          if (.not. laws%plain) then
             call slide_response(contacts, laws%slot(contacts%joint(c))%law, c, gap, &
-               contacts%stretch(c) + dot_product(contacts%shear_v(:, c), &
-               d(:, contacts%block_v(c))) - dot_product(contacts%shear_e(:, c), &
-               d(:, contacts%block_e(c))), slides%response(i), lifted)
+               contacts%stretch(c) + change(2), slides%response(i), lifted)
             if (slides%dilating) slides%response(slides%n + i) = lifted
             cycle
          end if
@@ -121,7 +120,7 @@ contains
          end if
          if (laws%damped) gap = acting_gap(contacts, laws, c, gap)
          slides%response(i) = contacts%slip_sign(c)*laws%friction(contacts%joint(c)) &
-            *max(0.0_wp, contacts%multiplier(c) - laws%normal_stiffness*gap)
+            *max(0.0_wp, multiplier_of(contacts, c) - laws%normal_stiffness*gap)
       end do
    end subroutine evaluate_range
 
@@ -187,17 +186,15 @@ contains
       type(contacts_type), intent(in) :: contacts  !< this step's list, with the present ones
       type(system_type), intent(inout) :: system  !< equations of the step
       integer, intent(in) :: first, last  !< of the range
+      real(wp) :: more(2)
       integer :: i, c
 
       slides%rhs_change(:, first:last) = system%rhs(:, first:last)
       do i = 1, slides%n
          c = slides%contact(i)
-         call add_to_rows(system, first, last, contacts%block_v(c), contacts%block_e(c), &
-            weight_of(contacts, c)*(contacts%slide_force(c) - slides%force(i)), &
-            contacts%shear_v(:, c), contacts%shear_e(:, c))
-         if (slides%dilating) call add_to_rows(system, first, last, contacts%block_v(c), &
-            contacts%block_e(c), slides%force(slides%n + i) - contacts%normal_free(c), &
-            contacts%normal_v(:, c), contacts%normal_e(:, c))
+         more = [0.0_wp, weight_of(contacts, c)*(slides%force(i) - contacts%slide_force(c))]
+         if (slides%dilating) more(1) = slides%force(slides%n + i) - contacts%normal_free(c)
+         call add_to_rows(system, contacts, c, more, first, last)
       end do
       slides%rhs_change(:, first:last) = system%rhs(:, first:last) &
          - slides%rhs_change(:, first:last)

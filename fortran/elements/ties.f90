@@ -8,7 +8,7 @@ module dda_ties
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_blocks, only: blocks_type
-   use dda_contact_geometry, only: set_gradients
+   use dda_contact_gradients, only: normal_row, set_gradient, shear_row
    use dda_element, only: element_type
    use dda_linear_terms, only: term_tie
    use dda_motion, only: motion_type
@@ -112,24 +112,26 @@ contains
       type(tie_type), intent(in) :: tie           !< of the list
       integer, intent(in) :: face                 !< of the corner, 1 or 2
       type(spring_type), intent(inout) :: spring  !< gets blocks, rows and the gap
-      real(wp) :: normal(2), from(2), offset(2), reference(2), gap
+      real(wp) :: normal(2), from(2), reference(2), gradient(6, 2)
+      integer :: side
 
       associate (v => tie%corner(face), e => tie%edge(3 - face), next => blocks%next)
          spring%block = blocks%owner([v, e])
          normal = [blocks%along(2, e), -blocks%along(1, e)]
          from = apart(blocks, tie, face)
-         gap = dot_product(normal, from)
-         spring%stretch(1) = gap
+         spring%stretch(1) = dot_product(normal, from)
          associate (i => spring%block(1), j => spring%block(2))
-            offset = blocks%vertex(:, v) - blocks%position(1:2, i)
-            call set_gradients(blocks%axes(:, :, i), offset, offset, blocks%reference(:, v), &
-               normal, spring%row(:, 1, 1), spring%row(:, 2, 1))
-            offset = from + (blocks%vertex(:, e) - blocks%position(1:2, j))
+            call set_gradient(blocks%axes(:, :, i), blocks%vertex(:, v) &
+               - blocks%position(1:2, i), blocks%reference(:, v), normal, gradient(:, 1))
             reference = blocks%reference(:, e) + (blocks%reference(:, next(e)) &
                - blocks%reference(:, e))*(dot_product(from, blocks%along(:, e))/blocks%length(e))
-            call set_gradients(blocks%axes(:, :, j), offset - gap*normal, offset, reference, &
-               normal, spring%row(:, 1, 2), spring%row(:, 2, 2))
+            call set_gradient(blocks%axes(:, :, j), from + (blocks%vertex(:, e) &
+               - blocks%position(1:2, j)), reference, normal, gradient(:, 2))
          end associate
+         do side = 1, 2
+            spring%row(:, 1, side) = normal_row(normal, gradient(:, side))
+            spring%row(:, 2, side) = shear_row(normal, gradient(:, side))
+         end do
       end associate
    end subroutine set_geometry
 

@@ -36,7 +36,8 @@ module dda_checkpoint
    character(len=*), parameter :: layout = &
       ', checkpoints with springs of contacts, crossings, joint laws, bolts, impacts, '// &
       'free fields, motions of boundaries, mean velocities, kept variables of contacts first, '// &
-      'maxima, broken faces, doubts as records, mean stresses, couplings of factors'
+      'maxima, broken faces, doubts as records, mean stresses, couplings of factors, '// &
+      'gradients of contacts'
 
    !> The checkpoints of an output.
    type :: checkpoints_type

@@ -9,6 +9,7 @@ module systems
    use dda_compact_block, only: compact, compact_size
    use dda_system, only: prepare_system, set_matrix_pattern, system_type
    use dda_contact, only: contact_open, contacts_type, reserve
+   use dda_contact_gradients, only: find_rows, rows_type
    use dda_element, only: element_type
    use dda_elements, only: elements_type, register
    use dda_energy, only: energy_type
@@ -142,6 +143,7 @@ contains
       end do
       call add_to_matrix(couplings, step_weights(step_type(time_step=1.0_wp)), system%linear)
       call set_laws(laws, [joint_type('', friction_angle, 0.0_wp, 0.0_wp)], stiffness, 2.5_wp)
+      contacts%with_strengths = .true.
       call reserve(contacts, count)
       contacts%n = count
       do c = 1, count
@@ -151,10 +153,9 @@ contains
          contacts%joint(c) = 1
          contacts%vertex(c) = c
          contacts%edge(c) = c
-         contacts%normal_v(:, c) = random_vector(6)
-         contacts%normal_e(:, c) = random_vector(6)
-         contacts%shear_v(:, c) = random_vector(6)
-         contacts%shear_e(:, c) = random_vector(6)
+         contacts%normal(:, c) = random_vector(2)
+         contacts%gradient_v(:, c) = random_vector(6)
+         contacts%gradient_e(:, c) = random_vector(6)
          contacts%gap(c) = random(-0.05_wp, 0.05_wp)
          contacts%stretch(c) = random(-0.01_wp, 0.01_wp)
          contacts%state(c) = contact_open
@@ -173,8 +174,10 @@ contains
       type(contacts_type), intent(in) :: contacts
       integer, intent(in) :: c
       real(wp) :: row(unknowns)
+      type(rows_type) :: rows
 
-      row = placed(contacts%normal_v(:, c), contacts%normal_e(:, c), contacts%block_v(c))
+      call find_rows(contacts, c, rows)
+      row = placed(rows%normal_v, rows%normal_e, contacts%block_v(c))
    end function gap_row
 
    !> ∂slip/∂d of contact c.
@@ -182,8 +185,10 @@ contains
       type(contacts_type), intent(in) :: contacts
       integer, intent(in) :: c
       real(wp) :: row(unknowns)
+      type(rows_type) :: rows
 
-      row = placed(contacts%shear_v(:, c), contacts%shear_e(:, c), contacts%block_v(c))
+      call find_rows(contacts, c, rows)
+      row = placed(rows%shear_v, rows%shear_e, contacts%block_v(c))
    end function slip_row
 
    pure function placed(of_vertex, of_edge, block_v) result(row)

@@ -9,6 +9,7 @@ module test_contact_assembly
    use dda_compact_block, only: compact_size, expand
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
    use dda_contact_assembly, only: add_to_rows, assemble_contacts
+   use dda_contact_gradients, only: find_rows, rows_type
    use dda_friction, only: laws_type
    use dda_neighbours, only: neighbours_type
    use dda_rank_one, only: forget_changes, rank_one_type
@@ -45,6 +46,7 @@ contains
       call pattern_of(system, n, near)
       system%constant = reshape(random_vector(compact_size*n), [compact_size, n])
       system%load = reshape(random_vector(6*n), [6, n])
+      contacts%with_multipliers = .true.
       call reserve(contacts, 3*near%n_pairs)
       do p = 1, near%n_pairs
          do i = 1, int(random(0.0_wp, 4.0_wp))
@@ -63,10 +65,9 @@ contains
       type(contacts_type), intent(inout) :: contacts
       integer, intent(in) :: c
 
-      contacts%normal_v(:, c) = random_vector(6)
-      contacts%normal_e(:, c) = random_vector(6)
-      contacts%shear_v(:, c) = random_vector(6)
-      contacts%shear_e(:, c) = random_vector(6)
+      contacts%normal(:, c) = random_vector(2)
+      contacts%gradient_v(:, c) = random_vector(6)
+      contacts%gradient_e(:, c) = random_vector(6)
       contacts%gap(c) = random(-1.0_wp, 1.0_wp)
       contacts%stretch(c) = random(-1.0_wp, 1.0_wp)
       contacts%slide_force(c) = random(-1.0_wp, 1.0_wp)
@@ -102,6 +103,7 @@ contains
    subroutine against_dense_sums()
       type(system_type) :: system
       type(contacts_type) :: contacts
+      type(rows_type) :: rows
       real(wp), allocatable :: k(:,:), f(:), gap_row(:), slip_row(:)
       real(wp) :: push, spring, press, drag
       integer, parameter :: n = 12
@@ -119,10 +121,11 @@ contains
          j = 6*contacts%block_e(c)
          gap_row = 0.0_wp
          slip_row = 0.0_wp
-         gap_row(i - 5:i) = contacts%normal_v(:, c)
-         gap_row(j - 5:j) = -contacts%normal_e(:, c)
-         slip_row(i - 5:i) = contacts%shear_v(:, c)
-         slip_row(j - 5:j) = -contacts%shear_e(:, c)
+         call find_rows(contacts, c, rows)
+         gap_row(i - 5:i) = rows%normal_v
+         gap_row(j - 5:j) = -rows%normal_e
+         slip_row(i - 5:i) = rows%shear_v
+         slip_row(j - 5:j) = -rows%shear_e
          associate (share => contacts%retained(c), at => contacts%retained_at(c))
             select case (contacts%state(c))
             case (contact_open)
@@ -188,11 +191,8 @@ contains
 
       middle = system%matrix%n/2
       contacts%free_force(2, c) = contacts%free_force(2, c) + more
-      associate (v => contacts%block_v(c), e => contacts%block_e(c), &
-         shear_v => contacts%shear_v(:, c), shear_e => contacts%shear_e(:, c))
-         call add_to_rows(system, 1, middle, v, e, -more, shear_v, shear_e)
-         call add_to_rows(system, middle + 1, system%matrix%n, v, e, -more, shear_v, shear_e)
-      end associate
+      call add_to_rows(system, contacts, c, [0.0_wp, more], 1, middle)
+      call add_to_rows(system, contacts, c, [0.0_wp, more], middle + 1, system%matrix%n)
    end subroutine add_shear_force
 
    !> States, forces, multipliers and retained shares change, a few at a time, as in the iteration

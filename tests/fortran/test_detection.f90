@@ -2,8 +2,9 @@
 !> Contacts against the exact geometry: rows by finite differences, counts by reasoning.
 module test_detection
    use dda_kinds, only: wp, pi
-   use dda_blocks, only: blocks_type, update_geometry
+   use dda_blocks, only: blocks_type, shape_matrix, update_geometry
    use dda_contact, only: contacts_type, reserve
+   use dda_contact_gradients, only: find_rows, relative_motion, rows_type
    use dda_detection, only: detect_contacts, detection_type, measure_depths, prepare_detection
    use dda_entrance, only: corners_type, entrance_edge, other_end
    use dda_neighbours, only: find_neighbours, neighbours_type
@@ -117,6 +118,7 @@ contains
       type(contacts_type), intent(in) :: contacts
       integer, intent(in) :: c
       real(wp), parameter :: h = 1.0e-6_wp
+      type(rows_type) :: got
       real(wp) :: rows(6, 2, 2), q, ahead(2), behind(2), share, here(2), edge_length
       integer :: side, k, b, v, e
 
@@ -141,18 +143,50 @@ contains
             rows(k, :, side) = (ahead - behind)/(2.0_wp*h)
          end do
       end do
-      call check_close(contacts%normal_v(:, c), rows(:, 1, 1), '∂gap/∂q of the vertex'' block', &
+      call find_rows(contacts, c, got)
+      call check_close(got%normal_v, rows(:, 1, 1), '∂gap/∂q of the vertex'' block', &
          absolute=1.0e-8_wp)
-      call check_close(-contacts%normal_e(:, c), rows(:, 1, 2), '∂gap/∂q of the edge''s block', &
+      call check_close(-got%normal_e, rows(:, 1, 2), '∂gap/∂q of the edge''s block', &
          absolute=1.0e-8_wp)
-      call check_close(contacts%shear_v(:, c), rows(:, 2, 1), '∂slip/∂q of the vertex'' block', &
+      call check_close(got%shear_v, rows(:, 2, 1), '∂slip/∂q of the vertex'' block', &
          absolute=1.0e-8_wp)
-      call check_close(-contacts%shear_e(1:3, c), rows(1:3, 2, 2), &
+      call check_close(-got%shear_e(1:3), rows(1:3, 2, 2), &
          '∂slip/∂q of the edge''s block', absolute=1.0e-8_wp)
       ! A strain of the edge's block also turns the edge: a share of the gap, left out.
-      call check_close(-contacts%shear_e(4:6, c), rows(4:6, 2, 2), &
+      call check_close(-got%shear_e(4:6), rows(4:6, 2, 2), &
          '∂slip/∂ε of the edge''s block', absolute=1.0e-8_wp + 1.2_wp*abs(here(1)))
+      call compare_with_shapes(blocks, contacts, c, share)
    end subroutine check_rows
+
+   !> All digits of the rows nᵀT and tᵀT, and what they make of a motion.
+   subroutine compare_with_shapes(blocks, contacts, c, share)
+      type(blocks_type), intent(in) :: blocks
+      type(contacts_type), intent(in) :: contacts
+      integer, intent(in) :: c
+      real(wp), intent(in) :: share  !< of the edge before the foot
+      type(rows_type) :: rows
+      real(wp) :: of_v(6), of_e(6), along(2, 2), lever(6)
+
+      call find_rows(contacts, c, rows)
+      associate (v => contacts%vertex(c), e => contacts%edge(c), next => blocks%next, &
+         normal => contacts%normal(:, c), reference => blocks%reference)
+         along = reshape([normal(1), -normal(2), normal(2), normal(1)], [2, 2])
+         call check_close(reshape([rows%normal_v, rows%shear_v], [6, 2]), &
+            transpose(matmul(along, shape_matrix(blocks, contacts%block_v(c), reference(:, v)))), &
+            'rows of the vertex'' block', absolute=1.0e-13_wp)
+         lever = [0.0_wp, 0.0_wp, contacts%gap(c), 0.0_wp, 0.0_wp, 0.0_wp]
+         call check_close(reshape([rows%normal_e, rows%shear_e - lever], [6, 2]), &
+            transpose(matmul(along, shape_matrix(blocks, contacts%block_e(c), reference(:, e) &
+            + share*(reference(:, next(e)) - reference(:, e))))), &
+            'rows of the edge''s block', absolute=1.0e-13_wp)
+      end associate
+      of_v = random_vector(6)
+      of_e = random_vector(6)
+      call check_close(relative_motion(contacts, c, of_v, of_e), &
+         [dot_product(rows%normal_v, of_v) - dot_product(rows%normal_e, of_e), &
+         dot_product(rows%shear_v, of_v) - dot_product(rows%shear_e, of_e)], &
+         'relative motion', absolute=1.0e-13_wp)
+   end subroutine compare_with_shapes
 
    !> Two contacts per joint, one at each end, at any inclination.
    subroutine a_stack_of_equal_width()

@@ -19,6 +19,7 @@ contains
       integer, intent(in) :: vertex, edge, corner, block_v, block_e
       real(wp), intent(in) :: normal(2), gap
 
+      contacts%with_strengths = .true.
       call reserve(contacts, contacts%n + 1)
       contacts%n = contacts%n + 1
       associate (c => contacts%n)
@@ -203,8 +204,8 @@ contains
          new%corner(c) = 20 + c
          new%pair(c) = 30 + c
          new%close_count(c) = 40 + c
-         new%normal_v(:, c) = 0.5_wp*c
-         new%shear_e(:, c) = -0.5_wp*c
+         new%gradient_v(:, c) = 0.5_wp*c
+         new%gradient_e(:, c) = -0.5_wp*c
       end do
       call inherit(new, old, history, .true.)
       call check(new%n == size(kept), 'how many stay')
@@ -219,7 +220,7 @@ contains
       call check_close(new%stretch(:4), [0.25_wp, 0.0_wp, 0.0_wp, 0.0_wp], 'histories')
       call check(all(new%joint(:4) == [25000, 0, 0, 0]), 'joints')
       call check_close(new%normal(2, :4), 0.1_wp*kept, 'normals')
-      call check_close(new%normal_v(6, :4) - new%shear_e(1, :4), real(kept, wp), 'rows')
+      call check_close(new%gradient_v(6, :4) - new%gradient_e(1, :4), real(kept, wp), 'gradients')
    end subroutine met_too_deep
 
    !> The spring energy of a contact that ends goes over to one of the same vertex on the next
@@ -289,6 +290,7 @@ contains
       real(wp) :: normal(2)
       integer :: i, v, e, w
 
+      contacts%with_strengths = .true.
       call reserve(contacts, 60)
       do i = 1, int(random(0.0_wp, 60.0_wp))
          v = 1 + int(random(0.0_wp, 39.9_wp))

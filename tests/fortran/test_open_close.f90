@@ -158,13 +158,13 @@ contains
             call random_system(system, contacts, laws, 1, 0.0_wp)
             if (size(system%linear%column) == 0) exit
          end do
+         call leave_out_slip(contacts%normal(:, 1), contacts%gradient_v(:, 1), &
+            contacts%gradient_e(:, 1))
          row = gap_row(contacts, 1)
          k = linear_matrix(system)
          x = reshape([flat(system%load), row], [unknowns, 2])
          call dposv('L', unknowns, 2, k, unknowns, x, unknowns, info)
          contacts%state(1) = contact_stick
-         contacts%shear_v(:, 1) = 0.0_wp
-         contacts%shear_e(:, 1) = 0.0_wp
          contacts%stretch(1) = 0.0_wp
          contacts%gap(1) = share*iteration%noise*(1.0_wp/stiffness + dot_product(row, x(:, 2))) &
             - dot_product(row, x(:, 1))
@@ -174,6 +174,17 @@ contains
       call check_no_error(error, 'converges')
       opened = count(all%trial_state(:systems) == contact_open)
    end subroutine pull_contacts
+
+   !> Only a rotation and equal axial strains of its blocks move a contact, and without slip.
+   subroutine leave_out_slip(normal, gradient_v, gradient_e)
+      real(wp), intent(inout) :: normal(2), gradient_v(6), gradient_e(6)
+
+      normal = 0.0_wp
+      gradient_v(4:6) = 0.0_wp
+      gradient_e(4:6) = 0.0_wp
+      gradient_v(3) = gradient_v(2)
+      gradient_e(3) = gradient_e(2)
+   end subroutine leave_out_slip
 
    !> The pattern of systems of two blocks beside each other, and of more blocks without contacts.
    subroutine systems_beside(whole, systems, blocks)
@@ -249,10 +260,9 @@ contains
          all%state(first:last) = contacts%state(:n)
          all%gap(first:last) = contacts%gap(:n)
          all%stretch(first:last) = contacts%stretch(:n)
-         all%normal_v(:, first:last) = contacts%normal_v(:, :n)
-         all%normal_e(:, first:last) = contacts%normal_e(:, :n)
-         all%shear_v(:, first:last) = contacts%shear_v(:, :n)
-         all%shear_e(:, first:last) = contacts%shear_e(:, :n)
+         all%normal(:, first:last) = contacts%normal(:, :n)
+         all%gradient_v(:, first:last) = contacts%gradient_v(:, :n)
+         all%gradient_e(:, first:last) = contacts%gradient_e(:, :n)
       end associate
    end subroutine put
 

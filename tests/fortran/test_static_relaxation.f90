@@ -123,7 +123,7 @@ contains
       mu = tan(angle*pi/180.0_wp)
       open_steps = 0
       failed = 0
-      do i = 1, 60
+      do i = 1, 100
          call random_system(system, contacts, laws, n_contacts, angle)
          call prepare(iteration, solver, system)
          do step = 1, most_steps

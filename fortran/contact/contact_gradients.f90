@@ -1,0 +1,97 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Gradients of gap and slip in the coordinates q of the two blocks of a contact.
+!>
+!> Of each row nᵀT and tᵀT (T: `shape_matrix` of dda_blocks) a list keeps what rotation and the two
+!> axial strains do: a translation does n and t = (−n₂, n₁), and half the shear strain does along n
+!> what the axial ones do along t, and the other way round.
+module dda_contact_gradients
+   use dda_kinds, only: wp
+   use dda_contact, only: contacts_type
+   implicit none
+   private
+   public :: rows_type, find_rows, relative_motion, set_gradient, normal_row, shear_row
+
+   !> Rows of a contact, by which its blocks move it and it pushes them.
+   type :: rows_type
+      real(wp) :: normal_v(6)  !< ∂gap/∂q of the vertex block
+      real(wp) :: normal_e(6)  !< −∂gap/∂q of the edge block
+      real(wp) :: shear_v(6)   !< ∂slip/∂q of the vertex block
+      real(wp) :: shear_e(6)   !< −∂slip/∂q of the edge block
+   end type rows_type
+
+contains
+
+   !> What a list keeps of a material point: along n and then along t, by θ, ε_x and ε_y.
+   pure subroutine set_gradient(axes, offset, reference, normal, gradient)
+      real(wp), intent(in) :: axes(2, 2)    !< R(θ) of the block
+      real(wp), intent(in) :: offset(2)     !< m, lever arm of the forces
+      real(wp), intent(in) :: reference(2)  !< m, reference offset ρ
+      real(wp), intent(in) :: normal(2)     !< outward normal n of the edge
+      real(wp), intent(out) :: gradient(6)  !< m, as kept
+      real(wp) :: x, y
+
+      x = axes(1, 1)*normal(1) + axes(2, 1)*normal(2)
+      y = axes(1, 2)*normal(1) + axes(2, 2)*normal(2)
+      gradient = [normal(2)*offset(1) - normal(1)*offset(2), x*reference(1), y*reference(2), &
+         normal(1)*offset(1) + normal(2)*offset(2), -y*reference(1), x*reference(2)]
+   end subroutine set_gradient
+
+   !> All rows of contact c.
+   pure subroutine find_rows(contacts, c, rows)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c                     !< number of the contact
+      type(rows_type), intent(out) :: rows         !< by the coordinates q of its two blocks
+
+      associate (normal => contacts%normal(:, c), of_v => contacts%gradient_v(:, c), &
+         of_e => contacts%gradient_e(:, c))
+         rows%normal_v = normal_row(normal, of_v)
+         rows%normal_e = normal_row(normal, of_e)
+         rows%shear_v = shear_row(normal, of_v)
+         rows%shear_e = shear_row(normal, of_e)
+      end associate
+   end subroutine find_rows
+
+   !> Changes of the gap and of the slip of contact c by those of the coordinates.
+   pure function relative_motion(contacts, c, of_v, of_e) result(change)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c                     !< number of the contact
+      real(wp), intent(in) :: of_v(6), of_e(6)     !< of the vertex' and of the edge's block
+      real(wp) :: change(2)
+
+      associate (normal => contacts%normal(:, c), gradient_v => contacts%gradient_v(:, c), &
+         gradient_e => contacts%gradient_e(:, c))
+         change = [product_of(normal_row(normal, gradient_v), of_v) &
+            - product_of(normal_row(normal, gradient_e), of_e), &
+            product_of(shear_row(normal, gradient_v), of_v) &
+            - product_of(shear_row(normal, gradient_e), of_e)]
+      end associate
+   end function relative_motion
+
+   !> Product of two vectors; written out, it is not gathered in vector registers first.
+   pure real(wp) function product_of(a, b)
+      real(wp), intent(in) :: a(6), b(6)  !< six numbers of a block
+
+      product_of = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
+   end function product_of
+
+   !> nᵀT of a material point.
+   pure function normal_row(normal, gradient) result(row)
+      real(wp), intent(in) :: normal(2)    !< outward normal n of the edge
+      real(wp), intent(in) :: gradient(6)  !< as kept
+      real(wp) :: row(6)
+
+      row = [normal(1), normal(2), gradient(1), gradient(2), gradient(3), &
+         0.5_wp*(gradient(6) - gradient(5))]
+   end function normal_row
+
+   !> tᵀT of a material point.
+   pure function shear_row(normal, gradient) result(row)
+      real(wp), intent(in) :: normal(2)    !< outward normal n of the edge; t = (−n₂, n₁)
+      real(wp), intent(in) :: gradient(6)  !< as kept
+      real(wp) :: row(6)
+
+      row = [-normal(2), normal(1), gradient(4), gradient(5), gradient(6), &
+         0.5_wp*(gradient(2) - gradient(3))]
+   end function shear_row
+
+end module dda_contact_gradients
