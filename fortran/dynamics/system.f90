@@ -114,7 +114,8 @@ contains
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
-      real(wp) :: weight, block(6, 6)
+      real(wp) :: weight
+      real(wp), volatile :: block(6, 6)  ! lest mass and elasticity are fused: other bits
       integer :: b
 
       associate (known => system%constant_step)
