@@ -200,6 +200,8 @@ contains
             text = audit_warning(run%simulation)
          case ('peaks')
             call find_peak_warnings(run, text)
+         case ('input')
+            text = model%text
          case ('changed')
             text = run%simulation%changed_text
          case ('values')

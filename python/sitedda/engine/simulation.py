@@ -67,7 +67,7 @@ class Simulation:
     """
 
     __slots__ = (
-        "__weakref__", "_free", "_handle", "_one", "_writes", "built", "done", "file", "input_text",
+        "__weakref__", "_free", "_handle", "_one", "_writes", "built", "done", "file",
     )  # fmt: skip
 
     def __init__(
@@ -101,7 +101,6 @@ class Simulation:
                 self._handle = checked(api.open_run, *request)
         self._free = weakref.finalize(self, api.close_run, self._handle)
         self.file = file
-        self.input_text = text
         self.done = False
 
     def __enter__(self):
@@ -232,6 +231,11 @@ class Simulation:
             planned=int(clock[11]),
             time_step=float(clock[12]),
         )
+
+    @property
+    def input_text(self) -> str:
+        """The text of the input that the run began with."""
+        return self._text("input").decode("utf-8", "surrogateescape")
 
     @property
     def present_input(self) -> str:
