@@ -115,7 +115,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp) :: weight
-      real(wp), volatile :: block(6, 6)  ! lest mass and elasticity are fused: other bits
+      real(wp) :: block(6, 6)
       integer :: b
 
       associate (known => system%constant_step)

@@ -25,7 +25,7 @@ module dda_input_bodies
    !> of a block over the same: less has no direction
    real(wp), parameter :: least_side = 1.0e-12_wp
    real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the size
-   integer(long), parameter :: block_bytes = 9000  !< a block of a wall with its contacts, measured
+   integer(long), parameter :: block_bytes = 7500  !< a block of a wall with its contacts, measured
    real(wp), parameter :: buffer_bytes = 1.1e7_wp  !< of output and checkpoints, measured
 
 contains
