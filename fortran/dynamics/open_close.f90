@@ -220,7 +220,7 @@ contains
       goes_round = .false.
       if (.not. laws%plain .or. allocated(contacts%held_bound)) return
       call record_residual(iteration%cycle, iteration%residual)
-      goes_round = iteration%iterations > few_solves .and. is_cyclic(iteration%cycle, loose)
+      if (iteration%iterations > few_solves) goes_round = is_cyclic(iteration%cycle, loose)
    end function goes_round
 
    !> An error if the step is not to be finished.
