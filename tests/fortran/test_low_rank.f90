@@ -132,7 +132,7 @@ contains
       call case('springs put in')
       call wall(across, up, matrix)
       call analyse_lagged(lagged, matrix)
-      call refactorise(lagged, matrix, error)
+      call refactorise(lagged, matrix, error, .false.)
       call check_no_error(error, 'the factor')
       do part = 1, parts
          call forget_changes(changes)
@@ -172,7 +172,7 @@ contains
       matrix%lower(:, :, ::2) = 0.0_wp
       call analyse_lagged(lagged, matrix)
       do round = 1, 2
-         call refactorise(lagged, matrix, error)
+         call refactorise(lagged, matrix, error, .false.)
          call check_no_error(error, 'the factor')
          call check(lagged%factor%replanned, 'planned')
          call check_inverse(lagged, matrix)
@@ -197,7 +197,7 @@ contains
       first = matrix
       call change(matrix, changes, 60)
       call analyse_lagged(lagged, matrix)
-      call refactorise(lagged, matrix, error)
+      call refactorise(lagged, matrix, error, .false.)
       back = changes
       back%k = -back%k
       call update_low_rank(lagged%low, lagged%factor, back, done)
@@ -220,7 +220,7 @@ contains
 
       call wall(12, 9, matrix)
       call analyse_lagged(lagged, matrix)
-      call refactorise(lagged, matrix, error)
+      call refactorise(lagged, matrix, error, .false.)
       call change(matrix, changes, most_changes + 1)
       call check(changes%n == most_changes + 1, 'counted')
       call update_low_rank(lagged%low, lagged%factor, changes, done)
@@ -245,7 +245,7 @@ contains
 
       call wall(12, 9, matrix)
       call analyse_lagged(lagged, matrix)
-      call refactorise(lagged, matrix, error)
+      call refactorise(lagged, matrix, error, .false.)
       call add_change(changes, 5, random_vector(6), 6, random_vector(6), -100.0_wp*stiff)
       call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(.not. done, 'refused')
@@ -267,7 +267,7 @@ contains
       allocate (b(6, matrix%n), one(6, matrix%n), more(6, matrix%n))
       b = reshape(random_vector(6*matrix%n), [6, matrix%n])
       call analyse_lagged(lagged, matrix)
-      call refactorise(lagged, matrix, error)
+      call refactorise(lagged, matrix, error, .false.)
       call check(lagged%factor%plan%sharing%is_shared, 'large enough for threads')
       do part = 1, 3
          call forget_changes(changes)

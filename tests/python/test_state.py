@@ -87,6 +87,7 @@ REMADE = {
     },
     ("dynamics", "open_close_type"): {
         "region_residual": "each step begins without",
+        "cycle": "each step begins without",
         "max_iterations": "the input",
         "relative_tolerance": "the input",
         "weight": "the input",

@@ -8,7 +8,7 @@ module dda_block_jacobi
    use dda_small_matrix, only: invert
    implicit none
    private
-   public :: block_jacobi_type, invert_diagonal, most_iterations
+   public :: block_jacobi_type, invert_diagonal, most_iterations, most_condition
 
    integer, parameter :: parallel_from = 500  !< blocks from which threads repay their start
 
@@ -67,23 +67,30 @@ contains
       !$omp end do nowait
    end subroutine apply_rows
 
-   !> A bound on the iterations that conjugate gradients can need for a relative accuracy.
+   !> A bound on the iterations that conjugate gradients can need for a relative accuracy, by
+   !> Chebyshev: ½ √κ ln(2/ε).
+   real(wp) function most_iterations(matrix, alone, accuracy) result(bound)
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      real(wp), intent(in) :: alone(compact_size, matrix%n)  !< A, as in `most_condition`
+      real(wp), intent(in) :: accuracy               !< ε, of the error in the energy norm
+
+      bound = 0.5_wp*sqrt(most_condition(matrix, alone))*log(2.0_wp/accuracy)
+   end function most_iterations
+
+   !> A bound on the condition κ of D⁻¹K̂.
    !>
    !> Let A be the block-diagonal part of K̂ whose terms act on one block each (inertia, strains,
    !> supports), and let every other term E be positive semi-definite and act on two blocks:
    !> contacts, and any element that couples blocks.  Then K̂ − A ⪰ 0, so that D⁻¹K̂ has no
    !> eigenvalue below μ = min λ(D⁻¹A) over the blocks; and uᵀEu ≤ 2 Σ u_iᵀE_ii u_i gives
    !> 2D − K̂ ⪰ 0, so that it has none above 2.  1/trace(A⁻¹D) bounds μ from below.
-   !> Chebyshev: ½ √(2/μ) ln(2/ε).
    !>
    !> The diagonal shares of coupling terms must therefore not be in A.  With them, or with a term
-   !> on m > 2 blocks (whose factor is m), the bound may be too small.  Nothing but the first choice
-   !> of `auto` rests on it, which the iterations of the first solve then correct.
-   real(wp) function most_iterations(matrix, alone, accuracy) result(bound)
+   !> on m > 2 blocks (whose factor is m), the bound may be too small.
+   real(wp) function most_condition(matrix, alone) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> A, the terms of each block alone, see dda_compact_block
       real(wp), intent(in) :: alone(compact_size, matrix%n)
-      real(wp), intent(in) :: accuracy               !< ε, of the error in the energy norm
       real(wp) :: block(6, 6), inverse(6, 6), worst
       integer :: i
 
@@ -93,7 +100,7 @@ contains
          call invert(block, inverse)
          worst = max(worst, sum(inverse*matrix%diagonal(:, :, i)))
       end do
-      bound = 0.5_wp*sqrt(2.0_wp*worst)*log(2.0_wp/accuracy)
-   end function most_iterations
+      bound = 2.0_wp*worst
+   end function most_condition
 
 end module dda_block_jacobi

@@ -35,6 +35,7 @@ module dda_abstract_solver
       procedure(analyse_pattern), deferred :: analyse
       procedure(renew_values), deferred :: renew
       procedure(solve_system), deferred :: solve
+      procedure :: renew_shifted => keep_error
       procedure :: correct => correct_nothing
       procedure :: serialise => serialise_nothing
    end type linear_solver_type
@@ -68,6 +69,14 @@ module dda_abstract_solver
    end interface
 
 contains
+
+   !> Take the values of the last `renew` again with a larger diagonal, where they are only a
+   !> preconditioner's: most solvers cannot.
+   subroutine keep_error(self, matrix, error)
+      class(linear_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      type(error_type), allocatable, intent(inout) :: error  !< of `renew`; none if this succeeds
+   end subroutine keep_error
 
    !> x follows a change of b, where one application of a preconditioner is known to do.
    subroutine correct_nothing(self, n, change, x, done)

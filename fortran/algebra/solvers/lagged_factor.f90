@@ -8,7 +8,7 @@ module dda_lagged_factor
    use dda_block_matrix, only: block_matrix_type
    use dda_conjugate_gradients, only: preconditioner_type
    use dda_cholesky_single, only: factor_type, analyse, factorise, solve, solve_lower, solve_upper
-   use dda_errors, only: error_type, error_solver
+   use dda_errors, only: error_type
    use dda_low_rank, only: low_rank_type, plan_low_rank, free_low_rank, correct
    use dda_rank_one, only: forget_changes
    implicit none
@@ -39,23 +39,18 @@ contains
       lagged%factorised = .false.
    end subroutine analyse_lagged
 
-   !> Factorise the present matrix, or one with a larger diagonal where single precision loses a
-   !> pivot: conjugate gradients take that out again.
-   subroutine refactorise(lagged, matrix, error)
+   !> Factorise the present matrix, or one with a larger diagonal: conjugate gradients take that out
+   !> again.
+   subroutine refactorise(lagged, matrix, error, shifted)
       type(lagged_factor_type), intent(inout) :: lagged  !< gets a new factor
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> memory, or a pivot that is lost to single precision
       type(error_type), allocatable, intent(out) :: error
+      logical, intent(in) :: shifted  !< with a larger diagonal
 
-      lagged%factor%shift = 0.0_sp
+      lagged%factor%shift = merge(shift, 0.0_sp, shifted)
       call factorise(lagged%factor, matrix, error)
       if (lagged%factor%replanned) call free_low_rank(lagged%low)
-      if (allocated(error)) then
-         if (error%kind == error_solver) then
-            lagged%factor%shift = shift
-            call factorise(lagged%factor, matrix, error)
-         end if
-      end if
       call plan_low_rank(lagged%low, lagged%factor%plan, error)
       lagged%factorised = .not. allocated(error)
       lagged%extra_iterations = 0

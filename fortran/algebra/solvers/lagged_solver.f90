@@ -30,6 +30,7 @@ module dda_lagged_solver
    contains
       procedure :: analyse
       procedure :: renew
+      procedure :: renew_shifted
       procedure :: solve
       procedure :: correct
       procedure :: serialise => serialise_factor
@@ -58,9 +59,19 @@ contains
       if (good .and. changes%n > 0) &
          call update_low_rank(self%lagged%low, self%lagged%factor, changes, good)
       if (good) return
-      call refactorise(self%lagged, matrix, error)
+      call refactorise(self%lagged, matrix, error, .false.)
       self%factors = 1
    end subroutine renew
+
+   !> A factor with a larger diagonal, where single precision has lost a pivot.
+   subroutine renew_shifted(self, matrix, error)
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      type(error_type), allocatable, intent(inout) :: error  !< of `renew`; none if this succeeds
+
+      call refactorise(self%lagged, matrix, error, .true.)
+      self%factors = 1
+   end subroutine renew_shifted
 
    !> Iterate; if the factor turns out to lag too far behind the matrix, make a new one.
    subroutine solve(self, matrix, b, x, convergence)
@@ -79,7 +90,7 @@ contains
          self%lagged%extra_iterations = self%lagged%extra_iterations &
             + max(0, self%iterations - usual_iterations)
          if (convergence%enough .or. attempt == 2) return
-         call refactorise(self%lagged, matrix, error)
+         call refactorise(self%lagged, matrix, error, .false.)
          self%factors = 1
          if (allocated(error)) return
          x = 0.0_wp

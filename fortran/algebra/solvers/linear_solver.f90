@@ -13,7 +13,7 @@ module dda_linear_solver
    use dda_interrupts, only: fail_within_step, stop_within_step
    use dda_kinds, only: wp, long
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
-   use dda_block_jacobi, only: most_iterations
+   use dda_block_jacobi, only: most_condition, most_iterations
    use dda_block_matrix, only: block_matrix_type, terms_of_product
    use dda_compact_block, only: compact_size
    use dda_errors, only: error_type, error_input, error_interrupted, error_memory, &
@@ -32,6 +32,9 @@ module dda_linear_solver
    integer, parameter :: few = 30
    real(wp), parameter :: acceptable = 1.0e-9_wp  !< ‖r‖/scale above which a solve has failed
    real(wp), parameter :: rounding = 1.0e-14_wp   !< ‖r‖/‖b‖ that no solve comes below
+   !> condition of a matrix in which rounding of single precision may cost a pivot, that of double
+   !> precision no digit that counts: six are left
+   real(wp), parameter :: well_conditioned = 1.0e10_wp
    !> ‖r‖/‖|K| |x|‖ that a solve may end with: x is exact for a matrix that differs by its rounding
    real(wp), parameter :: rounding_of_product = 4*epsilon(1.0_wp)
 
@@ -108,8 +111,12 @@ contains
       call solver%active%renew(matrix, changes, error)
       call count_factors(solver)
       if (.not. allocated(error) .or. solver%method == 'direct') return
-      if (all(error%kind /= [error_memory, error_interrupted])) &
-         call hand_over(solver, matrix, error)
+      if (any(error%kind == [error_memory, error_interrupted])) return
+      if (most_condition(matrix, alone) <= well_conditioned) then
+         call solver%active%renew_shifted(matrix, error)
+         call count_factors(solver)
+      end if
+      if (allocated(error)) call hand_over(solver, matrix, error)
    end subroutine renew
 
    !> Jacobi or lagged: by the guaranteed bound at first, then by what the last solve needed.
