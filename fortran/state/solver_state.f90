@@ -22,6 +22,7 @@ contains
       call serialise(archive, method)
       if (.not. is_solver_name(method)) call fail_archive(archive, 'it names no solver')
       call serialise(archive, solver%last_iterations)
+      call serialise(archive, solver%shifted)
       call serialise(archive, solver%exact)
       call serialise(archive, solver%solves)
       call serialise(archive, solver%factors)

@@ -35,6 +35,9 @@ module dda_linear_solver
    !> condition of a matrix in which rounding of single precision may cost a pivot, that of double
    !> precision no digit that counts: six are left
    real(wp), parameter :: well_conditioned = 1.0e10_wp
+   !> factors with a larger diagonal of one pattern: a loose solve with one leaves soft modes out,
+   !> which a step may bear, but not a stage of such steps
+   integer, parameter :: most_shifted = 2
    !> ‖r‖/‖|K| |x|‖ that a solve may end with: x is exact for a matrix that differs by its rounding
    real(wp), parameter :: rounding_of_product = 4*epsilon(1.0_wp)
 
@@ -46,6 +49,7 @@ module dda_linear_solver
       real(wp) :: loads = 0.0_wp                  !< least scale that residuals are measured by
       logical :: rigid = .false.                  !< b holds terms that only make blocks rigid
       integer :: last_iterations = 0              !< of the last solve
+      integer :: shifted = 0                      !< factors with a larger diagonal of this pattern
       logical :: exact = .true.                   !< the last solve was to full accuracy
       integer(long) :: solves = 0                 !< systems solved
       integer(long) :: factors = 0                !< factors made
@@ -77,6 +81,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< its values are not read
 
+      solver%shifted = 0
       if (solver%name == 'auto' .and. matrix%n > small) then
          solver%method = 'auto'
       else
@@ -112,9 +117,12 @@ contains
       call count_factors(solver)
       if (.not. allocated(error) .or. solver%method == 'direct') return
       if (any(error%kind == [error_memory, error_interrupted])) return
-      if (most_condition(matrix, alone) <= well_conditioned) then
-         call solver%active%renew_shifted(matrix, error)
-         call count_factors(solver)
+      if (solver%shifted < most_shifted) then
+         if (most_condition(matrix, alone) <= well_conditioned) then
+            call solver%active%renew_shifted(matrix, error)
+            call count_factors(solver)
+            solver%shifted = solver%shifted + 1
+         end if
       end if
       if (allocated(error)) call hand_over(solver, matrix, error)
    end subroutine renew
