@@ -4,6 +4,7 @@
 
 usage: python3 python/start.py site    the paper's layered site under a real earthquake
        python3 python/start.py test    all tests
+       python3 python/start.py lint    the rules of the source alone, without a build
 
 Installs the system packages that are missing (asks sudo if it must), makes a virtual environment in
 .venv, builds and installs sitedda into it.  Needs nothing but Python 3.11 or later.
@@ -13,6 +14,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent.parent
@@ -53,23 +55,23 @@ def installed(package: str) -> bool:
     return "install ok installed" in answer.stdout
 
 
-def install_sitedda(extras: str) -> None:
+def install(*words: str) -> None:
     """Make the virtual environment, then build and install into it."""
     if not (VENV / "bin" / "pip").exists():
         call(sys.executable, "-m", "venv", VENV)
     own_processor = "-Csetup-args=-Dnative_arch=true"
-    call(VENV / "bin" / "pip", "install", "--quiet", own_processor, f".{extras}")
+    call(VENV / "bin" / "pip", "install", "--quiet", own_processor, *words)
 
 
 def site() -> None:
     """The main job."""
-    install_sitedda("")
+    install(".")
     call(VENV / "bin" / "sitedda", "run", "inputs/layered_site.nml")
 
 
 def test() -> None:
     """Fortran suites, then the Python tests."""
-    install_sitedda("[test]")
+    install(".[test]", "./python/evidence")
     path = f"{VENV / 'bin'}{os.pathsep}{os.environ['PATH']}"
     threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
     environment = os.environ | {"PATH": path} | threads
@@ -82,11 +84,19 @@ def test() -> None:
     call(VENV / "bin" / "python", "-m", "pytest", *workers, env=environment)
 
 
+def lint() -> None:
+    """The linters and the further rules of `tests/python/test_lint.py`."""
+    project = tomllib.loads((HERE / "pyproject.toml").read_text())["project"]
+    install(*project["optional-dependencies"]["lint"])
+    tests = ("--noconftest", "tests/python/test_lint.py")
+    call(VENV / "bin" / "python", "-m", "pytest", *tests)
+
+
 if __name__ == "__main__":
-    jobs = {"site": site, "test": test}
+    jobs = {"site": site, "test": test, "lint": lint}
     if len(sys.argv) != 2 or sys.argv[1] not in jobs:
         sys.exit(__doc__)
-    install_packages(PACKAGES)
+    install_packages(["python3-venv"] if sys.argv[1] == "lint" else PACKAGES)
     if sys.argv[1] == "test" and not any(map(shutil.which, BROWSERS)):
         install_packages(["chromium"])
     jobs[sys.argv[1]]()

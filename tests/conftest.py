@@ -11,7 +11,8 @@ import pytest
 import xarray as xr
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "python"))
+TESTS = ROOT / "tests" / "python"
+sys.path[:0] = map(str, (TESTS, *TESTS.glob("[a-z]*/")))  # tests share what stands in others
 
 from environment import ARGUMENTS, BROWSER, DEADLINE, executable  # noqa: E402
 from model_text import namelist  # noqa: E402
@@ -171,7 +172,7 @@ def in_parts(tmp_path):
 
 @pytest.fixture(scope="session")
 def same_bits():
-    """Assert that two output files, or datasets, hold the same bits in every variable."""
+    """Assert that two output files, or datasets, hold identical bits in every variable."""
 
     def compare(one, other, attributes=("title", "input_text", "step_control")):
         one, other = load(one), load(other)

@@ -29,7 +29,7 @@ module dda_block_matrix
 
 contains
 
-   !> Lay out the pattern that holds every pair (i, j), i ≠ j; pairs may repeat, in any order.
+   !> Build the pattern of all pairs (i, j), i ≠ j; pairs may repeat, in any order.
    pure subroutine set_pattern(matrix, n, pairs, untouched)
       type(block_matrix_type), intent(inout) :: matrix  !< gets the pattern, and zeros as values
       integer, intent(in) :: n           !< block rows

@@ -4,7 +4,7 @@ module dda_lapack
    use dda_kinds, only: sp, wp
    implicit none
    private
-   public :: dgemm, sgemm, dpbtrf, dpbtrs, dposv, zsysv
+   public :: dgemm, sgemm, dposv, zsysv
 
    interface
       !> C = alpha op(A) op(B) + beta C, double precision.
@@ -26,26 +26,6 @@ module dda_lapack
          real(sp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)  !< factors and operands
          real(sp), intent(inout) :: c(ldc, *)  !< [m,n]
       end subroutine sgemm
-
-      !> Cholesky factor of a symmetric positive definite band matrix.
-      subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
-         import :: wp
-         character(len=1), intent(in) :: uplo  !< 'L': lower triangle
-         integer, intent(in) :: n, kd, ldab  !< size, sub-diagonals, leading dimension
-         real(wp), intent(inout) :: ab(ldab, *)  !< [kd+1,n] band, becomes the factor
-         integer, intent(out) :: info  !< row whose pivot is not positive, else 0
-      end subroutine dpbtrf
-
-      !> Solve with the factor of dpbtrf.
-      subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
-         import :: wp
-         character(len=1), intent(in) :: uplo  !< 'L': lower triangle
-         !> sizes, right-hand sides, leading dimensions
-         integer, intent(in) :: n, kd, nrhs, ldab, ldb
-         real(wp), intent(in) :: ab(ldab, *)  !< [kd+1,n] factor
-         real(wp), intent(inout) :: b(ldb, *)  !< [n,nrhs] right-hand sides, become the solutions
-         integer, intent(out) :: info  !< 0 when well
-      end subroutine dpbtrs
 
       !> Solve a symmetric positive definite system.
       subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)

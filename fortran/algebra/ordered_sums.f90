@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sums in a fixed order: the same bits whatever the number of threads.
+!> Sums in a fixed order: identical bits whatever the number of threads.
 !>
-!> Long loops are cut into pieces of fixed size, which threads take.  Short ones must not even open
+!> Long loops are cut into parts of fixed size, which threads take.  Short ones must not even open
 !> a parallel region: with one thread that still costs a microsecond, and a step of a small model
 !> has ten.
 module dda_ordered_sums
@@ -11,29 +11,29 @@ module dda_ordered_sums
    private
    public :: inner_product, pieces, first_of, last_of, share_of_thread, most_pieces, parallel_from
 
-   integer, parameter :: piece = 128          !< least number of terms that a thread takes at a time
-   integer, parameter :: most_pieces = 256    !< so that sums of pieces need no allocation
+   integer, parameter :: piece = 128          !< least number of terms for a thread at a time
+   integer, parameter :: most_pieces = 256    !< so that partial sums need no allocation
    integer, parameter :: parallel_from = 2000 !< terms from which threads repay their start
 
 contains
 
-   !> Number of pieces of n terms.
+   !> Number of parts of n terms.
    pure integer function pieces(n)
       integer, intent(in) :: n  !< terms
 
       pieces = min(most_pieces, (n + piece - 1)/piece)
    end function pieces
 
-   !> First term of piece p of n terms.
+   !> First term of part p of n terms.
    pure integer function first_of(p, n)
-      integer, intent(in) :: p, n  !< piece, terms
+      integer, intent(in) :: p, n  !< part, terms
 
       first_of = 1 + int((p - 1)*int(n, long)/pieces(n))
    end function first_of
 
-   !> Last term of piece p of n terms.
+   !> Last term of part p of n terms.
    pure integer function last_of(p, n)
-      integer, intent(in) :: p, n  !< piece, terms
+      integer, intent(in) :: p, n  !< part, terms
 
       last_of = int(p*int(n, long)/pieces(n))
    end function last_of
@@ -52,7 +52,7 @@ contains
       last = int((me + 1)*int(n, long)/team)
    end subroutine share_of_thread
 
-   !> Σ x·y over [6,n]: pieces of fixed size, then the pieces one after the other.
+   !> Σ x·y over [6,n]: parts of fixed size, then the partial sums in order.
    real(wp) function inner_product(n, x, y) result(total)
       integer, intent(in) :: n  !< block rows
       real(wp), intent(in) :: x(6, n), y(6, n)  !< any vectors
@@ -71,9 +71,9 @@ contains
       total = sum(partial(:pieces(n)))
    end function inner_product
 
-   !> Six running sums, which vector registers hold.
+   !> Six running sums, kept in vector registers.
    pure real(wp) function sum_of_piece(x, y)
-      real(wp), intent(in) :: x(:,:), y(:,:)  !< [6, any] a piece of them
+      real(wp), intent(in) :: x(:,:), y(:,:)  !< [6, any] a part of them
       real(wp) :: partial(6)
       integer :: i
 

@@ -13,7 +13,7 @@ module dda_arguments
    type :: arguments_type
       character(len=:), allocatable :: command   !< 'run', 'resume', 'check', 'help' or 'version'
       character(len=:), allocatable :: file      !< input file
-      character(len=:), allocatable :: output    !< '' or the output file, in place of the input's
+      character(len=:), allocatable :: output    !< '' or the output file, instead of the input's
       character(len=longest_change), allocatable :: changes(:)  !< 'NAME=VALUE' each
       logical :: quiet = .false.                 !< no progress lines
       logical :: check_first = .false.           !< run only if the check does not fail
@@ -133,7 +133,7 @@ contains
       end do
    end function resume_command
 
-   !> A word that a shell takes as it stands.
+   !> A word that needs no quotes in a shell.
    pure function shell_word(text) result(word)
       character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: word
@@ -159,10 +159,10 @@ contains
       character(len=:), allocatable :: text
       character(len=*), parameter :: lines(*) = [character(len=84) :: &
          'usage: sitedda-native run FILE.nml [options]      run an input', &
-         '       sitedda-native resume FILE.nml [options]   go on with a run that ended early', &
-         '       sitedda-native check FILE.nml              what the run will meet', &
+         '       sitedda-native resume FILE.nml [options]   resume a run that ended early', &
+         '       sitedda-native check FILE.nml              check a model before its run', &
          'options:', &
-         '  -o, --output FILE.nc   the output, in place of the one that the input names', &
+         '  -o, --output FILE.nc   the output, instead of that in the input', &
          '      --set NAME=VALUE   a variable of the input changed: time_step=5e-4,', &
          '                         material.clay.density=1900, joint[*].cohesion=0', &
          '      --check            check first, and do not start if the check fails', &
@@ -170,7 +170,7 @@ contains
          '  -h, --help             this text', &
          '      --version          the version', &
          'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not converge,', &
-         '  4 linear solver, 5 file, 6 interrupted: resume goes on, 7 memory']
+         '  4 linear solver, 5 file, 6 interrupted (resume continues), 7 memory']
 
       text = joined(lines, new_line('a'))
    end function usage

@@ -62,7 +62,7 @@ contains
       if (allocated(error)) return
       call fail_if_stopped(error)
       if (allocated(error)) return
-      call say_description(model)
+      call print_description(model)
       allocate (simulation, report)
       call add_notes(report, model_notes(model))
       call begin_simulation(simulation, model, error)
@@ -74,7 +74,7 @@ contains
          arguments%file//': the check fails')
    end subroutine check_input
 
-   !> Run an input file to its end and print the results that it asks for.
+   !> Run an input file to its end and print the results that it requires.
    subroutine run_input(arguments, error)
       type(arguments_type), intent(in) :: arguments  !< of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -86,8 +86,8 @@ contains
       if (allocated(error)) return
       if (names_output(arguments)) call name_output(model%output, model%output%file)
       if (arguments%output /= '') call name_output(model%output, arguments%output)
-      if (.not. arguments%check_first) call say_description(model)
-      if (.not. arguments%check_first) call say_notes(model)
+      if (.not. arguments%check_first) call print_description(model)
+      if (.not. arguments%check_first) call print_notes(model)
       call fail_if_stopped(error)
       if (allocated(error)) return
       allocate (run)
@@ -106,41 +106,41 @@ contains
    end subroutine run_input
 
    !> Assumptions of a model: its elastic law, and the kind of its motions.
-   subroutine say_description(model)
+   subroutine print_description(model)
       type(model_type), intent(in) :: model  !< as read from the input
       integer :: i
 
       associate (lines => model_description(model))
          do i = 1, size(lines)
-            call say_wrapped(trim(lines(i)))
+            call print_wrapped(trim(lines(i)))
          end do
       end associate
-   end subroutine say_description
+   end subroutine print_description
 
    !> Words on lines of a screen.
-   subroutine say_wrapped(words)
+   subroutine print_wrapped(words)
       character(len=*), intent(in) :: words  !< with single blanks between
       character(len=:), allocatable :: text
 
       text = wrapped(words, 6, screen_width)
       call say(text(:len(text) - 1))
-   end subroutine say_wrapped
+   end subroutine print_wrapped
 
    !> Probable mistakes in a model.
-   subroutine say_notes(model)
+   subroutine print_notes(model)
       type(model_type), intent(in) :: model  !< as read from the input
       integer :: i
 
       associate (notes => model_notes(model))
          do i = 1, size(notes)
-            call say_wrapped('note: '//trim(notes(i)))
+            call print_wrapped('note: '//trim(notes(i)))
          end do
       end associate
-   end subroutine say_notes
+   end subroutine print_notes
 
-   !> Step until the run is done or a signal asks it to stop.
+   !> Step until the run is done or a signal stops it.
    subroutine step_to_end(run, arguments, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(run_type), intent(inout) :: run  !< and its files
       type(arguments_type), intent(in) :: arguments  !< of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(progress_type) :: progress
@@ -152,7 +152,7 @@ contains
          if (stop_requested() .and. .not. is_done(run)) then
             call fail(error, error_interrupted, 'interrupted at t = '// &
                to_text(run%simulation%time)//' s; the results so far are in '// &
-               partial_name(run%simulation%model%output%file)//'; to go on: '// &
+               partial_name(run%simulation%model%output%file)//'; to continue: '// &
                resume_command(arguments))
             return
          end if
@@ -162,8 +162,8 @@ contains
 
    !> Close the output also after an error, which stays the one to report.
    subroutine close_run(run, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(run_type), intent(inout) :: run  !< and its files
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(error_type), allocatable :: failure
 
       call end_run(run, failure)
@@ -194,8 +194,8 @@ contains
       call say(no_bars)
    end subroutine print_summary
 
-   !> The peaks of the amplifications that an input asks for, from its output, and how
-   !> they stand to the exact ones.
+   !> The peaks of the amplifications of an input, from its output, and their difference from the
+   !> exact ones.
    subroutine print_amplifications(simulation, was_complete, error)
       type(simulation_type), intent(in) :: simulation  !< at the end of the run
       logical, intent(in) :: was_complete  !< the output was there, and nothing has been run
@@ -208,7 +208,7 @@ contains
          do i = 1, size(model%amplifications)
             call amplification_peak(model%output%file, model%amplifications(i), peak, error)
             if (allocated(error)) return
-            call say_wrapped(peak_text(model, model%amplifications(i), peak))
+            call print_wrapped(peak_text(model, model%amplifications(i), peak))
             if (was_complete) cycle
             call peak_warning(simulation, model%amplifications(i), peak, warning)
             if (warning /= '') call warn('warning: '//warning)

@@ -16,14 +16,14 @@ contains
       call write_line(output_unit, line)
    end subroutine say
 
-   !> A line on the standard error, behind all that has been said, since that has been flushed.
+   !> A line on the standard error, after all earlier output has been flushed.
    subroutine warn(line)
       character(len=*), intent(in) :: line   !< without its line end
 
       call write_line(error_unit, line)
    end subroutine warn
 
-   !> Write and flush; a reader that has gone away is no reason to end a run.
+   !> Write and flush; a closed pipe does not end a run.
    subroutine write_line(unit, line)
       integer, intent(in) :: unit            !< of the standard output or error
       character(len=*), intent(in) :: line   !< without its line end

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Progress lines for a log file: share done, time left.
+!> Progress lines for a log file: fraction done, time left.
 module dda_progress
    use dda_kinds, only: wp, long
    use dda_messages, only: say

@@ -17,7 +17,7 @@ module dda_archive
 
    integer(long), parameter :: buffer_size = 2_long**20  !< bytes
 
-   !> Where bytes go to when the buffer of an archive is full, and come from when it is empty.
+   !> Target of bytes when the buffer of an archive is full, and source when it is empty.
    type, abstract :: archive_stream_type
    contains
       procedure(move_bytes), deferred :: put  !< write all of them
@@ -62,7 +62,7 @@ contains
       if (.not. allocated(archive%bytes)) allocate (archive%bytes(buffer_size))
    end subroutine write_archive
 
-   !> Read `bytes` from their beginning, or a stream of a given length from where it stands.
+   !> Read `bytes` from their start, or a stream of a given length from its position.
    pure subroutine read_archive(archive, length)
       type(archive_type), intent(inout) :: archive     !< read
       integer(long), intent(in), optional :: length    !< of the stream, bytes
@@ -113,7 +113,7 @@ contains
       end do
    end subroutine pass
 
-   !> The position comes to stand before the end of the buffer.
+   !> Move the position before the end of the buffer.
    subroutine make_room(archive, wanted)
       type(archive_type), intent(inout) :: archive  !< written or read
       integer(long), intent(in) :: wanted           !< bytes that come
@@ -130,7 +130,7 @@ contains
       end if
    end subroutine make_room
 
-   !> Copy bytes between places that do not overlap.
+   !> Copy bytes between positions that do not overlap.
    pure subroutine copy(from, to)
       integer(int8), contiguous, intent(in) :: from(:)     !< [bytes]
       integer(int8), contiguous, intent(inout) :: to(:)    !< [bytes]

@@ -10,7 +10,7 @@ module dda_checksum
 
    integer(long), parameter :: polynomial = -3932672073523589310_long  !< C96C5795D7870F42
 
-   !> The sum of the bytes so far, and the tables that let it take eight at a time.
+   !> The checksum of the bytes so far, and the tables to process eight at a time.
    type :: checksum_type
       integer(long) :: value = 0
       !> remainders of a byte with 0 … 7 zero bytes behind it

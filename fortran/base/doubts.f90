@@ -12,7 +12,7 @@ module dda_doubts
    type :: doubt_type
       character(len=:), allocatable :: topic  !< what it is about; blank: its words alone
       character(len=:), allocatable :: words  !< a sentence
-      logical :: of_check = .false.           !< the check of the model has said it
+      logical :: of_check = .false.           !< the check of the model has reported it
    end type doubt_type
 
 contains

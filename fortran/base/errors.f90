@@ -10,7 +10,7 @@ module dda_errors
    public :: error_input, error_check, error_convergence, error_solver, error_file, &
       error_interrupted, error_memory, error_checkpoint
 
-   !> A failure: its kind, and a message that says where and what to try.
+   !> A failure: its kind, and a message with position and remedy.
    type :: error_type
       integer :: kind                          !< one of the `error_…` constants
       character(len=:), allocatable :: message !< one sentence or more, for a person
@@ -23,7 +23,7 @@ module dda_errors
    integer, parameter :: error_file = 5         !< a file cannot be read or written
    integer, parameter :: error_interrupted = 6  !< stopped on request, results so far kept
    integer, parameter :: error_memory = 7       !< there is not enough memory
-   integer, parameter :: error_checkpoint = 8   !< no checkpoint can be used to go on from
+   integer, parameter :: error_checkpoint = 8   !< no checkpoint can be used to continue from
 
 contains
 

@@ -2,7 +2,7 @@
 !> Allocatable arrays that grow: contents are kept, new elements are zero.
 !>
 !> `grow` does nothing if the array is large enough; else the array at least doubles, so that
-!> appending n values one by one copies fewer than 2n.  Or it gets exactly what is asked for.
+!> appending n values one by one copies fewer than 2n.  Or it gets exactly what is requested.
 !> Old and new array stand side by side only while one is copied into the other.
 module dda_growth
    use, intrinsic :: iso_fortran_env, only: int8

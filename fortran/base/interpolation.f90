@@ -8,8 +8,8 @@ module dda_interpolation
 
 contains
 
-   !> The interval of a table in which a time lies, and its share of it: the value there is
-   !> v(k) + share (v(last) − v(k)).  Of times that are equal the last one counts.
+   !> The interval of a table in which a time lies, and its fraction of it: the value there is v(k)
+   !> + share (v(last) − v(k)).  Of times that are equal the last one counts.
    pure subroutine find_interval(times, time, k, last, share)
       real(wp), intent(in) :: times(:)  !< s, ascending, times(1) ≤ time ≤ times(size(times))
       real(wp), intent(in) :: time      !< s

@@ -29,7 +29,7 @@ contains
       integer :: i
 
       do i = 1, size(part)
-         part(i) = part(part(i))  ! a root comes before its members
+         part(i) = part(part(i))  ! a root precedes its members
       end do
    end subroutine name_parts
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Rate limiter for a side task, such as writing a checkpoint: the pause after it is proportional to
-!> its cost, so that it takes a bounded share of the run time.
+!> its cost, so that its fraction of the run time is bounded.
 module dda_rate_limiter
    use dda_kinds, only: long
    implicit none

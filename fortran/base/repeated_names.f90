@@ -11,10 +11,10 @@ contains
    !> The first name that appears before, blanks aside, and how many other names do.
    pure subroutine find_repeated(names, first, more)
       character(len=*), intent(in) :: names(:)  !< [any] blank ones do not count
-      integer, intent(out) :: first             !< place of the first that appears before; 0: none
+      integer, intent(out) :: first            !< position of the first that appears before; 0: none
       integer, intent(out) :: more              !< other names that appear more than once
       integer, allocatable :: slot(:)           ! open addressing, at most half full
-      logical, allocatable :: known(:)          ! the name at this place is known to be repeated
+      logical, allocatable :: known(:)          ! the name at this position is known to be repeated
       integer :: i, at
 
       first = 0
@@ -39,10 +39,10 @@ contains
       more = max(more, 0)
    end subroutine find_repeated
 
-   !> Place of a name among so many.
+   !> Position of a name among so many.
    pure integer function hash(name, slots)
       character(len=*), intent(in) :: name  !< any
-      integer, intent(in) :: slots          !< places, from 0
+      integer, intent(in) :: slots          !< positions, from 0
       integer(long) :: value
       integer :: i
 

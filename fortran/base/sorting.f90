@@ -11,7 +11,7 @@ contains
 
    !> The order in which keys ascend; equal keys keep theirs.
    pure function ascending_order(key) result(order)
-      real(wp), intent(in) :: key(:)  !< [any] what to sort by
+      real(wp), intent(in) :: key(:)  !< [any] keys
       integer :: order(size(key))
       integer :: i, j
 
@@ -28,7 +28,7 @@ contains
 
    !> The same for long lists.
    pure recursive function merged_order(key) result(order)
-      real(wp), intent(in) :: key(:)  !< [any] what to sort by
+      real(wp), intent(in) :: key(:)  !< [any] keys
       integer :: order(size(key))
       integer :: lower(size(key)/2), upper(size(key) - size(key)/2), i, k, l
 

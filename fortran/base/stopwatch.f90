@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Time spent in each phase of the steps; off unless it is asked for.
+!> Time spent in each phase of the steps; off unless it is requested.
 module dda_stopwatch
    use, intrinsic :: iso_fortran_env, only: int64
    use dda_kinds, only: wp

@@ -73,7 +73,7 @@ contains
       end if
    end function short_text
 
-   !> Digits without zeros at their end, and without a point that nothing stands behind.
+   !> Digits without trailing zeros, and without a trailing point.
    pure function without_zeros(digits) result(text)
       character(len=*), intent(in) :: digits  !< as 1.500
       character(len=:), allocatable :: text
@@ -98,7 +98,7 @@ contains
    end function power_of_ten
 
    !> ASCII letters in lower case.
-   pure function lower_case(text) result(lowered)
+   pure function lower_case(text) result(lowered)  ! total
       character(len=*), intent(in) :: text  !< any
       character(len=len(text)) :: lowered
       integer :: i, code
@@ -172,7 +172,7 @@ contains
    !> Bytes, of which the first is above 127, are one character.
    pure logical function is_character(bytes, length)
       character(len=*), intent(in) :: bytes  !< to judge
-      integer, intent(in) :: length          !< that the first asks for
+      integer, intent(in) :: length          !< that the first requires
       integer :: code(4), i, lowest, highest
 
       is_character = .false.
@@ -188,7 +188,7 @@ contains
          .and. code(2) <= highest .and. all(code(3:length) >= 128 .and. code(3:length) <= 191)
    end function is_character
 
-   !> A count and of what: 1 step, 3 steps.
+   !> A count with its noun: 1 step, 3 steps.
    pure function counted(count, one, many) result(text)
       character(len=*), intent(in) :: count      !< its digits
       character(len=*), intent(in) :: one, many  !< what is said of 1, of others

@@ -52,9 +52,9 @@ contains
       end if
    end subroutine first_frequency
 
-   !> First frequency of the same blocks for k → ∞, Hz.  Joint compliance adds to 1/f² almost in
-   !> proportion to 1/k: three stiff penalties and a parabola through them; the stiffest one alone
-   !> where rounding leaves no parabola.
+   !> First frequency of the same blocks for k → ∞, Hz.  Joint compliance contributes to 1/f² almost
+   !> in proportion to 1/k.  A parabola through three stiff penalties gives the limit; if rounding
+   !> prevents this, the stiffest one alone.
    subroutine stiff_limit(linear, frequency, error)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(out) :: frequency  !< Hz
@@ -138,8 +138,8 @@ contains
       end if
    end subroutine penalty_for_frequency
 
-   !> Root of 1/f² − 1/target² over s = 1/k, where it is almost a straight line: bracket, then
-   !> regula falsi with the Illinois weight.
+   !> Root of 1/f² − 1/target², which is almost linear in s = 1/k: bracket, then regula falsi with
+   !> the Illinois weight.
    subroutine find_root(work, first_guess, penalty, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess  !< N/m per metre of thickness
@@ -188,7 +188,7 @@ contains
       real(wp) :: new_s, new_g
       integer :: i, side
 
-      ! Rigid joints are one end already.
+      ! Rigid joints are one end of the bracket.
       s = 0.0_wp
       g = [1.0_wp/penalty%limit**2 - 1.0_wp/penalty%target**2, 0.0_wp]
       new_s = 1.0_wp/first_guess

@@ -9,7 +9,7 @@ module dda_check_band
    private
    public :: band_type, significant_band
 
-   real(wp), parameter :: outside = 0.05_wp  !< share of the energy below the band, and above it
+   real(wp), parameter :: outside = 0.05_wp  !< fraction of the energy below the band, and above it
 
    !> From 5 to 95 % of the energy of the acceleration spectra.
    type :: band_type
@@ -20,7 +20,7 @@ module dda_check_band
 
 contains
 
-   !> The band that covers those of all motions.
+   !> The band that covers the bands of all motions.
    subroutine significant_band(motions, band)
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(band_type), intent(out) :: band  !< Hz, of the motions

@@ -14,12 +14,12 @@ module dda_check_bodies
    private
    public :: separate_blocks, blocks_in_words, dispersion_in_words, check_bodies
 
-   integer, parameter :: enough = 4              !< cells across what bends
+   integer, parameter :: enough = 4              !< cells across a part that bends
    real(wp), parameter :: facing = -0.866_wp     !< cosine between edges that face each other
-   real(wp), parameter :: aside = 0.53_wp        !< of an edge: rays begin there, and miss corners
-   real(wp), parameter :: most_error = 0.2_wp    !< of stresses, without a warning
-   real(wp), parameter :: slender = 3.0_wp       !< cells in half-offset rows are too stiff beyond
-   real(wp), parameter :: least_share = 0.1_wp   !< of an edge, that a face of such a row has
+   real(wp), parameter :: aside = 0.53_wp        !< of an edge: start of rays, away from corners
+   real(wp), parameter :: most_error = 0.2_wp    !< error of stresses without a warning
+   real(wp), parameter :: slender = 3.0_wp       !< largest, of cells in half-offset rows
+   real(wp), parameter :: least_share = 0.1_wp   !< of an edge: largest face in such a row
 
    !> The thinnest part of a body.
    type :: thinnest_type
@@ -47,8 +47,9 @@ contains
          ' of '//to_text(count(model%blocks%body > 0))//' cells'
    end function blocks_in_words
 
-   !> By how much S waves along a row of blocks are too fast, (kΔx)²/24, as displacements are linear
-   !> in a block and its mass is spread over it; along a row of cells too slow, (kΔx)²/48.
+   !> Relative error of the speed of S waves along a row of blocks, too fast by (kΔx)²/24 because
+   !> displacements are linear in a block and its mass is distributed; along a row of cells too slow
+   !> by (kΔx)²/48.
    function dispersion_in_words(blocks, eta) result(words)
       type(blocks_type), intent(in) :: blocks  !< in any state
       real(wp), intent(in) :: eta              !< Δx/λ
@@ -77,7 +78,7 @@ contains
          if (thinnest%cell > 0) call add_line(report, merge(verdict_ok, verdict_warn, &
             thinnest%cells >= enough), 'cells', to_text(thinnest%cells)//' across the thinnest '// &
             'part of a body, '//quoted(trim(model%body_names(blocks%body(thinnest%cell))))// &
-            ', '//short_text(thinnest%width)//' m; what bends wants '//to_text(enough), &
+            ', '//short_text(thinnest%width)//' m; bending needs '//to_text(enough), &
             'deflection of a beam', advice_if(thinnest%cells < enough, 'where it bends, cells '// &
             'of '//short_text(thinnest%width/enough)//' m'))
          call check_yielding(model, blocks, report)
@@ -96,8 +97,8 @@ contains
       end associate
    end subroutine check_bodies
 
-   !> Bodies whose material yields and that are less than four cells thick: what a cell bears is
-   !> judged by its mean stress, in which bending of its own is not seen.
+   !> Bodies of yielding material that are less than four cells thick: yield of a cell is judged by
+   !> its mean stress, which excludes bending within the cell.
    subroutine check_yielding(model, blocks, report)
       type(model_type), intent(in) :: model        !< with its materials
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -117,7 +118,7 @@ contains
          'cells of '//short_text(thinnest%width/enough)//' m')
    end subroutine check_yielding
 
-   !> The fewest cells between two free sides of a body that face each other, from wanted cells.
+   !> The fewest cells between two opposite free sides of a body, from given cells.
    pure type(thinnest_type) function thinnest_part(blocks, welds, bounded, wanted) &
       result(thinnest)
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -149,9 +150,9 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(weld_type), intent(in) :: welds(:)  !< of all bodies
       integer, intent(in) :: first(:), weld(:) !< welds of each cell
-      logical, intent(in) :: free(:)           !< [vertices] that edge is a free side
+      logical, intent(in) :: free(:)           !< [vertices] the edge is a free side
       integer, intent(in) :: edge              !< free edge, by its first vertex
-      integer, intent(out) :: cells            !< that the ray passes
+      integer, intent(out) :: cells            !< cells that the ray passes
       real(wp), intent(out) :: width           !< length of the ray, m
       real(wp) :: at(2), way(2), step
       integer :: cell, out
@@ -177,7 +178,7 @@ contains
       cells = 0
    end subroutine cross
 
-   !> The edge that is welded to an edge at a place; 0 if there is none.
+   !> The edge welded to an edge at a position; 0 if there is none.
    pure integer function beyond(blocks, welds, edge, at) result(other)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(weld_type), intent(in) :: welds(:)  !< of the cell of the edge
@@ -197,7 +198,7 @@ contains
       end do
    end function beyond
 
-   !> The edge at which a ray leaves a cell that it has entered by another one, and how far that is.
+   !> The edge at which a ray leaves a cell, and the distance from its entry.
    pure subroutine leave(blocks, cell, at, way, edge, step)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       integer, intent(in) :: cell              !< convex
@@ -223,8 +224,8 @@ contains
       end do
    end subroutine leave
 
-   !> A cell of slender ones in rows that are offset: a face has only part of both of its long
-   !> edges; 0 if there is none.
+   !> A slender cell in offset rows, with a face that is only a part of both long edges; 0 if there
+   !> is none.
    pure integer function offset_face(blocks, welds) result(cell)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(weld_type), intent(in) :: welds(:)  !< of all bodies

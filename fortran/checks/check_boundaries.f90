@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Check of boundaries that absorb waves: what their dashpots send back, and what the
-!> sides of the model do.
+!> Check of boundaries that absorb waves: reflection at dashpots, and departure of the sides from
+!> free fields.
 module dda_check_boundaries
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -17,9 +17,9 @@ module dda_check_boundaries
    private
    public :: check_boundaries
 
-   real(wp), parameter :: most_reflected = 0.02_wp  !< of the amplitude, without a word
-   real(wp), parameter :: absorbed = 0.99_wp        !< share of the energy, at a good angle
-   real(wp), parameter :: most_departure = 0.1_wp   !< of sides from their free fields
+   real(wp), parameter :: most_reflected = 0.02_wp  !< of the amplitude: less is not reported
+   real(wp), parameter :: absorbed = 0.99_wp        !< fraction of the energy, at a good angle
+   real(wp), parameter :: most_departure = 0.1_wp   !< departure of sides from their free fields
    real(wp), parameter :: touching = 1.0e-6_wp      !< of half the model size: no gap
    character(len=*), parameter :: side_names(2) = [character(len=5) :: 'left', 'right']
 
@@ -44,7 +44,7 @@ contains
       end associate
    end subroutine check_boundaries
 
-   !> Part of waves straight on that dashpots reflect, and angle up to which they absorb.
+   !> Fraction of normally incident waves that dashpots reflect, and angle up to which they absorb.
    subroutine check_dashpots(blocks, boundaries, linear, report)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(boundary_type), intent(in) :: boundaries(:)  !< all with dashpots
@@ -71,7 +71,7 @@ contains
          ! (kh)²/48, kh = ω h/V_s
          by_blocks = (2.0_wp*pi*report%band%highest*worst)**2/48.0_wp
          by_scheme = scheme_floor(linear, report%band%highest)
-         found = found//'; of what comes straight on at '//short_text(report%band%highest)// &
+         found = found//'; of waves at normal incidence and '//short_text(report%band%highest)// &
             ' Hz they reflect '//short_text(100*by_blocks)//' % by the size of the blocks, '// &
             short_text(100*by_scheme)//' % by the time step'
          if (by_blocks > most_reflected) advice = '; smaller blocks in front of the boundaries'
@@ -109,9 +109,9 @@ contains
       end do
    end function slowest_crossing
 
-   !> Share of the amplitude that dashpots with the impedance of the blocks reflect by the scheme:
-   !> stresses have the factor (1 + iaτ)(1 + ibτ) in steady vibration, a = 2θ − 1, b = 2χ − 1,
-   !> dashpots 1 + ibτ.  DDA: τ/4, about ωΔt/8.
+   !> Fraction of the amplitude that dashpots with the impedance of the blocks reflect by the
+   !> scheme: stresses have the factor (1 + iaτ)(1 + ibτ) in steady vibration, a = 2θ − 1, b = 2χ −
+   !> 1, dashpots 1 + ibτ.  DDA: τ/4, about ωΔt/8.
    pure real(wp) function scheme_floor(linear, frequency) result(reflected)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
@@ -124,7 +124,7 @@ contains
       reflected = abs((impedance - 1.0_wp)/(impedance + 1.0_wp))
    end function scheme_floor
 
-   !> Sides that are not ground going on disturb what moves from below.
+   !> Sides without continuing ground disturb the motion from below.
    subroutine check_sides(model, x, report)
       type(model_type), intent(in) :: model  !< as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] where they are at the start, m
@@ -136,7 +136,7 @@ contains
       tied = size(model%ties) > 0
       if (.not. tied) tied = any(is_shifted(model%welds))
       if (tied .or. size(model%free_fields) == size(side_names)) return
-      if (all([(is_side_held(model, x, side_names(i)), i=1, size(side_names))])) return
+      if (all([(is_side_fixed(model, x, side_names(i)), i=1, size(side_names))])) return
       duration = 0.0_wp
       do i = 1, size(model%motions)
          duration = max(duration, model%motions(i)%curve%duration)
@@ -164,28 +164,28 @@ contains
       if (departure < 0.0_wp) return
       near = departure > most_departure
       percent = 0.01_wp*nint(1.0e4_wp*departure)
-      call add_line(report, merge(verdict_warn, verdict_ok, near), 'sides', 'the model is '// &
-         'going to depart from its free fields by about '//short_text(percent)//' % of their '// &
+      call add_line(report, merge(verdict_warn, verdict_ok, near), 'sides', 'the sides '// &
+         'will depart from their free fields by about '//short_text(percent)//' % of their '// &
          'motion at '//short_text(frequency)//' Hz, limit '//short_text(100.0_wp*most_departure) &
          //' %', 'long-wave estimate', advice_if(near, 'more level ground before the sides'))
    end subroutine check_free_fields
 
    !> Fixed points or a free field are on a side.
-   logical function is_side_held(model, x, side)
+   logical function is_side_fixed(model, x, side)
       type(model_type), intent(in) :: model  !< as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] where they are at the start, m
       character(len=*), intent(in) :: side   !< 'left' or 'right'
       real(wp) :: line, small
       integer :: i
 
-      is_side_held = any([(model%free_fields(i)%side == side, i=1, size(model%free_fields))])
+      is_side_fixed = any([(model%free_fields(i)%side == side, i=1, size(model%free_fields))])
       small = touching*model%blocks%half_size
       line = merge(minval(x), maxval(x), side == 'left')
       do i = 1, size(model%fixed_points)
          associate (point => model%fixed_points(i))
-            if (abs(point%place(1) - line) <= small .and. any(point%held)) is_side_held = .true.
+            if (abs(point%place(1) - line) <= small .and. any(point%held)) is_side_fixed = .true.
          end associate
       end do
-   end function is_side_held
+   end function is_side_fixed
 
 end module dda_check_boundaries

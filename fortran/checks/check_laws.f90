@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Check of materials with a law of their own: how well it has its curves, whether
-!> blocks resolve waves in softened soil, and cells that soften faster than they unload.
+!> Check of materials with a law: accuracy of its curves, resolution of waves in softened soil, and
+!> cells that soften faster than they unload.
 module dda_check_laws
    use dda_kinds, only: wp
    use dda_blocks, only: smaller_side
@@ -13,7 +13,7 @@ module dda_check_laws
    private
    public :: check_laws
 
-   real(wp), parameter :: strains(2) = [1.0e-3_wp, 1.0e-2_wp]  !< at which soil is told to be softer
+   real(wp), parameter :: strains(2) = [1.0e-3_wp, 1.0e-2_wp]  !< at which softening is reported
    real(wp), parameter :: coarsest = 1.0_wp/12                 !< of a wave length
 
 contains
@@ -38,7 +38,7 @@ contains
       end associate
    end subroutine check_laws
 
-   !> Fit of the curves, and length of the waves where the soil has lost part of its modulus.
+   !> Fit of the curves, and wave lengths in soil that has lost part of its modulus.
    subroutine check_softer(model, m, side, report)
       type(model_type), intent(in) :: model       !< materials and blocks
       integer, intent(in) :: m                    !< material
@@ -68,7 +68,7 @@ contains
       end associate
    end subroutine check_softer
 
-   !> Curves that the law does not meet.
+   !> Report curves that the law does not fit.
    subroutine check_fit(model, m, report)
       type(model_type), intent(in) :: model       !< materials and blocks
       integer, intent(in) :: m                    !< material
@@ -78,7 +78,7 @@ contains
       words = model%materials(m)%own_law%unmet()
       if (words /= '') call add_line(report, verdict_warn, 'material law', &
          quoted(trim(model%materials(m)%name))//': '//words, 'fit of the branches', &
-         'more branches; where these do not help, less damping at small strains')
+         'more branches; if these do not help, less damping at small strains')
    end subroutine check_fit
 
    !> The largest of the smaller sides of the blocks of a material, m.
@@ -94,7 +94,7 @@ contains
       end do
    end function largest
 
-   !> Blocks that soften faster than they unload: the run cannot follow that quietly.
+   !> Blocks that soften faster than they unload, which causes dynamic jumps.
    subroutine check_softening(model, m, side, report)
       type(model_type), intent(in) :: model       !< materials and blocks
       integer, intent(in) :: m                    !< material

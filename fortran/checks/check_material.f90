@@ -16,7 +16,7 @@ module dda_check_material
    public :: check_material
 
    real(wp), parameter :: most_ringing = 1000.0_wp  !< steps to 1/e of a velocity that alternates
-   real(wp), parameter :: good_fit = 0.01_wp        !< error of ζ that needs no word
+   real(wp), parameter :: good_fit = 0.01_wp        !< error of ζ that is not reported
 
 contains
 
@@ -60,12 +60,12 @@ contains
          if (report%band%lowest < band(1) .or. report%band%highest > band(2)) then
             found = found//'; the record has '//short_text(report%band%lowest)//' … '// &
                short_text(report%band%highest)//' Hz, and there is less damping beyond the band'
-            advice = advice//'; a damping_band that holds the record'
+            advice = advice//'; a damping_band that contains the record'
          end if
       end if
       if (norm2(simulation%model%control%gravity) > 0.0_wp .and. &
          .not. simulation%model%stages(1)%static) then
-         found = found//'; gravity comes suddenly, and the blocks creep under their weight'
+         found = found//'; gravity acts suddenly, and the blocks creep under their weight'
          advice = advice//'; settle = .true.'
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'material damping', &
@@ -120,9 +120,9 @@ contains
       end function ratios
    end subroutine check_rayleigh
 
-   !> Steps to 1/e of the stiffest strain that the dashpot on d/Δt lets alternate; 0 if none does.
+   !> Steps to 1/e of the stiffest strain that alternates under the dashpot on d/Δt; 0 if none does.
    !>
-   !> Where a dashpot c alone acts on a mass m, v₁/v₀ = [1 − (1 − χ) cΔt/m]/[1 + χ cΔt/m].
+   !> If only a dashpot c acts on a mass m, v₁/v₀ = [1 − (1 − χ) cΔt/m]/[1 + χ cΔt/m].
    real(wp) function ringing_of_strains(linear) result(steps)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp) :: values(6), vectors(6, 6), rate, root

@@ -1,8 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The check report: what a run will meet, line by line, before it is started.
+!> The check report: an assessment of a run, line by line, before it is started.
 !>
-!> Each line gives a verdict, a number with its limit, where the limit comes from, and what to
-!> change.
+!> Each line gives a verdict, a number with its limit, the source of the limit, and what to change.
 module dda_check_report
    use dda_kinds, only: wp
    use dda_check_band, only: band_type
@@ -26,11 +25,11 @@ module dda_check_report
    !> One finding.
    type :: line_type
       integer :: verdict = verdict_ok
-      character(len=:), allocatable :: what     !< what was looked at
+      character(len=:), allocatable :: what     !< subject
       character(len=:), allocatable :: found    !< number and limit
-      character(len=:), allocatable :: source   !< where the limit comes from
+      character(len=:), allocatable :: source   !< source of the limit
       character(len=:), allocatable :: advice   !< what to change, '' if nothing
-      type(doubt_type) :: brief                 !< what the verdict of a run says of it
+      type(doubt_type) :: brief                 !< its text in the verdict of a run
    end type line_type
 
    !> All findings, and the numbers behind them.
@@ -43,12 +42,15 @@ module dda_check_report
       type(unresolved_type) :: unresolved
       type(band_type) :: band
       logical :: has_highest = .false., has_modes = .false.
+      real(wp) :: shortest(2) = 0.0_wp  !< least time in which an S and a P wave cross a block, s
+      real(wp) :: longest = 0.0_wp      !< largest time in which an S wave crosses a block, s
+      real(wp) :: slowest = 0.0_wp      !< velocity of S waves in that block, m/s
       real(wp) :: block_size(2) = 0.0_wp  !< least and largest of the blocks' smaller sides, m
       real(wp) :: speed(2) = 0.0_wp       !< least S and largest P wave speed, m/s
       real(wp) :: ringing = 0.0_wp        !< steps to 1/e of the slowest alternating mode
       real(wp) :: shift = 0.0_wp          !< of the first frequency by the compliance of the joints
       real(wp) :: memory = 0.0_wp         !< bytes of the state, about
-      real(wp) :: seconds = 0.0_wp        !< of the run at the pace of its first steps; 0: not known
+      real(wp) :: seconds = 0.0_wp        !< of the run, estimated, s; 0: not known
    end type report_type
 
 contains
@@ -57,10 +59,9 @@ contains
    subroutine add_line(report, verdict, what, found, source, advice, topic, brief)
       type(report_type), intent(inout) :: report  !< check report
       integer, intent(in) :: verdict  !< verdict_ok …
-      !> what was looked at; number and limit; where the limit comes from; what to change, blank if
-      !> nothing
+      !> the topic; value and limit; source of the limit; remedy, blank if none
       character(len=*), intent(in) :: what, found, source, advice
-      !> of the line in the verdict of a run; default: what was looked at, the number
+      !> text in the verdict of a run; default: subject and number
       character(len=*), intent(in), optional :: topic, brief
       type(doubt_type) :: doubt
 
@@ -85,9 +86,9 @@ contains
       end do
    end subroutine add_notes
 
-   !> An advice where one is needed, else blank.
+   !> An advice if one is needed, else blank.
    pure function advice_if(needed, advice) result(text)
-      logical, intent(in) :: needed  !< the advice is
+      logical, intent(in) :: needed  !< the advice is needed
       character(len=*), intent(in) :: advice  !< what to change, blank if nothing
       character(len=:), allocatable :: text
 

@@ -18,7 +18,8 @@ module dda_check_simulation
       advice_if, first_mode, ringing_topic
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, linearise, energy_of, &
-      at_frequency, unrelaxed
+      at_frequency, set_penalty, unrelaxed
+   use dda_linear_terms, only: term_normal
    use dda_impact_regime, only: impact_regime_type, find_impact_regime
    use dda_model, only: run_steps
    use dda_modes, only: modes_type, find_modes
@@ -37,13 +38,13 @@ module dda_check_simulation
    real(wp), parameter :: most_ringing = 1000.0_wp
    integer, parameter :: wanted_modes = 5
    integer, parameter :: timed_steps = 3, timed_blocks = 5000
-   integer, parameter :: many_blocks = 1000                 !< of which sudden gravity is slow
+   integer, parameter :: many_blocks = 1000              !< blocks from which sudden gravity is slow
    real(wp), parameter :: least_slope = 0.5_wp              !< |n·g|/|g| of other than head joints
-   integer, parameter :: stiff_limit_blocks = 2000          !< beyond, the stiff limit is estimated
+   integer, parameter :: stiff_limit_blocks = 2000 !< size beyond which the stiff limit is estimated
 
 contains
 
-   !> Check a started simulation, and what its run costs; it stays as it is.
+   !> Check a started simulation and estimate the cost of its run; the simulation does not change.
    subroutine check_simulation(simulation, report, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report, with notes on the model if any
@@ -56,15 +57,16 @@ contains
       call fail_if_stopped(error)
    end subroutine check_simulation
 
-   !> Check a started simulation; it stays as it is.
-   subroutine check_model(simulation, report, error, links)
+   !> Check a started simulation, which does not change.
+   subroutine check_model(simulation, report, error, links, budget)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report, with notes on the model if any
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long), intent(out), optional :: links  !< blocks of K̂ off its diagonal
+      integer(long), intent(in), optional :: budget  !< open–close iterations of the search for rest
       type(linear_model_type) :: linear, stiff
 
-      call linearise(linear, simulation, 'auto', error)
+      call linearise(linear, simulation, 'auto', error, budget)
       if (allocated(error)) return
       call unrelaxed(linear, stiff)
       call significant_band(simulation%model%motions, report%band)
@@ -98,18 +100,23 @@ contains
    subroutine measure_blocks(blocks, report)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(report_type), intent(inout) :: report  !< check report
-      real(wp) :: side, density
+      real(wp) :: side, density, speed(2)
       integer :: b
 
       report%block_size = [huge(1.0_wp), 0.0_wp]
       report%speed = [huge(1.0_wp), 0.0_wp]
+      report%shortest = huge(1.0_wp)
+      report%longest = 0.0_wp
       do b = 1, blocks%n
          if (blocks%removed(b)) cycle
          side = smaller_side(blocks, b)
          density = blocks%mass(b)
          report%block_size = [min(report%block_size(1), side), max(report%block_size(2), side)]
-         report%speed(1) = min(report%speed(1), sqrt(blocks%stiffness(3, 3, b)/density))
-         report%speed(2) = max(report%speed(2), sqrt(blocks%stiffness(1, 1, b)/density))
+         speed = sqrt([blocks%stiffness(3, 3, b), blocks%stiffness(1, 1, b)]/density)
+         report%speed = [min(report%speed(1), speed(1)), max(report%speed(2), speed(2))]
+         report%shortest = min(report%shortest, side/speed)
+         if (side/speed(1) > report%longest) report%slowest = speed(1)
+         report%longest = max(report%longest, side/speed(1))
       end do
    end subroutine measure_blocks
 
@@ -139,8 +146,8 @@ contains
       end if
    end subroutine check_contacts
 
-   !> Gravity that comes suddenly on many blocks with touching head joints: these neither press nor
-   !> part before the wave of the settling has passed.
+   !> Sudden gravity on many blocks with touching head joints, whose contacts neither press nor open
+   !> until the settling wave has passed.
    subroutine check_start(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report
@@ -152,7 +159,7 @@ contains
             abs(dot_product(contacts%normal(:, c), model%control%gravity)) < &
             least_slope*norm2(model%control%gravity), c=1, contacts%n)])
          if (head_joints == 0) return
-         call add_line(report, verdict_warn, 'start', 'gravity comes suddenly on '// &
+         call add_line(report, verdict_warn, 'start', 'gravity acts suddenly on '// &
             to_text(model%blocks%n)//' blocks, '//to_text(head_joints)//' contacts of head '// &
             'joints touch: each of the first steps takes 10 to 50 times as long as at rest', &
             'model', 'geostatic = .true. and a head_joint of &wall above 0')
@@ -182,7 +189,7 @@ contains
 
       call find_omega_max(linear, report%highest, error)
       if (allocated(error)) then
-         report%highest%omega = 0.0_wp     ! what the search left is no frequency
+         report%highest%omega = 0.0_wp     ! the search has not found a frequency
          report%highest%residual = 0.0_wp
          call add_line(report, verdict_warn, 'highest frequency', error%message, 'ARPACK', '')
          return
@@ -197,7 +204,7 @@ contains
       found = short_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/omega_max = '// &
          short_text(limit)//' s'
       if (.not. (resolved .or. allocated(error))) found = found//'; '//report%unresolved%words
-      ! Nearly all contacts are that stiff: whether it matters, the ringing says.
+      ! Nearly all contacts are as stiff; the line on ringing shows whether it matters.
       call add_line(report, verdict_ok, 'time step', found, 'paper eq. 13', '')
    end subroutine check_highest
 
@@ -220,7 +227,8 @@ contains
          ringing%advice), ringing_topic, ringing%brief)
    end subroutine check_ringing
 
-   !> Part of a velocity that impacts leave, and what that hangs on.
+   !> Fraction of the velocity that is left after impacts, and its dependence on the phase of a
+   !> step.
    subroutine check_impacts(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -232,7 +240,7 @@ contains
          'closed forms', regime%advice)
    end subroutine check_impacts
 
-   !> The lowest modes, and whether the time step lets the first one swing.
+   !> The lowest modes, and whether the first one oscillates at the time step.
    subroutine check_modes(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -270,11 +278,11 @@ contains
       end if
    end subroutine check_modes
 
-   !> Penalty against the stiffness of the blocks, and what it does to the first frequency.
+   !> Penalty relative to the stiffness of the blocks, and its effect on the first frequency.
    subroutine check_penalty(simulation, modulus, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp), intent(in) :: modulus  !< of the stiffest block, the largest that it reaches, Pa
-      type(linear_model_type), intent(inout) :: linear  !< comes back as it was
+      type(linear_model_type), intent(inout) :: linear  !< unchanged on return
       type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error
       real(wp) :: ratio, limit
@@ -289,6 +297,7 @@ contains
       end if
       if (linear%n <= stiff_limit_blocks) then
          call stiff_limit(linear, limit, error)
+         call set_penalty(linear, simulation%model%contact%normal_stiffness)
          if (allocated(error)) then
             call add_line(report, verdict_ok, 'penalty', found//'; '//error%message, &
                'paper section 2.2: 40 E', '')
@@ -298,16 +307,48 @@ contains
       else
          report%shift = shift_by_energy(linear, report%modes)
       end if
+      found = found//'; joints lower the first frequency by '//short_text(100*report%shift)// &
+         ' %, limit 5 %; '//cost_of_penalty(linear, report%shift)
       call add_line(report, merge(verdict_ok, verdict_warn, report%shift < 0.05_wp), 'penalty', &
-         found//'; joints lower the first frequency by '//short_text(100*report%shift)// &
-         ' %, limit 5 %', 'stiff limit', advice_if(report%shift >= 0.05_wp, &
+         found, 'stiff limit', advice_if(report%shift >= 0.05_wp, &
          'a higher normal_stiffness, unless the joints are meant to be that soft'), first_mode, &
-         short_text(100*report%shift)//' % below that with rigid joints, '// &
-         counted(to_text(linear%by_penalty), 'contact', 'contacts'))
+         'soft joints lower it by '//short_text(100*report%shift)//' % ('// &
+         counted(to_text(linear%by_penalty), 'contact', 'contacts')//')')
    end subroutine check_penalty
 
-   !> Not so soft that blocks sink into each other, not so stiff that the rounding of positions is a
-   !> force.
+   !> Iterations due to the penalty, at present and for a penalty that lowers the first frequency by
+   !> 1 %.
+   !>
+   !> A contact iteration converges more slowly for a larger condition number of K̂ in the metric of
+   !> inertia, κ = 1 + θχ z k_n Δt²/m of the block with the largest contact stiffness over mass.
+   !> The contribution of joints to 1/f² is proportional to 1/k_n.
+   pure function cost_of_penalty(linear, shift) result(words)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      real(wp), intent(in) :: shift  !< first frequency over its stiff limit
+      character(len=:), allocatable :: words
+      real(wp), parameter :: wanted = 0.01_wp, least = 1.0e-7_wp
+      real(wp) :: springs(linear%n), cost, ratio
+      integer :: i
+
+      springs = 0.0_wp
+      do i = linear%element_terms + 1, linear%terms%n
+         associate (term => linear%terms%term(i))
+            if (term%kind /= term_normal .or. .not. term%of_penalty) cycle
+            springs(term%block_a) = springs(term%block_a) + term%coefficient
+            if (term%block_b > 0) springs(term%block_b) = springs(term%block_b) + term%coefficient
+         end associate
+      end do
+      cost = linear%scheme%theta*linear%scheme%chi*linear%time_step**2*maxval(springs &
+         /linear%block_mass, mask=linear%block_mass > 0.0_wp)
+      words = 'condition of the contact iteration '//short_text(1.0_wp + cost)
+      if (shift <= least .or. shift >= 1.0_wp) return
+      ratio = ((1.0_wp - shift)**(-2) - 1.0_wp)/((1.0_wp - wanted)**(-2) - 1.0_wp)
+      words = words//'; 1 % would take '//short_text(ratio*linear%normal_stiffness)// &
+         ' N/m and have '//short_text(1.0_wp + ratio*cost)
+   end function cost_of_penalty
+
+   !> The penalty must be stiff enough to limit penetration, and so soft that rounding of positions
+   !> causes no relevant force.
    subroutine check_penalty_bounds(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -333,8 +374,8 @@ contains
          'a lower normal_stiffness'), brief=brief)
    end subroutine check_penalty_bounds
 
-   !> About the same from one mode: where springs in proportion to k_n hold a share s of its energy,
-   !> ω² is 1 − s of the stiff limit's.
+   !> An estimate from one mode: if springs proportional to k_n store a fraction s of its energy, ω²
+   !> is 1 − s of the stiff limit.
    pure real(wp) function shift_by_energy(linear, modes) result(shift)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(modes_type), intent(in) :: modes  !< lowest modes
@@ -350,43 +391,42 @@ contains
       real(wp), intent(in) :: time_step  !< s
       type(report_type), intent(inout) :: report  !< check report
       real(wp), parameter :: coarsest = 1.0_wp/12  ! of a wave length, and of a period
-      real(wp) :: crossing(2), eta, period
+      real(wp) :: eta, period
 
-      crossing = report%block_size(1)/[report%speed(2), report%speed(1)]
       call add_line(report, verdict_ok, 'CFL', short_text(time_step)//' s against dx/v = '// &
-         short_text(crossing(1))//' s (P), '//short_text(crossing(2))//' s (S), to follow wave '// &
-         'fronts; the scheme is stable beyond', 'paper eq. 14', '')
+         short_text(report%shortest(2))//' s (P), '//short_text(report%shortest(1))//' s (S), '// &
+         'to follow wave fronts; the scheme is stable beyond', 'paper eq. 14', '')
       if (.not. report%band%known) return
       period = 1.0_wp/report%band%highest
-      eta = report%block_size(2)*report%band%highest/report%speed(1)
+      eta = report%longest*report%band%highest
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
          eta <= coarsest), 'element size', 'eta = 1/'//short_text(1/eta)//' at '// &
          short_text(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20; waves there are '// &
          dispersion_in_words(blocks, eta), 'paper eq. 12', advice_if(eta > coarsest, &
          'blocks no larger than '// &
-         short_text(coarsest*report%speed(1)/report%band%highest)//' m'), &
-         'element size: '//to_text(count_larger(blocks, coarsest*report%speed(1) &
-         /report%band%highest))//' blocks, 1/'//short_text(1/eta)//' of a wave at '// &
-         short_text(report%band%highest)//' Hz, limit 1/12')
-      ! Blocks smaller than a wave asks for do not ask for a smaller time step.
+         short_text(coarsest*report%slowest/report%band%highest)//' m'), &
+         'element size: '//to_text(count_longer(blocks, coarsest*period))//' blocks, 1/'// &
+         short_text(1/eta)//' of a wave at '//short_text(report%band%highest)//' Hz, limit 1/12')
+      ! Blocks smaller than a wave requires do not require a smaller time step.
       call add_line(report, merge(verdict_ok, verdict_warn, time_step < max(eta, &
          coarsest)*period), 'time resolution', short_text(time_step)//' s against T/12 = '// &
          short_text(coarsest*period)//' s, eta T = '//short_text(eta*period)//' s', &
          'paper eq. 15', advice_if(time_step >= max(eta, coarsest)*period, 'a smaller time_step'))
    end subroutine check_resolution
 
-   !> Blocks whose smaller side is longer than a limit.
-   pure integer function count_larger(blocks, limit) result(n)
+   !> Blocks whose smaller side a shear wave crosses in more than a limit.
+   pure integer function count_longer(blocks, limit) result(n)
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(in) :: limit            !< m
+      real(wp), intent(in) :: limit            !< s
       integer :: b
 
       n = 0
       do b = 1, blocks%n
          if (blocks%removed(b)) cycle
-         if (smaller_side(blocks, b) > limit) n = n + 1
+         if (smaller_side(blocks, b)*sqrt(blocks%mass(b)/blocks%stiffness(3, 3, b)) > limit) &
+            n = n + 1
       end do
-   end function count_larger
+   end function count_longer
 
    !> Damping ratio of the scheme at the first mode and over the band of the record.
    subroutine check_damping(linear, report)
@@ -435,7 +475,7 @@ contains
 
       nyquist = 0.5_wp/linear%time_step
       beyond = 'beyond 1/(2 dt) = '//short_text(nyquist)// &
-         ' Hz, where steps follow no motion'
+         ' Hz, where steps resolve no motion'
       if (band%lowest >= nyquist) then
          text = 'the band of the record, '//short_text(band%lowest)//' … '// &
             short_text(band%highest)//' Hz, lies '//beyond

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Blocks that something holds along gravity, as the elements of a model say: springs to the ground
+!> Blocks supported along gravity by elements of a model: springs to the ground
 !> that resist that direction in static stages, from the first stage on or from a later one.
 module dda_held_blocks
    use dda_kinds, only: wp
@@ -12,14 +12,14 @@ module dda_held_blocks
    use dda_scheme, only: step_type, scheme_type
    implicit none
    private
-   public :: find_held, find_supported
+   public :: find_grounded, find_supported
 
    real(wp), parameter :: least_share = 1.0e-6_wp  !< of a spring along gravity: rounding is less
 
 contains
 
-   !> Blocks that springs to the ground hold along gravity, and the springs of the model.
-   subroutine find_held(model, held, terms)
+   !> Blocks supported along gravity by springs to the ground, and the springs of the model.
+   subroutine find_grounded(model, held, terms)
       type(model_type), intent(in) :: model  !< as read from the input
       logical, allocatable, intent(out) :: held(:)  !< [blocks]
       type(linear_terms_type), intent(out) :: terms !< springs of elements in static stages
@@ -46,13 +46,13 @@ contains
             if (abs(dot_product(term%row_a(1:2), down)) > least_share) held(term%block_a) = .true.
          end associate
       end do
-   end subroutine find_held
+   end subroutine find_grounded
 
-   !> Blocks that stand, directly or through others, on what is held: they touch, are joined by
-   !> springs, or fall on one that does.
+   !> Blocks supported directly or through others: they touch a supported block, are joined to it by
+   !> springs, or fall on it.
    subroutine find_supported(model, held, terms, overburden, supported)
       type(model_type), intent(in) :: model  !< as read from the input
-      logical, intent(in) :: held(:)         !< [blocks] springs to the ground hold them
+      logical, intent(in) :: held(:)         !< [blocks] supported by springs to the ground
       type(linear_terms_type), intent(in) :: terms        !< springs of elements
       type(overburden_type), intent(in) :: overburden     !< with pairs of blocks
       logical, allocatable, intent(out) :: supported(:)   !< [blocks] all if pairs are too many

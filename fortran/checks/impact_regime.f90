@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Velocity that is left after impacts: by the joint, by the scheme, or by the phase of the step.
+!> Velocity that is left after impacts, which depends on the joint, the scheme, or the phase of the
+!> step.
 !>
 !> A contact without `restitution` is resolved up to Ω = ωΔt of about ½, and leaves exp(−πχΩ/2);
-!> beyond, anything up to 1/χ − 1 is left, by the phase at which the step meets it.
+!> beyond, any fraction up to 1/χ − 1 is left, depending on the phase of the step at contact.
 module dda_impact_regime
    use dda_kinds, only: wp, pi
    use dda_contact_damping, only: softness_of
@@ -17,17 +18,17 @@ module dda_impact_regime
 
    !> Unbonded contacts in the list of a simulation.
    type :: impact_regime_type
-      integer :: prescribed = 0              !< whose joint has a restitution
-      integer :: others = 0                  !< whose joint has none
-      real(wp) :: lowest = huge(1.0_wp)      !< Ω of the others
-      real(wp) :: highest = 0.0_wp           !< Ω of the others
+      integer :: prescribed = 0              !< number whose joint has a restitution
+      integer :: others = 0                  !< number whose joint has none
+      real(wp) :: lowest = huge(1.0_wp)      !< largest or smallest Ω of the others
+      real(wp) :: highest = 0.0_wp           !< largest or smallest Ω of the others
       character(len=:), allocatable :: words   !< blank: there are none
       character(len=:), allocatable :: advice
    end type impact_regime_type
 
 contains
 
-   !> Look at all contacts that are listed, closed or not.
+   !> Examine all listed contacts, closed or open.
    subroutine find_impact_regime(linear, simulation, regime)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
@@ -44,14 +45,14 @@ contains
             end if
             omega = linear%time_step*sqrt(normal_slope(laws, contacts, c)*softness_of(contacts, &
                simulation%blocks, c))
-            if (.not. omega > 0.0_wp) cycle  ! it has no length yet
+            if (.not. omega > 0.0_wp) cycle  ! the contact has no length yet
             regime%others = regime%others + 1
             regime%lowest = min(regime%lowest, omega)
             regime%highest = max(regime%highest, omega)
          end do
       end associate
       call put_in_words(regime, linear)
-      if (.not. simulation%laws%plain) regime%advice = ''  ! laws go without restitution
+      if (.not. simulation%laws%plain) regime%advice = ''  ! joint laws have no restitution
    end subroutine find_impact_regime
 
    subroutine put_in_words(regime, linear)
@@ -69,15 +70,15 @@ contains
          short_text(regime%lowest)//' … '//short_text(regime%highest)//': '
       most = 1.0_wp/linear%scheme%chi - 1.0_wp
       if (regime%highest <= resolved) then
-         regime%words = regime%words//'impacts are resolved and leave '// &
+         regime%words = regime%words//'impacts are resolved and rebound with '// &
             short_text(left_of(linear, regime%highest))//' … '// &
-            short_text(left_of(linear, regime%lowest))//' of a velocity, by the scheme'
+            short_text(left_of(linear, regime%lowest))//' of their speed, by numerical damping'
       else if (most > 0.0_wp) then
-         regime%words = regime%words//'an impact leaves from 0 to '//short_text(most)// &
-            ' of a velocity, as it falls early or late in its step'
-         regime%advice = 'restitution of &joint, where blocks hit each other'
+         regime%words = regime%words//'impacts rebound with 0 to '//short_text(most)// &
+            ' of their speed, depending on when in a step they occur'
+         regime%advice = 'set restitution of &joint if impacts matter'
       else
-         regime%words = regime%words//'impacts leave nothing of a velocity'
+         regime%words = regime%words//'impacts do not rebound'
       end if
    end subroutine put_in_words
 

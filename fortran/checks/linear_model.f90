@@ -7,9 +7,9 @@
 !> else closed.
 !>
 !> Materials that damp are elastic here with the modulus that is given; `at_frequency` gives them
-!> the real part of theirs at a frequency, `unrelaxed` the largest that they reach.
+!> the real part of theirs at a frequency, `unrelaxed` the largest one.
 module dda_linear_model
-   use dda_kinds, only: wp, pi
+   use dda_kinds, only: wp, long, pi
    use dda_interrupts, only: fail_if_stopped
    use dda_block_matrix, only: block_matrix_type, set_pattern
    use dda_blocks, only: blocks_type, mass_matrix, shape_matrix
@@ -39,16 +39,17 @@ module dda_linear_model
       is_dispersive, shares_of_laws
    public :: strain_energy, energy_kinds, kind_names
 
-   integer, parameter :: strain_energy = term_kinds + 1  !< kind of energy that is not in a term
+   integer, parameter :: strain_energy = term_kinds + 1  !< kind of energy outside of terms
    integer, parameter :: energy_kinds = term_kinds + 1
    character(len=*), parameter :: kind_names(energy_kinds) = [character(len=22) :: term_names, &
       'strain of blocks']
    real(wp), parameter :: touching = 1.0e-6_wp  !< of the smaller block: no gap
+   real(wp), parameter :: alike = 1.0e-3_wp  !< of an energy: differences of equal frequencies
    !> Terms that are stiffness, by their instant.
    real(wp), parameter :: stiffness_weights(instants) = [1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
       0.0_wp]
 
-   !> K x and M x of small motions, and what they are made of.
+   !> Operators K x and M x of small motions, and their parts.
    type :: linear_model_type
       integer :: n = 0                              !< blocks
       type(block_matrix_type) :: stiffness          !< K, N/m per metre of thickness
@@ -82,24 +83,25 @@ module dda_linear_model
       type(equilibrium_type) :: equilibrium         !< of 'settled'
    end type linear_model_type
 
-   !> Where the energy of a motion is.
+   !> Distribution of the energy of a motion.
    type :: energy_share_type
       real(wp) :: total = 0.0_wp                  !< xᵀKx, summed without cancellation
       real(wp) :: share(energy_kinds) = 0.0_wp    !< of each kind, sum 1 (0 if there is no energy)
-      real(wp) :: of_penalty = 0.0_wp             !< share of springs in proportion to k_n
+      real(wp) :: of_penalty = 0.0_wp             !< fraction of springs in proportion to k_n
       !> term, or block for strain, that has the most of its kind
       integer :: holder(energy_kinds) = 0
-      real(wp) :: most(energy_kinds) = 0.0_wp     !< its share of all
+      real(wp) :: most(energy_kinds) = 0.0_wp     !< its fraction of all
    end type energy_share_type
 
 contains
 
-   !> Linearise a started simulation; it stays as it is.
-   subroutine linearise(linear, simulation, which, error)
+   !> Linearise a started simulation, which does not change.
+   subroutine linearise(linear, simulation, which, error, budget)
       type(linear_model_type), intent(out) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=*), intent(in) :: which  !< contacts: 'closed', 'present', 'settled' or 'auto'
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer(long), intent(in), optional :: budget  !< open–close iterations in the search for rest
       type(simulation_type) :: settled
       type(error_type), allocatable :: unrest  ! in the words of the equilibrium
       integer :: i
@@ -115,9 +117,10 @@ contains
          settled = simulation
          do i = 1, column_count(settled)
             if (.not. allocated(unrest)) call equilibrate(column_of(settled, i), &
-               linear%equilibrium, unrest)
+               linear%equilibrium, unrest, budget)
          end do
-         if (.not. allocated(unrest)) call equilibrate(settled, linear%equilibrium, unrest)
+         if (.not. allocated(unrest)) call equilibrate(settled, linear%equilibrium, &
+            unrest, budget)
          call fail_if_stopped(error)
          if (allocated(error)) return
          call build(linear, settled, .false.)
@@ -129,7 +132,7 @@ contains
       end select
    end subroutine linearise
 
-   !> Mass, stiffness and terms of a simulation as it stands.
+   !> Mass, stiffness and terms of a simulation in its present state.
    subroutine build(linear, simulation, all_closed)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
@@ -169,7 +172,8 @@ contains
       call assemble(linear)
    end subroutine build
 
-   !> K and its pattern.  Elements may differ from those at rest: bolts break on the way.
+   !> K and its pattern.  Elements may differ from those at rest, since bolts may break during a
+   !> run.
    subroutine assemble(linear)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
 
@@ -177,7 +181,7 @@ contains
       call assemble_stiffness(linear)
    end subroutine assemble
 
-   !> The different ways in which materials of blocks damp.
+   !> The distinct damping laws of the materials of blocks.
    pure subroutine collect_damping(linear, blocks)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -198,7 +202,7 @@ contains
    end subroutine collect_damping
 
    !> Moduli depend on frequency.
-   pure logical function is_dispersive(linear)
+   pure logical function is_dispersive(linear)  ! total
       type(linear_model_type), intent(in) :: linear  !< linearised model
 
       is_dispersive = any(linear%damping%n > 0)
@@ -212,7 +216,7 @@ contains
       call scale_moduli(linear, real(modulus_factor(linear%damping, 2.0_wp*pi*frequency)))
    end subroutine at_frequency
 
-   !> The model with the largest moduli, which a change of strain within no time meets.
+   !> The model with the largest moduli, those of an instantaneous change of strain.
    subroutine unrelaxed(linear, stiff)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_model_type), intent(out) :: stiff  !< the same with other moduli
@@ -245,7 +249,7 @@ contains
       call assemble_stiffness(linear)
    end subroutine scale_moduli
 
-   !> Share of each damping in the spring of a welded face.
+   !> Fraction of each damping in the spring of a welded face.
    pure function shares_of_laws(linear, term) result(share)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_term_type), intent(in) :: term     !< one of its terms
@@ -326,8 +330,8 @@ contains
       end do
    end subroutine add_contacts
 
-   !> Answer of a joint law for a contact: when it acts, and whether its stiffness is a penalty or
-   !> that of the rock.
+   !> Properties of a joint law for a contact: the instant at which it acts, and whether its
+   !> stiffness is a penalty or that of the rock.
    pure subroutine take_law(laws, contacts, c, term)
       type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
       type(contacts_type), intent(in) :: contacts     !< this step's list
@@ -336,8 +340,8 @@ contains
 
       associate (law => laws%slot(contacts%joint(c))%law)
          term%of_penalty = .not. law%normal_per_area
-         if (law%cohesive) return  ! as other bonds
-         if (.not. acts_before_end(law, contacts%weakened(c))) term%instant = at_end
+         if (law%cohesive) return  ! at the instant of other bonds
+         if (.not. acts_before_end(contacts, law, c)) term%instant = at_end
       end associate
    end subroutine take_law
 
@@ -350,7 +354,7 @@ contains
       slope = laws%normal_stiffness
       if (laws%plain) return
       associate (law => laws%slot(contacts%joint(c))%law)
-         slope = law%tangent(state_of(contacts, c), max(0.0_wp, closure_of(contacts, law, c, &
+         slope = law%tangent(state_of(contacts, law, c), max(0.0_wp, closure_of(contacts, law, c, &
             contacts%gap(c))))
       end associate
    end function normal_slope
@@ -398,7 +402,7 @@ contains
       call add_to_matrix(linear%terms, stiffness_weights, linear%stiffness)
    end subroutine assemble_stiffness
 
-   !> Where the energy of a motion is (its Rayleigh quotient, split).
+   !> Distribution of the energy of a motion (its Rayleigh quotient, split).
    pure function energy_of(linear, x) result(energy)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: x(:,:)  !< [6,n]
@@ -430,7 +434,8 @@ contains
       real(wp), intent(in) :: part
 
       energy%share(kind) = energy%share(kind) + part
-      if (part > energy%most(kind)) energy%holder(kind) = holder
+      ! of equal terms the first
+      if (part > (1.0_wp + alike)*energy%most(kind)) energy%holder(kind) = holder
       energy%most(kind) = max(energy%most(kind), part)
    end subroutine add_share
 
@@ -444,7 +449,7 @@ contains
       if (linear%name(b) /= '') label = label//' '//quoted(linear%name(b))
    end function block_label
 
-   !> A term by its kind, blocks and place.
+   !> A term by its kind, blocks and position.
    pure function term_label(linear, i) result(label)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: i  !< number of the term

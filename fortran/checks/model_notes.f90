@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Warnings about probable mistakes in a model, which may be run.
+!> Notes on probable mistakes in a model; they do not prevent a run.
 module dda_model_notes
    use dda_kinds, only: wp, pi
-   use dda_held_blocks, only: find_held, find_supported
+   use dda_held_blocks, only: find_grounded, find_supported
    use dda_linear_terms, only: linear_terms_type
+   use dda_magnitudes, only: magnitude_notes, note_length
    use dda_model, only: model_type
    use dda_overburden, only: overburden_type, find_overburden
    use dda_repeated_names, only: find_repeated
@@ -13,10 +14,9 @@ module dda_model_notes
    private
    public :: model_notes, note_length
 
-   integer, parameter :: note_length = 320  !< bytes
    !> kg/m³: lighter than any material of blocks, geofoam included; a number in g/cm³ is below
    real(wp), parameter :: least_density = 10.0_wp
-   !> degrees: angles of 3 to 90 degrees in radians; below, friction is meant to be next to none
+   !> degrees: angles of 3 to 90 degrees in radians; smaller ones are intended as almost no friction
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
    real(wp), parameter :: most_rounding = 0.01_wp  !< of a duration
    real(wp), parameter :: most_strain = 0.02_wp    !< that counts as small
@@ -34,6 +34,7 @@ contains
       call note_angles(model, notes)
       call note_durations(model, notes)
       call note_names(model, notes)
+      call note_points(model, notes)
       if (model%control%gravity(2) > 0.0_wp) then
          call add(notes, 'gravity = '//to_text(model%control%gravity(1))//', '// &
             to_text(model%control%gravity(2))//' m/s² points upwards: weight needs a negative '// &
@@ -43,6 +44,7 @@ contains
       end if
       call note_motions(model, notes)
       call note_softening(model, notes)
+      notes = [character(len=note_length) :: notes, magnitude_notes(model)]
    end function model_notes
 
    !> Cohesive joints that neither their points nor the steps resolve.
@@ -72,7 +74,7 @@ contains
 
    !> ' (and 3 more)', blank where there are none.
    pure function others(number) result(words)
-      integer, intent(in) :: number  !< how many besides the one that is named
+      integer, intent(in) :: number  !< number besides the named one
       character(len=:), allocatable :: words
 
       words = ''
@@ -132,7 +134,7 @@ contains
       end do
    end subroutine note_durations
 
-   !> Blocks of one name, which cells of a body have always.
+   !> Blocks with equal names, except cells of a body, which always share theirs.
    pure subroutine note_names(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -146,7 +148,22 @@ contains
       end associate
    end subroutine note_names
 
-   !> Effects of the weight on a model: blocks that nothing holds, strains, depth of contacts.
+   !> Measured points on the common edge or corner of blocks.
+   pure subroutine note_points(model, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      integer :: first
+
+      first = findloc(model%points%other > 0, .true., 1)
+      if (first == 0) return
+      associate (point => model%points(first))
+         call add(notes, 'measured point '//quoted(point%name)//others(count(model%points%other &
+            > 0) - 1)//' lies on '//label(model, point%block)//' and '//label(model, &
+            point%other)//', and follows the first: name one by block, or move the point')
+      end associate
+   end subroutine note_points
+
+   !> Effects of the weight on a model: unsupported blocks, strains, penetration.
    subroutine note_weights(model, notes)
       type(model_type), intent(in) :: model  !< with gravity
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -155,7 +172,7 @@ contains
       logical, allocatable :: held(:), supported(:)
       integer :: first
 
-      call find_held(model, held, terms)
+      call find_grounded(model, held, terms)
       if (.not. any(held)) then
          call add(notes, 'nothing holds the blocks against gravity: no &fixed_point and no '// &
             '&boundary holds one in that direction')
@@ -170,8 +187,8 @@ contains
       call note_depth(model, overburden, held, notes)
    end subroutine note_weights
 
-   !> The largest strain that the weight above a block and half of its own give, σ/E; where blocks
-   !> begin with stresses, these carry the weight.
+   !> The largest strain by the weight above a block and half of its own, σ/E; initial stresses of
+   !> blocks bear the weight instead.
    pure subroutine note_strain(model, overburden, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights
@@ -192,12 +209,12 @@ contains
       end associate
    end subroutine note_strain
 
-   !> The largest depth to which the weight presses a block into what it stands on, as a share of
+   !> The largest depth to which the weight presses a block into its support, as a fraction of
    !> its smaller side.
    pure subroutine note_depth(model, overburden, held, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights
-      logical, intent(in) :: held(:)         !< [blocks] the ground carries them
+      logical, intent(in) :: held(:)         !< [blocks] supported by the ground
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       real(wp) :: depth, share, most
       integer :: b, worst
@@ -216,7 +233,7 @@ contains
       if (worst == 0) return
       depth = depth_of(model, overburden, worst)
       call add(notes, 'the weight presses '//label(model, worst)//' about '// &
-         short_text(depth)//' m into what it stands on, '//short_text(100*most)// &
+         short_text(depth)//' m into its support, '//short_text(100*most)// &
          ' % of its smaller side: contacts of normal_stiffness = '// &
          to_text(model%contact%normal_stiffness)//' N/m, or of its joint, are soft')
    end subroutine note_depth
@@ -252,7 +269,7 @@ contains
       end associate
    end function smaller_side
 
-   !> Motions that nothing follows.
+   !> Motions that no support follows.
    pure subroutine note_motions(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The lowest modes of a linearised model: frequencies, shapes, what base motion excites them, and
-!> what damps them.
+!> The lowest modes of a linearised model: frequencies, shapes, participation in base motion, and
+!> damping.
 !>
 !> The modes are those without damping, each with the real part of the moduli at its own frequency.
 !> The damping ratio of a mode is that of the time integration, plus that of materials and dashpots
@@ -33,7 +33,7 @@ module dda_modes
       integer :: mechanisms = 0
       real(wp), allocatable :: omega(:)             !< rad/s
       real(wp), allocatable :: frequency(:)         !< Hz
-      real(wp), allocatable :: residual(:)          !< relative, of the inverse that was iterated
+      real(wp), allocatable :: residual(:)          !< relative, of the inverse iteration
       real(wp), allocatable :: shape(:,:,:)         !< [6,blocks,n] mass-normalised
       !> [2,n] Γ = φᵀMr for base motion in x and y, √kg
       real(wp), allocatable :: participation(:,:)
@@ -54,7 +54,7 @@ contains
    !> The `count` lowest modes that have stiffness; fewer if there are fewer.
    subroutine find_modes(linear, count, modes, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      integer, intent(in) :: count  !< how many
+      integer, intent(in) :: count  !< number of modes
       type(modes_type), intent(out) :: modes  !< lowest modes
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(eigenpairs_type) :: pairs
@@ -83,8 +83,8 @@ contains
       call put_in_words(linear, count, modes)
    end subroutine find_modes
 
-   !> Each mode with the moduli at its own frequency: for a given shape ω² = Σ (energies at ω), then
-   !> the shape anew, until the frequency stays.
+   !> Find each mode with the moduli at its own frequency: iterate ω² = Σ (energies at ω) for a
+   !> given shape, and the shape, until the frequency does not change.
    subroutine adapt_moduli(linear, pairs, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(eigenpairs_type), intent(inout) :: pairs  !< of the given moduli, then of their own
@@ -165,8 +165,7 @@ contains
       end do
    end function dashpot_damping
 
-   !> Γ = φᵀMr for r = a unit translation of all blocks, which is how rigid supports carry the
-   !> model.
+   !> Γ = φᵀMr for a unit translation r of all blocks, the motion of rigid supports.
    pure function participation_of(linear, shape) result(participation)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: shape(:,:)  !< [6,n]
@@ -179,11 +178,11 @@ contains
       end do
    end function participation_of
 
-   !> Lowest eigenpairs with stiffness.  Their values are taken anew from the energies of springs
-   !> and strains, where nothing cancels, so a motion without stiffness shows as one.
+   !> Lowest eigenpairs with stiffness.  Their values are recomputed from the energies of springs
+   !> and strains, without cancellation, so that a motion without stiffness is recognised.
    subroutine find_elastic(linear, count, pairs, rigid, mechanisms, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      integer, intent(in) :: count  !< how many
+      integer, intent(in) :: count  !< number of modes
       type(eigenpairs_type), intent(out) :: pairs  !< eigenvalues and vectors
       !> motions of loose parts; further motions without stiffness
       integer, intent(out) :: rigid, mechanisms
@@ -210,7 +209,7 @@ contains
       call select_pairs(pairs, [(i, i=mechanisms + 1, pairs%n)])
    end subroutine find_elastic
 
-   !> Blocks that a stage has removed: they have no mass in the run, and nothing touches them.
+   !> Blocks that a stage has removed; they have no mass and no contacts.
    pure integer function removed_blocks(linear)
       type(linear_model_type), intent(in) :: linear  !< linearised model
 
@@ -221,7 +220,7 @@ contains
    subroutine take_energies(linear, pairs, mechanisms)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(eigenpairs_type), intent(inout) :: pairs  !< eigenvalues and vectors
-      integer, intent(out) :: mechanisms  !< how many have none
+      integer, intent(out) :: mechanisms  !< number without stiffness
       type(energy_share_type) :: energy
       real(wp) :: limit
       integer :: i
@@ -250,7 +249,7 @@ contains
 
    subroutine put_in_words(linear, wanted, modes)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      integer, intent(in) :: wanted  !< how many
+      integer, intent(in) :: wanted  !< number of modes
       type(modes_type), intent(inout) :: modes  !< lowest modes
 
       modes%words = counted(to_text(linear%closed), 'contact is closed', 'contacts are closed')
@@ -260,7 +259,7 @@ contains
       if (allocated(linear%equilibrium%words)) modes%words = modes%words//'; '// &
          linear%equilibrium%words
       if (modes%rigid > 0) modes%words = modes%words// &
-         '; the stiffness is singular: loose parts move freely as '//'rigid bodies in '// &
+         '; the stiffness is singular: unsupported parts move freely as '//'rigid bodies in '// &
          counted(to_text(modes%rigid), 'way', 'ways')
       if (modes%mechanisms > 0) modes%words = modes%words//'; at least '// &
          to_text(modes%mechanisms)//' further motions meet no stiffness (hinges or slides)'

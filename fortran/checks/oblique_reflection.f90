@@ -14,10 +14,10 @@ module dda_oblique_reflection
 
 contains
 
-   !> Share of the energy of a wave that comes back, in both kinds of waves.
+   !> Reflected fraction of the energy of a wave, in both kinds of waves.
    pure real(wp) function reflected_energy(ratio, wave, angle)
       real(wp), intent(in) :: ratio  !< V_p/V_s, above √2
-      integer, intent(in) :: wave    !< wave_p or wave_s, that comes in
+      integer, intent(in) :: wave    !< wave_p or wave_s, incoming
       real(wp), intent(in) :: angle  !< from the normal, rad, below π/2
       complex(wp) :: normal(2), row(2, 2), known(2), amplitude(2), determinant
       real(wp) :: speed(2), p
@@ -55,7 +55,8 @@ contains
       imbalance(2) = (d(2)*u(1) + d(1)*u(2))/speed - u(1)
    end function imbalance
 
-   !> The largest whole angle, degrees, up to which no more than a share of the energy comes back.
+   !> The largest whole angle, degrees, up to which at most a given fraction of the energy is
+   !> reflected.
    pure integer function absorbed_angle(ratio, wave, share) result(angle)
       real(wp), intent(in) :: ratio  !< V_p/V_s
       integer, intent(in) :: wave    !< wave_p or wave_s

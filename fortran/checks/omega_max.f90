@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The highest frequency of a model: what Δt < 4/ω_max (paper eq. 13) asks for.
+!> The highest frequency of a model, as required by Δt < 4/ω_max (paper eq. 13).
 !>
 !> ω_max by ARPACK is a Ritz value, at most the true one.  The bracket needs no iteration: with K_ii
 !> the 6×6 diagonal block of block i, and (a + b)² ≤ 2a² + 2b² for each spring between blocks,
@@ -29,15 +29,15 @@ module dda_omega_max
       integer :: upper_block = 0
    end type bracket_type
 
-   !> The highest frequency and what governs it.
+   !> The highest frequency and the spring or block that governs it.
    type :: omega_max_type
       real(wp) :: omega = 0.0_wp         !< ω_max, rad/s
-      real(wp) :: tolerance = 0.0_wp     !< asked of the residual
+      real(wp) :: tolerance = 0.0_wp     !< tolerance of the residual
       real(wp) :: residual = 0.0_wp      !< reached, ‖Kx − ω²Mx‖/ω² in the mass norm
       integer(long) :: products = 0      !< of K with a vector
       type(bracket_type) :: bracket
       type(energy_share_type) :: energy        !< of its mode
-      integer :: kind = 0                !< what governs: the kind that has most of that energy
+      integer :: kind = 0                !< governing kind: the one with most of that energy
       integer :: spring = 0              !< spring of that kind that has the most, else 0
       !> blocks of that spring, or the block whose strain has the most
       integer :: block(2) = 0
@@ -48,12 +48,12 @@ module dda_omega_max
 
 contains
 
-   !> ω_max with its bracket and what governs it.
+   !> ω_max with its bracket and its governing spring or block.
    subroutine find_omega_max(linear, result, error, tolerance)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(omega_max_type), intent(out) :: result  !< highest frequency
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      !> of the relative residual; default: what the size affords
+      !> of the relative residual; default: depends on the size
       real(wp), intent(in), optional :: tolerance
       type(eigenpairs_type) :: pairs
 
@@ -178,7 +178,7 @@ contains
       end associate
    end subroutine put_in_words
 
-   !> A value outside its bracket cannot be an eigenvalue: never pass it off.
+   !> A value outside its bracket cannot be an eigenvalue: return an error.
    subroutine check_bracket(result, error)
       type(omega_max_type), intent(in) :: result  !< highest frequency
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Weight that blocks carry of those above them, if it goes straight along gravity: an estimate that
-!> needs no step.
+!> Weight of the blocks above each block if it is transferred straight along gravity: an estimate
+!> without a step.
 !>
-!> The model is cut into columns along gravity.  A block takes what comes down in the columns that
-!> it is in, adds its own weight, and spreads both evenly over these columns; a block that the
-!> ground holds passes nothing on.
+!> The model is cut into columns along gravity.  A block receives the weight above it in its
+!> columns, adds its own, and distributes the sum evenly over these columns; a block supported by
+!> the ground passes nothing on.
 module dda_overburden
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -18,19 +18,19 @@ module dda_overburden
    !> Weights along gravity.
    type :: overburden_type
       real(wp), allocatable :: width(:)     !< [blocks] across gravity, m
-      real(wp), allocatable :: weight(:)    !< [blocks] that stands on its base, with its own, N/m
-      integer, allocatable :: beneath(:)    !< [blocks] how many blocks are next below
+      real(wp), allocatable :: weight(:)    !< [blocks] weight on its base, including its own, N/m
+      integer, allocatable :: beneath(:)    !< [blocks] number of blocks next below
       integer, allocatable :: pair(:,:)     !< [2,any] a block, and one next below it
       integer :: pairs = 0
    end type overburden_type
 
 contains
 
-   !> Weights of all blocks, and which stand above which.
+   !> Weights of all blocks, and which blocks are above which.
    pure subroutine find_overburden(blocks, gravity, held, overburden)
-      type(blocks_type), intent(in) :: blocks  !< in their first state
+      type(blocks_type), intent(in) :: blocks  !< in their initial state
       real(wp), intent(in) :: gravity(2)       !< not zero, m/s²
-      logical, intent(in) :: held(:)           !< [blocks] the ground carries them
+      logical, intent(in) :: held(:)           !< [blocks] supported by the ground
       type(overburden_type), intent(out) :: overburden  !< of all blocks
       integer, allocatable :: span(:,:), lowest(:)
       real(wp), allocatable :: carried(:)
@@ -54,13 +54,13 @@ contains
       end do
    end subroutine find_overburden
 
-   !> Width of each block across gravity, and the columns that it is in.
+   !> Width of each block across gravity, and its columns.
    pure subroutine set_columns(blocks, down, overburden, span, columns)
-      type(blocks_type), intent(in) :: blocks  !< in their first state
+      type(blocks_type), intent(in) :: blocks  !< in their initial state
       real(wp), intent(in) :: down(2)          !< unit vector
       type(overburden_type), intent(inout) :: overburden   !< gets the widths
       integer, allocatable, intent(out) :: span(:,:)       !< [2,blocks] first and last column
-      integer, intent(out) :: columns          !< how many
+      integer, intent(out) :: columns          !< their number
       real(wp) :: side(2, blocks%n), across(2), left, width
       integer :: b
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A small model that answers one excitation as the linearised model does, over a band of
+!> A small model with the same response to one excitation as the linearised model, over a band of
 !> frequencies.
 !>
 !> In steady vibration (`dda_scheme_response`) the equations are A(ω) x = b with the complex
@@ -9,11 +9,11 @@
 !>
 !> where K_e acts at the end of the step, C, C_e are dashpots, and K_g, M_g belong to the blocks of
 !> one damping, g being its complex modulus at the pre-warped frequency over the given one
-!> (`dda_damping`).  The damping is not classical, so no real modes do.  The equations are projected
-!> on a real basis, orthonormal in M, which begins with the static response, if there is one, and
-!> grows by the real and imaginary part of (K + sM)⁻¹ times the residual at sample frequencies until
-!> that is small at all of them.  The shift s, far below the end of the band, lets K be singular: a
-!> model may stand on dashpots alone.
+!> (`dda_damping`).  The damping is not classical, so real modes do not suffice.  The equations are
+!> projected on a real basis, orthonormal in M, which begins with the static response, if there is
+!> one, and grows by the real and imaginary part of (K + sM)⁻¹ times the residual at sample
+!> frequencies until that is small at all of them.  The shift s, far below the end of the band,
+!> permits a singular K: a model may be supported by dashpots only.
 module dda_reduced_model
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
@@ -36,16 +36,16 @@ module dda_reduced_model
    integer, parameter :: samples = 16                 !< frequencies, evenly over the band
    integer, parameter :: most_expansions = 60         !< at one of them
    real(wp), parameter :: accuracy = 1.0e-10_wp       !< of K⁻¹ times the residual, relative
-   real(wp), parameter :: rounding = 1.0e-8_wp        !< the same, where no vector may lessen it
-   real(wp), parameter :: tolerable = 1.0e-5_wp       !< the same, beyond which there is no answer
-   real(wp), parameter :: independent = 1.0e-8_wp     !< least share of a vector that is new
+   real(wp), parameter :: rounding = 1.0e-8_wp        !< the same, if no vector reduces it
+   real(wp), parameter :: tolerable = 1.0e-5_wp       !< the same, beyond which there is no result
+   real(wp), parameter :: independent = 1.0e-8_wp     !< smallest new fraction of a vector
    real(wp), parameter :: shift_share = 0.05_wp       !< √s over the end of the band, rad/s
 
-   !> Factors in steady vibration of all that A consists of.
+   !> Factors in steady vibration of the parts of A.
    type :: weights_type
-      complex(wp) :: inertia = 0.0_wp         !< of M, in place of −ω², 1/s²
+      complex(wp) :: inertia = 0.0_wp         !< of M, instead of −ω², 1/s²
       complex(wp) :: load = 0.0_wp            !< of forces at t₀ + θΔt
-      complex(wp) :: ground(instants) = 0.0_wp  !< of what the ground exerts by terms of an instant
+      complex(wp) :: ground(instants) = 0.0_wp  !< of ground forces through terms of an instant
       !> [instants + 2 damping] terms by their instant, then elasticity and mass of each damping,
       !> beyond what K has of them
       complex(wp), allocatable :: part(:)
@@ -91,10 +91,10 @@ contains
       if (.not. reduced%residual <= tolerable) call fail(error, error_solver, &
          'the equations of the transfer function hold only to '//to_text(reduced%residual)// &
          ' with '//to_text(reduced%m)//' basis vectors up to '//to_text(highest)// &
-         ' Hz; ask for lower frequencies')
+         ' Hz; choose lower frequencies')
    end subroutine reduce_model
 
-   !> Extend the basis until the equations hold at a frequency.
+   !> Extend the basis until the equations are satisfied at a frequency.
    subroutine fit_frequency(reduced, linear, inverse, force, frequency)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -181,7 +181,7 @@ contains
       weights%part = spread((0.0_wp, 0.0_wp), 1, instants)
    end function undamped_weights
 
-   !> Coordinates in the basis of the answer to Σ load × force.
+   !> Coordinates in the basis of the response to Σ load × force.
    subroutine solve_reduced(reduced, weights, load, y)
       type(reduced_model_type), intent(in) :: reduced  !< projected model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
@@ -199,9 +199,9 @@ contains
             a(i, i) = a(i, i) + weights%inertia
          end do
          y = matmul(reduced%force(:m, :), load)
-         if (m == 0) return  ! what only dashpots move has no static response to begin with
+         if (m == 0) return  ! parts on dashpots only have no static response
          call zsysv('L', m, 1, a, m, pivot, y, m, work, size(work), info)
-         ! On an undamped resonance: as large as rounding lets it be.
+         ! On an undamped resonance: limited by round-off.
          if (info > 0) y = y/(epsilon(1.0_wp)*abs(weights%inertia))
       end associate
    end subroutine solve_reduced
@@ -262,7 +262,7 @@ contains
       end do
    end function damping_pull
 
-   !> Take from the residual of block b what its damping has of A x.
+   !> Subtract the damping part of A x from the residual of block b.
    pure subroutine take_damping(linear, weights, b, x, re, im)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
@@ -319,7 +319,7 @@ contains
    end function mass_product
 
    !> Make a vector orthonormal to the basis and append it, with its row of the projected matrices;
-   !> not if there is hardly anything new in it, or no room.
+   !> skip it if it is almost dependent, or if there is no memory left.
    subroutine add_vector(reduced, linear, force, vector, added)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -381,7 +381,7 @@ contains
       end associate
    end subroutine project
 
-   !> The same of the parts that belong to damping.
+   !> Rows and columns of the damping parts.
    subroutine project_damping(reduced, linear, v)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model

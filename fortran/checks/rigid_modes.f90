@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Motions without any stiffness that can be written down: loose parts of a model as rigid bodies.
+!> Motions without stiffness that are known in closed form: loose parts of a model as rigid bodies.
 !>
-!> Blocks joined by springs form parts.  A part moves rigidly in up to three ways, as many as its
-!> supports leave free; these are exact null vectors of the linearised stiffness.
+!> Blocks joined by springs form parts.  A part has up to three rigid motions that its supports
+!> leave free; these are exact null vectors of the linearised stiffness.
 module dda_rigid_modes
    use dda_kinds, only: wp
    use dda_deflation, only: null_space_type
@@ -14,7 +14,7 @@ module dda_rigid_modes
    private
    public :: find_rigid_modes
 
-   real(wp), parameter :: nothing = 1.0e-12_wp  !< of the stiffest rigid motion: not held
+   real(wp), parameter :: nothing = 1.0e-12_wp  !< of the stiffest rigid motion: unsupported
 
 contains
 
@@ -57,7 +57,7 @@ contains
       end do
    end subroutine find_parts
 
-   !> The root of the part of a block; what is passed on the way comes nearer to it.
+   !> The root of the part of a block; entries on the path are linked closer to it.
    integer function root_of(parent, b) result(root)
       integer, intent(inout) :: parent(:)  !< [n] a block of the same part, or itself
       integer, intent(in) :: b  !< block
@@ -106,7 +106,7 @@ contains
       end do
    end subroutine rigid_motions
 
-   !> Of each part's motions keep the combinations that its supports do not resist.
+   !> Keep the combinations of each part's motions that its supports do not resist.
    subroutine leave_free_ones(linear, free, motion, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(null_space_type), intent(inout) :: free  !< rigid motions of loose parts

@@ -5,7 +5,7 @@
 !> Beyond Ω = 2/|θ − χ| (4 in DDA) one root of the scheme is negative and tends to 1 − 1/χ, in DDA
 !> to −1: a stiff contact that was hit rings for about Ω²/8 steps.  Bonded contacts and strains have
 !> the roots of (θ, χ), unilateral contacts those of (1, χ); supports have those of backward Euler
-!> and do not ring, so that their stiffness is left out here.
+!> and do not ring; their stiffness is omitted here.
 module dda_ringing
    use dda_kinds, only: wp
    use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
@@ -53,7 +53,7 @@ contains
 
    contains
 
-      !> Shares of each kind in the energy of the mode.
+      !> Fractions of each kind in the energy of the mode.
       function energy_shares() result(share)
          real(wp) :: share(strain_energy)
 
@@ -91,13 +91,13 @@ contains
       if (.not. ringing%steps > 0.0_wp) return
       ringing%words = 'the stiffest mode ('//kind//', omega dt = '// &
          short_text(ringing%resolution)// &
-         ') changes the sign of its velocity every step and falls to 1/e in '
+         ') changes the sign of its velocity every step and '
       if (ringing%steps < 1.0e12_wp) then
-         ringing%words = ringing%words//short_text(ringing%steps)//' steps'
+         ringing%words = ringing%words//'decays to 1/e in '//short_text(ringing%steps)//' steps'
          ringing%brief = '1/e in '//short_text(ringing%steps)//' steps'
       else
-         ringing%words = ringing%words//'no number of steps: it does not decay'
-         ringing%brief = 'does not decay'
+         ringing%words = ringing%words//'never dies out'
+         ringing%brief = 'never dies out'
       end if
       ringing%brief = kind//', '//ringing%brief
    end subroutine put_in_words

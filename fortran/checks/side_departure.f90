@@ -2,7 +2,7 @@
 !> Departure of the sides of a model from their free fields: an estimate before the
 !> run, for waves that are long against the depth.
 !>
-!> Ground of depth H(x) on a base that radiates moves sideways as a bar, u(x) over its depth:
+!> Ground of depth H(x) on a radiating base moves sideways like a bar, u(x) over its depth:
 !>
 !>     (E'H u')' + (ρH ω² − iωZ) u = −2iωZ u_in ,
 !>
@@ -34,7 +34,7 @@ contains
    subroutine find_side_departure(model, x, frequency, departure)
       type(model_type), intent(in) :: model     !< as read from the input
       real(wp), intent(in) :: x(:)              !< [vertices] where they are at the start, m
-      real(wp), intent(inout) :: frequency      !< Hz; at most that of waves of four times the depth
+      real(wp), intent(inout) :: frequency      !< Hz; for waves of at least four depths
       real(wp), intent(out) :: departure        !< 0 … 1
       type(bar_type) :: bar
       complex(wp) :: u(cells + 1), free(2)
@@ -50,7 +50,8 @@ contains
       departure = maxval(abs(u([1, cells + 1])/free - 1.0_wp), mask=bar%dashpot > 0.0_wp)
    end subroutine find_side_departure
 
-   !> Blocks spread over the cells that they reach over; dashpots of the base and the sides.
+   !> Distribute the blocks over the cells that they overlap; set dashpots of the base and the
+   !> sides.
    type(bar_type) function bar_of(model, x) result(bar)
       type(model_type), intent(in) :: model  !< as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] where they are at the start, m

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Cohesive joints whose cracks are shorter than their contact points are apart, or that break
-!> within a step.
+!> Cohesive joints whose crack zones are not resolved by their contact points, or that break within
+!> a step.
 module dda_softening
    use dda_kinds, only: wp
    use dda_model, only: model_type
@@ -17,7 +17,7 @@ module dda_softening
 
 contains
 
-   !> Words on joint j where its cohesive zone E'G/T² holds fewer than three points; else
+   !> Warning on joint j if its cohesive zone E'G/T² contains fewer than three points; otherwise
    !> blank.
    pure function coarse_points(model, j) result(words)
       type(model_type), intent(in) :: model  !< as read from the input
@@ -38,8 +38,8 @@ contains
       end associate
    end function coarse_points
 
-   !> Words on joint j where it softens faster than the inertia of the lightest two blocks
-   !> resists in a step: M/(χΔt²) < T²/2G; else blank.
+   !> Warning on joint j if it softens faster than the inertia of the lightest two blocks resists in
+   !> a step, M/(χΔt²) < T²/2G; else blank.
    pure function long_steps(model, j) result(words)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: j               !< joint
@@ -58,7 +58,7 @@ contains
          words = 'joint '//quoted(trim(joint%name))//' softens within a step of time_step = '// &
             short_text(model%control%time_step)//' s: when it breaks depends on the step above '// &
             short_text(limit)//' s; up to '//short_text(limit/fine_steps)//' s bounds of its '// &
-            'fracture energy are 10 % apart at most, also where it snaps'
+            'fracture energy are 10 % apart at most, also if it snaps'
       end associate
    end function long_steps
 

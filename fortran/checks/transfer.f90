@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Exact transfer functions of the linearised model between two measured points, for base motion.
 !>
-!> Where the ground moves, its springs and dashpots push by their coefficients times the motion,
-!> each with the factor of its instant (`dda_scheme_response`); motion given as a body force has
-!> ω² w_l M x_s on the right, with x_s a unit translation, and gives the motion relative to the
-!> base.
+!> Springs and dashpots on moving ground exert their coefficients times the motion, each with the
+!> factor of its instant (`dda_scheme_response`); motion given as a body force has ω² w_l M x_s on
+!> the right, with x_s a unit translation, and gives the motion relative to the base.
 module dda_transfer
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
@@ -50,7 +49,7 @@ contains
       integer, intent(in) :: points(2)      !< numbers of the measured points: out, in; 0: motion
       integer, intent(in) :: axes(2)        !< 1: x, 2: y, of each
       integer, intent(in) :: base_axis      !< along which the base moves
-      real(wp), intent(in) :: highest       !< frequency up to which it will be asked for, Hz
+      real(wp), intent(in) :: highest       !< frequency up to which it will be requested, Hz
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: static(:,:), force(:,:,:)
       integer :: i, j
@@ -95,8 +94,8 @@ contains
          to_text(highest)//' Hz'
    end subroutine prepare_transfer
 
-   !> Forces for a unit motion of the base, and the static response to it: a translation where all
-   !> the ground moves.
+   !> Forces for a unit motion of the base, and the static response to it: a translation if all the
+   !> ground moves.
    subroutine excite(transfer, linear, axis, static, force, error)
       type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -119,8 +118,8 @@ contains
       end if
       call push_ground(linear, axis, force, held, moved)
       if (held == 0) then
-         call fail(error, error_input, 'there is no base: no fixed point or dashpot holds the '// &
-            'model in '//merge('x', 'y', axis == 1)//' and there is no base motion in it')
+         call fail(error, error_input, 'there is no base: no fixed point or dashpot supports '// &
+            'the model in '//merge('x', 'y', axis == 1)//' and there is no base motion in it')
       else if (moved < held) then
          transfer%words = to_text(moved)//' of '//to_text(held)//' '//ground_name(linear)//' move'
          call prepare_inverse(inverse, linear%stiffness, linear%mass, error)
@@ -131,7 +130,7 @@ contains
       end if
    end subroutine excite
 
-   !> Words on the ties of the model to the ground.
+   !> Text on the supports of the model on the ground.
    pure function ground_name(linear) result(name)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       character(len=:), allocatable :: name
@@ -142,14 +141,14 @@ contains
       end associate
    end function ground_name
 
-   !> Forces of the terms to the ground that follow the first of their motions along an axis, or of
-   !> all where none has a motion, for a unit displacement of the ground.
+   !> Forces for a unit displacement of the ground, of the ground terms that follow their first
+   !> motion along an axis, or of all ground terms if none has a motion.
    pure subroutine push_ground(linear, axis, force, held, moved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: axis  !< 1: x, 2: y
       real(wp), intent(inout) :: force(:,:,:)  !< [6,n,instants]
-      integer, intent(out) :: held             !< terms that hold along the axis
-      integer, intent(out) :: moved            !< those that move
+      integer, intent(out) :: held             !< terms that resist along the axis
+      integer, intent(out) :: moved            !< terms that move
       integer :: i, motion
       logical :: counts
 
@@ -175,7 +174,7 @@ contains
 
    contains
 
-      pure logical function is_held(i)
+      pure logical function is_held(i)  ! total
          integer, intent(in) :: i  !< number, from 1
 
          is_held = linear%terms%term(i)%block_b == 0 .and. &
@@ -222,7 +221,7 @@ contains
       transfer_at = ratio_at(transfer, frequency, weights_at(transfer%linear, frequency))
    end function transfer_at
 
-   !> The same of the model in continuous time, without any damping; cut off at a resonance.
+   !> Transfer function of the model in continuous time, without damping; cut off at a resonance.
    complex(wp) function undamped_transfer_at(transfer, frequency)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: frequency  !< Hz
@@ -270,7 +269,7 @@ contains
       peak%inside = min(peak%frequency - low, high - peak%frequency) > 1.0e-6_wp*(high - low)
    end subroutine transfer_peak
 
-   !> An even grid over a band and the resonances in it.
+   !> Frequencies of a uniform grid over a band, and the resonances in it.
    pure subroutine choose_frequencies(transfer, low, high, frequency)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: low, high  !< Hz

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Number and kind of modes that a time step cannot resolve (ω > 4/Δt, paper eq. 13).
 !>
-!> Two bounds cost nothing.  K lies below the block-diagonal matrix of the upper bracket, so its
-!> eigenvalues do too (Courant–Fischer): at most as many modes lie beyond as blocks alone have
-!> there. Blocks that share no spring leave their diagonal blocks uncoupled, so by Cauchy's
-!> interlacing at least as many lie beyond as those blocks have.  Small models are counted exactly.
+!> Two bounds cost nothing.  K is bounded by the block-diagonal matrix of the upper bracket, and so
+!> are its eigenvalues (Courant–Fischer): at most as many modes exceed the limit as those of
+!> isolated blocks. The diagonal blocks of blocks without a common spring are uncoupled, so by
+!> Cauchy's interlacing theorem at least as many modes exceed the limit as those of these blocks.
+!> Small models are counted exactly.
 module dda_unresolved
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type
@@ -26,9 +27,9 @@ module dda_unresolved
    type :: unresolved_type
       real(wp) :: limit = 0.0_wp              !< 4/Δt, rad/s
       integer :: modes = 0                    !< of the model, 6 for each block
-      integer :: least = 0                    !< at least so many lie beyond
-      integer :: most = 0                     !< at most so many
-      logical :: exact = .false.              !< the two are one
+      integer :: least = 0                    !< lower bound of their number
+      integer :: most = 0                     !< upper bound
+      logical :: exact = .false.              !< both bounds are equal
       !> by the kind that has most energy; of `most`, or of the exact count
       integer :: of_kind(energy_kinds) = 0
       character(len=:), allocatable :: words
@@ -154,7 +155,7 @@ contains
       governing = maxloc(energy, 1)
    end function governing
 
-   !> Modes beyond, of blocks no two of which share a spring, chosen one after the other.
+   !> Unresolved modes of blocks without a common spring, chosen one after the other.
    subroutine bound_below(linear, unresolved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
@@ -200,7 +201,7 @@ contains
          u%words = to_text(u%least)
          if (.not. u%exact) u%words = 'between '//to_text(u%least)//' and '//to_text(u%most)
          u%words = u%words//' of '//to_text(u%modes)//' modes lie beyond 4/time_step = '// &
-            short_text(u%limit)//' rad/s, mostly in '
+            short_text(u%limit)//' rad/s and are not resolved, mostly in '
          first = .true.
          do kind = 1, energy_kinds
             if (u%of_kind(kind) == 0) cycle
@@ -209,8 +210,7 @@ contains
             share = real(u%of_kind(kind), wp)/real(sum(u%of_kind), wp)
             u%words = u%words//trim(kind_names(kind))//' ('//to_text(nint(100*share))//' %)'
          end do
-         u%words = u%words//'; their velocities change sign from step to step, for as long as '// &
-            'ringing says'
+         u%words = u%words//"; the line 'ringing' tells how soon they die out"
       end associate
    end subroutine put_in_words
 

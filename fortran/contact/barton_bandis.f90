@@ -3,7 +3,9 @@
 !>
 !> Normal stress σ = k_ni x/(1 − x/V_m), with the potential k_ni V_m [−V_m ln(1 − x/V_m) − x] and
 !> the slope k_ni (1 − x/V_m)⁻².  Shear strength σ tan[φ_r + JRC log₁₀(JCS/σ)], its angle between
-!> φ_r (σ ≥ JCS) and 70° [Barton and Choubey, 1977; Bandis, Lumsden and Barton, 1983].
+!> φ_r (σ ≥ JCS) and 70° [Barton and Choubey, 1977; Bandis, Lumsden and Barton, 1983].  Beyond 100
+!> JCS, which no joint wall can bear, the stress follows the tangent of the hyperbola.  Stress and
+!> slope then exist at any closure, and rounding of coordinates changes the force little.
 module dda_barton_bandis
    use dda_kinds, only: wp, pi
    use dda_joint_law, only: joint_law_type, joint_state_type, strength_type
@@ -15,7 +17,7 @@ module dda_barton_bandis
    public :: barton_bandis_type, new_barton_bandis, closure_of_joint
 
    real(wp), parameter :: steepest = 70.0_wp      !< angle of the shear strength, degrees
-   real(wp), parameter :: nearly = 1.0e-9_wp      !< of V_m, left at the end of the hyperbola
+   real(wp), parameter :: most_stress = 100.0_wp  !< over JCS, at the end of the hyperbola
    real(wp), parameter :: small = 1.0e-2_wp       !< x/V_m below which a series is more accurate
    real(wp), parameter :: mega = 1.0e6_wp, milli = 1.0e-3_wp
 
@@ -25,7 +27,7 @@ module dda_barton_bandis
       real(wp) :: roughness = 0.0_wp       !< JRC
       real(wp) :: wall_strength = 1.0_wp   !< JCS, Pa
       real(wp) :: residual_angle = 0.0_wp  !< φ_r, degrees
-      real(wp) :: reduction = 1.0_wp       !< that the shear strength is divided by
+      real(wp) :: reduction = 1.0_wp       !< divisor of the shear strength
    contains
       procedure :: normal_force
       procedure :: tangent
@@ -34,15 +36,15 @@ module dda_barton_bandis
       procedure :: strength
       procedure :: reduced
       procedure :: complete
+      procedure, private :: last_closure
    end type barton_bandis_type
 
 contains
 
-   !> The law of a joint material but for its stiffness.
+   !> The law of a joint material, without its stiffness.
    pure type(barton_bandis_type) function new_barton_bandis(joint) result(law)
-      type(joint_type), intent(in) :: joint  !< as checked
+      type(joint_type), intent(in) :: joint  !< checked input
 
-      law%needs(2:) = [character(len=24) :: 'jrc', 'jcs']
       law%curved = .true.
       law%max_closure = joint%max_closure
       law%roughness = joint%jrc
@@ -51,26 +53,16 @@ contains
       law%reduction = joint%strength_reduction
    end function new_barton_bandis
 
-   !> Closure as given, or from the strength of the rock.
+   !> Derive the closure parameters from the strength of the rock if they are not given.
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(barton_bandis_type), intent(in) :: law  !< of the joint
-      type(joint_type), intent(inout) :: joint      !< as read
+      type(joint_type), intent(inout) :: joint      !< input of the law
       real(wp), intent(in) :: shear_ratio           !< k_n/k_s
-      character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
+      character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
 
       wrong = ''
       associate (stiffness => joint%normal_stiffness, closure => joint%max_closure)
-         if (joint%compressive_strength == unset) then
-            if (.not. (stiffness > 0.0_wp .and. closure /= unset)) wrong = 'the closure of the '// &
-               'joint is missing: give normal_stiffness_per_area (k_ni) and max_closure (V_m), '// &
-               'or compressive_strength'
-            return
-         end if
-         if (stiffness > 0.0_wp .or. closure /= unset) then
-            wrong = 'compressive_strength gives the closure of the joint: leave it out, or '// &
-               'leave out normal_stiffness_per_area and max_closure'
-            return
-         end if
+         if (joint%compressive_strength == unset) return
          call closure_of_joint(joint%jrc, joint%jcs, joint%compressive_strength, stiffness, closure)
          if (.not. min(stiffness, closure) > 0.0_wp) wrong = 'jrc = '//to_text(joint%jrc)// &
             ', jcs = '//to_text(joint%jcs)//' and compressive_strength = '// &
@@ -87,7 +79,7 @@ contains
       real(wp), intent(in) :: roughness      !< JRC
       real(wp), intent(in) :: wall_strength  !< JCS, Pa
       real(wp), intent(in) :: rock_strength  !< σ_c, Pa
-      real(wp), intent(out) :: stiffness     !< k_ni, Pa/m; may come out negative
+      real(wp), intent(out) :: stiffness     !< k_ni, Pa/m; may be negative
       real(wp), intent(out) :: max_closure   !< V_m, m; likewise
       real(wp) :: aperture, ratio
 
@@ -100,6 +92,16 @@ contains
       max_closure = (-0.296_wp - 0.0056_wp*roughness + 2.241_wp*ratio**(-0.245_wp))*milli
    end subroutine closure_of_joint
 
+   !> Closure at the end of the hyperbola, m.
+   pure real(wp) function last_closure(law, state) result(last)
+      class(barton_bandis_type), intent(in) :: law !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp) :: force
+
+      force = most_stress*law%wall_strength*state%length
+      last = force/(law%initial_spring(state) + force/law%max_closure)
+   end function last_closure
+
    !> Normal force, N/m; beyond the hyperbola's end along its tangent.
    pure real(wp) function normal_force(law, state, closure) result(force)
       class(barton_bandis_type), intent(in) :: law !< of the joint
@@ -107,7 +109,7 @@ contains
       real(wp), intent(in) :: closure              !< m
       real(wp) :: x
 
-      x = min(closure, (1.0_wp - nearly)*law%max_closure)
+      x = min(closure, law%last_closure(state))
       force = law%initial_spring(state)*x/(1.0_wp - max(x, 0.0_wp)/law%max_closure) &
          + law%tangent(state, x)*(closure - x)
    end function normal_force
@@ -119,7 +121,7 @@ contains
       real(wp), intent(in) :: closure              !< m
       real(wp) :: x
 
-      x = max(0.0_wp, min(closure, (1.0_wp - nearly)*law%max_closure))
+      x = max(0.0_wp, min(closure, law%last_closure(state)))
       tangent = law%initial_spring(state)/(1.0_wp - x/law%max_closure)**2
    end function tangent
 
@@ -129,7 +131,13 @@ contains
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: force                !< compression positive, N/m
 
-      closure = force/(law%initial_spring(state) + max(force, 0.0_wp)/law%max_closure)
+      real(wp) :: beyond
+
+      beyond = max(0.0_wp, force - most_stress*law%wall_strength*state%length)
+      associate (on_curve => force - beyond)
+         closure = on_curve/(law%initial_spring(state) + max(on_curve, 0.0_wp)/law%max_closure)
+      end associate
+      if (beyond > 0.0_wp) closure = closure + beyond/law%tangent(state, closure)
    end function closure
 
    !> Potential of the normal force, J per metre of thickness.
@@ -139,7 +147,7 @@ contains
       real(wp), intent(in) :: closure              !< m
       real(wp) :: x, u, beyond
 
-      x = min(closure, (1.0_wp - nearly)*law%max_closure)
+      x = min(closure, law%last_closure(state))
       beyond = closure - x
       u = x/law%max_closure
       if (u <= 0.0_wp) then
@@ -156,7 +164,7 @@ contains
    end function stored
 
    !> Largest shear force, N/m.
-   pure real(wp) function strength(law, state, normal_force)
+   pure real(wp) function strength(law, state, normal_force)  ! total
       class(barton_bandis_type), intent(in) :: law !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
@@ -170,10 +178,10 @@ contains
       strength = normal_force*tan(angle*pi/180.0_wp)/law%reduction
    end function strength
 
-   !> The shear strength has a divisor of its own.
+   !> Divide the shear strength by a factor.
    pure function reduced(law, joint, factor) result(strengths)
       class(barton_bandis_type), intent(in) :: law  !< of the joint
-      type(joint_type), intent(in) :: joint         !< that it was made of
+      type(joint_type), intent(in) :: joint         !< input of the law
       real(wp), intent(in) :: factor                !< above 0
       type(strength_type), allocatable :: strengths(:)
 

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bonds: at the start, joints of parallel edges in touch hold cohesion and tension.
+!> Bonds: at the start, joints of parallel touching edges have cohesion and tensile strength.
 module dda_bonds
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, contact_stick
    use dda_friction, only: laws_type
+   use dda_joint_law, only: weakened
    use dda_tributary, only: contact_overlap
    implicit none
    private
@@ -14,10 +15,10 @@ module dda_bonds
 
 contains
 
-   !> Bond each contact in touch along parallel edges, over its share of their overlap.
+   !> Bond each touching contact along parallel edges, over its part of their overlap.
    !>
-   !> Under a joint law, contacts in touch also begin with their peak strength, unless that has a
-   !> cohesion or tension which they cannot hold.
+   !> Under a joint law, other touching contacts also begin with their peak strength, unless it
+   !> includes cohesion or tension.
    subroutine bond_contacts(contacts, blocks, laws)
       type(contacts_type), intent(inout) :: contacts  !< first list of the run
       type(blocks_type), intent(in) :: blocks         !< in their first state
@@ -31,7 +32,7 @@ contains
             holds = max(laws%cohesion(joint), laws%tension(joint)) > 0.0_wp
             if (laws%plain .and. .not. holds) cycle
             if (contacts%gap(c) > touching*blocks%length(e)) cycle
-            if (.not. (laws%plain .or. holds)) contacts%weakened(c) = 0.0_wp
+            if (.not. (laws%plain .or. holds)) contacts%memory(weakened, c) = 0.0_wp
             if (.not. holds) cycle
             length = contact_overlap(blocks, e, contacts%vertex(c))
          end associate
@@ -40,7 +41,7 @@ contains
          contacts%bonded(c) = .true.
          contacts%bond_length(c) = length
          contacts%state(c) = contact_stick
-         if (.not. laws%plain) contacts%weakened(c) = 0.0_wp
+         if (.not. laws%plain) contacts%memory(weakened, c) = 0.0_wp
       end do
    end subroutine bond_contacts
 

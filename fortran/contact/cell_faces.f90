@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Faces of the cells of bodies, found with a tolerance in O(n), and which cells do not touch each
-!> other as blocks do.
+!> Find the faces of the cells of bodies with a tolerance in O(n), and the pairs of cells that have
+!> no contact with each other.
 module dda_cell_faces
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -14,12 +14,12 @@ module dda_cell_faces
    public :: find_faces, find_gap, part_cells
 
    real(wp), parameter :: same_place = 1.0e-6_wp  !< of the smaller radius
-   real(wp), parameter :: near = 0.1_wp  !< of the smaller radius: cells so near are one piece
+   real(wp), parameter :: near = 0.1_wp  !< of the smaller radius: nearer cells are joined
 
 contains
 
-   !> All faces in the order of their cells; pairs of cells that share a face or a corner, or are
-   !> nearer than a tenth of their radius, are marked as joined.
+   !> List all faces in the order of their cells.  Pairs of cells that share a face or a corner, or
+   !> are nearer than a tenth of their radius, are marked as joined.
    subroutine find_faces(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< with bodies; `joined` is set
       type(weld_type), allocatable, intent(out) :: welds(:)  !< of all bodies
@@ -48,7 +48,7 @@ contains
       call keep_joined(blocks, joined(:, :pairs))
    end subroutine find_faces
 
-   !> Pairs of cells as a list for each first cell.
+   !> Store the pairs of cells as one list for each first cell.
    subroutine keep_joined(blocks, joined)
       type(blocks_type), intent(inout) :: blocks  !< gets the lists
       integer, intent(in) :: joined(:,:)          !< [2, pairs] first < second
@@ -58,8 +58,9 @@ contains
       blocks%joined = joined(2, order)
    end subroutine keep_joined
 
-   !> Cells that faces no longer hold together touch each other: they stay joined where a way from
-   !> face to face leads from one to the other, through cells that are joined to both.
+   !> Find the cells that no intact face connects any longer; they can touch each other.  Two cells
+   !> stay joined if a path of faces leads from one to the other through cells that are joined to
+   !> both.
    subroutine part_cells(blocks, first, welds)
       type(blocks_type), intent(inout) :: blocks  !< its lists are replaced
       type(blocks_type), intent(in) :: first      !< with the lists of all that were joined
@@ -84,13 +85,13 @@ contains
       call keep_joined(blocks, joined(:, :n))
    end subroutine part_cells
 
-   !> A way leads from one of two cells to the other.
+   !> A path of faces connects the two cells.
    pure logical function are_linked(first, holding, start, face, pair)
       type(blocks_type), intent(in) :: first     !< with the lists of all that were joined
-      type(weld_type), intent(in) :: holding(:)  !< faces that hold
+      type(weld_type), intent(in) :: holding(:)  !< intact faces
       integer, intent(in) :: start(:), face(:)   !< first face of each cell, and faces by cells
       integer, intent(in) :: pair(2)             !< joined cells
-      integer, parameter :: most = 64            !< cells of a way
+      integer, parameter :: most = 64            !< cells of the path
       integer :: list(most), at, found, k, next
 
       list(1) = pair(1)
@@ -150,8 +151,8 @@ contains
       end do
    end subroutine add_faces
 
-   !> Where on edge e edge f lies on it, looking the other way, m from its first vertex; no length
-   !> where they do not meet.
+   !> The interval of edge e along which edge f runs in the opposite direction, m from the first
+   !> vertex of e; empty if they do not meet.
    pure subroutine find_overlap(blocks, e, f, small, low, high)
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: e, f              !< edges, by their first vertices
@@ -172,8 +173,8 @@ contains
       end associate
    end subroutine find_overlap
 
-   !> Two joined cells with free edges that face each other across a gap: a face that was missed
-   !> would be a crack that neither welds nor contacts close; 0 if there are none.
+   !> Two joined cells with free edges that face each other across a gap; 0 if there are none.  A
+   !> face that was missed would be a crack that neither welds nor contacts close.
    pure subroutine find_gap(blocks, a, b)
       type(blocks_type), intent(in) :: blocks  !< with `joined` and inner edges
       integer, intent(out) :: a, b             !< cells of a body
@@ -198,7 +199,7 @@ contains
       a = 0
    end subroutine find_gap
 
-   !> Two cells are one piece of a body where they meet or nearly do.
+   !> Two cells of a body meet or nearly meet.
    pure logical function are_near(blocks, a, b)
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: a, b              !< cells of a body

@@ -1,30 +1,33 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Cohesive joint: (1 − D) bond + D contact, with a damage D that never falls.
 !>
-!> The bond is linear, k δ.  Its openings g and slips p, those of the friction slider beside it, are
-!> measured by those at its strengths, g_0 = T/k_n and p_0 = c/k_s:  λ² = (⟨g⟩/g_0)² + (p/p_0)².
-!> D begins at λ = 1.  In a mode of its own the traction then falls to 0,
+!> The bond is linear, k δ.  Its opening g and the slip p of the parallel friction slider are scaled
+!> by their values at the strengths, g_0 = T/k_n and p_0 = c/k_s:  λ² = (⟨g⟩/g_0)² + (p/p_0)². D
+!> begins at λ = 1.  In pure mode I or II the traction then falls to 0,
 !>
 !> - linearly, (1 − D) λ = (λ_f − λ)/(λ_f − 1), up to λ_f;
 !> - exponentially, (1 − D) λ = exp[−(λ − 1)/m], m = (λ_f − 1)/2,
 !>
-!> where λ_f = G/e, e the energy of the bond at λ = 1, so that all that is spent is G.  In mixed
-!> mode shares of e add up as G_n/G_I + G_s/G_II = 1.  What is spent is a function of D,
-!> g(D) = ∫ e λ(D)² dD, for each mixture.
+!> where λ_f = G/e, e the energy of the bond at λ = 1, so that the energy spent is G.  In mixed mode
+!> the parts of e satisfy G_n/G_I + G_s/G_II = 1.  For each ratio of the modes the energy spent is a
+!> function of D, g(D) = ∫ e λ(D)² dD.
 module dda_cohesive
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
+   use dda_joint_law, only: column_type, joint_law_type, joint_state_type, strength_type, &
+      reduced_angle
    use dda_group_values, only: unset
    use dda_material, only: joint_type
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: cohesive_type, new_cohesive
+   public :: cohesive_type, new_cohesive, spent_bounds
 
-   real(wp), parameter :: nothing = 1.0e-6_wp  !< of the strength: left of exponential softening
+   integer, parameter :: spent_bounds(2) = [4, 5]  !< memory columns: bounds of the energy spent
+
+   real(wp), parameter :: nothing = 1.0e-6_wp  !< of the strength: end of exponential softening
    integer, parameter :: most_steps = 60       !< of Newton's method, which is monotone
 
-   !> Strength, and what it takes to spend it.
+   !> Strength and fracture energies.
    type, extends(joint_law_type) :: cohesive_type
       real(wp) :: friction = 0.0_wp   !< tan φ
       real(wp) :: strengths(2) = 0.0_wp  !< T, c, Pa
@@ -40,7 +43,7 @@ module dda_cohesive
       procedure :: complete
    end type cohesive_type
 
-   !> Opening and slip of a bond in one number.
+   !> Opening and slip of a bond as one number λ.
    type :: mixture_type
       real(wp) :: measure   !< λ
       real(wp) :: ultimate  !< λ_f
@@ -49,25 +52,26 @@ module dda_cohesive
 
 contains
 
-   !> The law of a joint material but for its stiffness.
+   !> The law of a joint material, without its stiffness.
    pure type(cohesive_type) function new_cohesive(joint) result(law)
-      type(joint_type), intent(in) :: joint  !< as checked
+      type(joint_type), intent(in) :: joint  !< checked input
 
       law%friction = tan(joint%friction_angle*pi/180.0_wp)
       law%strengths = [joint%tensile_strength, joint%cohesion]
       law%energies = [joint%fracture_energy, joint%shear_fracture_energy]
       law%exponential = joint%softening == 'exponential'
-      law%needs(2) = 'fracture_energy'
+      law%own(:2) = [column_type('fracture_energy_lower', of_contact=.true.), &
+         column_type('fracture_energy_upper', of_contact=.true.)]
       law%cohesive = .true.
       law%points = 3
    end function new_cohesive
 
-   !> Fracture energies: above what the joint holds at its strength, from which they are spent.
+   !> Fracture energies must exceed the elastic energy of the joint at its strength.
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(cohesive_type), intent(in) :: law   !< of the joint
-      type(joint_type), intent(inout) :: joint  !< as read
-      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, where the joint has none of its own
-      character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
+      type(joint_type), intent(inout) :: joint  !< input of the law
+      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, if the joint has no value of its own
+      character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
       real(wp) :: shear_stiffness
 
       wrong = ''
@@ -76,11 +80,8 @@ contains
       if (.not. min(joint%cohesion, joint%tensile_strength) > 0.0_wp) then
          wrong = 'a joint of law = '//quoted(trim(joint%law))//' needs cohesion and '// &
             'tensile_strength above 0'
-      else if (.not. joint%normal_stiffness > 0.0_wp) then
-         wrong = 'a joint of law = '//quoted(trim(joint%law))//' needs '// &
-            'normal_stiffness_per_area: how far it opens up to its strength follows from that'
+         return
       end if
-      if (wrong /= '') return
       shear_stiffness = joint%normal_stiffness/shear_ratio
       if (joint%shear_stiffness > 0.0_wp) shear_stiffness = joint%shear_stiffness
       wrong = too_brittle('fracture_energy', joint%fracture_energy, joint%tensile_strength, &
@@ -104,8 +105,8 @@ contains
 
    end subroutine complete
 
-   !> Largest shear force of the contact beside the bond, N/m.
-   pure real(wp) function strength(law, state, normal_force)
+   !> Largest shear force of the contact in parallel with the bond, N/m.
+   pure real(wp) function strength(law, state, normal_force)  ! total
       class(cohesive_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
@@ -113,10 +114,11 @@ contains
       strength = law%friction*max(normal_force, 0.0_wp)
    end function strength
 
-   !> tan φ, c, T and both fracture energies divided by a factor: openings and slips stay.
+   !> Divide tan φ, c, T and both fracture energies by a factor; openings and slips at failure do
+   !> not change.
    pure function reduced(law, joint, factor) result(strengths)
       class(cohesive_type), intent(in) :: law  !< of the joint
-      type(joint_type), intent(in) :: joint    !< that it was made of
+      type(joint_type), intent(in) :: joint    !< input of the law
       real(wp), intent(in) :: factor           !< above 0
       type(strength_type), allocatable :: strengths(:)
 
@@ -127,15 +129,15 @@ contains
          strength_type('shear_fracture_energy', joint%shear_fracture_energy/factor)]
    end function reduced
 
-   !> Largest tension of a whole bond, N/m.
-   pure real(wp) function tension(law, state)
+   !> Largest tension of an undamaged bond, N/m.
+   pure real(wp) function tension(law, state)  ! total
       class(cohesive_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
 
       tension = law%strengths(1)*state%length
    end function tension
 
-   !> Damage at an opening and a slip, at least that before.
+   !> Damage at an opening and a slip, never less than before.
    pure real(wp) function damage(law, opening, slip, before)
       class(cohesive_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip    !< m; negative: closed
@@ -168,7 +170,7 @@ contains
          - spent_share(law, mixture%ultimate, from))
    end function spent
 
-   !> Energy of the bond beyond that of the contact beside it, but for its friction, N/m.
+   !> Energy of the bond less that of the parallel contact, without friction, N/m.
    pure real(wp) function bond_energy(law, opening, slip) result(energy)
       class(cohesive_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip    !< m
@@ -209,7 +211,7 @@ contains
       share = 1.0_wp + 2*m*(1.0_wp - left) - measure*left
    end function spent_share
 
-   !> λ of a damage by exponential softening: λ + m ln λ = 1 − m ln(1 − D), by Newton's method.
+   !> λ at a damage in exponential softening: λ + m ln λ = 1 − m ln(1 − D), by Newton's method.
    pure real(wp) function measure_at(m, damage) result(measure)
       real(wp), intent(in) :: m       !< of the softening
       real(wp), intent(in) :: damage  !< below 1

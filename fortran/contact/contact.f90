@@ -2,12 +2,13 @@
 !> Contacts: a vertex of one block against an edge of another, with springs and a history.
 !>
 !> Lists are rebuilt every step from geometry; the history of a contact (state, shear stretch, bond)
-!> is transferred from the list of the step before.  What a step alone needs, two thirds of a list,
-!> only one of the two has: `hand_over` gives it to the other one.
+!> is transferred from the list of the step before.  Two thirds of the variables are needed within a
+!> step only; the two lists share their memory, which `hand_over` passes on.
 !>
-!> A new variable is declared in `contacts_type` and named in `for_each_kept`, if the next step asks
-!> for it, or in `for_each_of_step` and `hand_over`: so it is reserved, compacted and serialised.
-!> One that outlives the step is also named in `copy_history`.
+!> A new variable is declared in `contacts_type` and named in `for_each_kept` if the next step needs
+!> it, else in `for_each_of_step` and `hand_over`; these reserve, compact and serialise it.  History
+!> that passes to the next list is also named in `copy_history`.  The memory of a joint law is in
+!> columns of `memory` that the law declares, see `column_type` in dda_joint_law.
 module dda_contact
    use dda_growth, only: grow
    use dda_kinds, only: wp
@@ -21,25 +22,30 @@ module dda_contact
    integer, parameter :: contact_slide = 1  !< normal spring, shear force at its limit
    integer, parameter :: contact_stick = 2  !< normal and shear spring
 
-   ! How its springs act in this step, see dda_contact_damping.
+   ! How the springs of a contact act in this step, see dda_contact_damping.
    integer, parameter :: not_damped = 0     !< as springs alone
    integer, parameter :: is_damped = 1      !< with dashpots
-   integer, parameter :: is_struck = 2      !< by the impact law: it is hit in this step
-   integer, parameter :: is_carried = 3     !< by the impact law: one of its blocks is hit
+   integer, parameter :: is_struck = 2      !< by the impact law: struck in this step
+   integer, parameter :: is_carried = 3     !< by the impact law: one of its blocks is struck
    integer, parameter :: is_lifted = 4      !< opened by the impact: keeps a fraction of its force
 
-   integer, parameter :: spare = 64         !< one more contact per so many is reserved
+   integer, parameter :: spare = 64         !< memory is reserved for one more contact per so many
 
    !> A list of contacts as structure of arrays; entries 1 … n count.
    type :: contacts_type
+      ! unsaved, the input: with_laws, begins
+      ! unsaved, set in each step: time_step
+      ! unsaved, allocated within a step alone: held_bound
+      ! unsaved, allocated within a static step alone: imposed_spring, imposed_force
+      ! unsaved, set before it is used: gap_change, slip_change
       integer :: n = 0
       ! Identity
-      integer, allocatable :: vertex(:)        !< vertex that touches; edge of a point that does
+      integer, allocatable :: vertex(:)    !< touching vertex; for a point between corners, its edge
       integer, allocatable :: edge(:)          !< edge touched, named by its first vertex
       integer, allocatable :: corner(:)        !< vertex met corner to corner, else 0
       integer, allocatable :: block_v(:)       !< block of the vertex
       integer, allocatable :: block_e(:)       !< block of the edge
-      integer, allocatable :: pair(:)          !< near pair that the two blocks are
+      integer, allocatable :: pair(:)          !< number of the near pair of its two blocks
       ! Geometry at the start of the step
       !> signed distance to the edge less `offset`, m; negative in compression
       real(wp), allocatable :: gap(:)
@@ -47,53 +53,53 @@ module dda_contact
       !> [6,n] gradients of the vertex' and of the edge's block, see dda_contact_gradients
       real(wp), allocatable :: gradient_v(:,:), gradient_e(:,:)
       ! History
-      integer, allocatable :: joint(:)         !< joint material, see dda_contact_joints
+      integer, allocatable :: joint(:)       !< number of the joint material, see dda_contact_joints
       integer, allocatable :: state(:)         !< open, slide or stick
       logical, allocatable :: bonded(:)        !< cohesion and tension not yet lost
       logical, allocatable :: was_bonded(:)    !< at the start of the step
       logical, allocatable :: was_closed(:)    !< its normal spring acted at the start of the step
-      !> signed distance at which the normal spring is free of force, m, ≤ 0
+      !> signed distance at which the normal spring is free of force, m: ≤ 0, or of stress in situ
       real(wp), allocatable :: offset(:)
       real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
-      ! Where a model has multipliers, or joints that can lose a strength
+      ! Only in models with multipliers, or with joints that can lose strength
       logical :: with_multipliers = .false.
       logical :: with_strengths = .false.
       real(wp), allocatable :: multiplier(:)   !< of the augmented Lagrangian, N/m
       real(wp), allocatable :: bond_length(:)  !< length that the bond acts on, m
-      !> excess of force over the strength of a bond, of that strength
+      !> (force − strength)/strength of a bond
       real(wp), allocatable :: strength_ratio(:)
-      ! History and linearised normal force of joint laws, where a model has other than plain ones
+      ! History and linearised normal force, only in models with joint laws
       logical :: with_laws = .false.
       real(wp), allocatable :: length(:)       !< tributary length, m; 0: not yet taken
-      integer, allocatable :: point(:)         !< of an overlap, see dda_contact_points; 0: corner
-      real(wp), allocatable :: fraction(:)     !< of a point: of the edge before it, else 0
-      real(wp), allocatable :: share(:)        !< of the stiffness of a contact, 1 at a corner
-      real(wp), allocatable :: slip_path(:)    !< slip beyond the elastic one, added up, m
-      real(wp), allocatable :: weakened(:)     !< 0: peak strength, 1: residual strength
+      integer, allocatable :: point(:)   !< number in its overlap, see dda_contact_points; 0: corner
+      real(wp), allocatable :: fraction(:)     !< of a point: fraction of its edge before it, else 0
+      real(wp), allocatable :: share(:)     !< fraction of the stiffness of a contact, 1 at a corner
+      real(wp), allocatable :: memory(:,:)     !< [columns,n] memory of the joint laws
+      real(wp), allocatable :: begins(:)       !< the same for a contact without history
       real(wp), allocatable :: was_weakened(:) !< at the start of the step
-      real(wp), allocatable :: tangent(:)      !< slope of the normal force, N/m
-      real(wp), allocatable :: normal_free(:)  !< assumed normal force at no gap, N/m
-      ! The same, where some law asks for the way of slip
+      !> [2,n] slopes of the normal force −dN/dgap and of the shear force if it sticks, N/m
+      real(wp), allocatable :: tangent(:,:)
+      real(wp), allocatable :: line(:,:)       !< [2,n] the same forces at no gap and stretch, N/m
+      !> [2,n] rise by a slip of a contact that slides and is lifted by it: assumed; in K̂.  Its
+      !> normal force acts along gap − rise × slip; `slide_force` has the rest of friction
+      real(wp), allocatable :: tilt(:,:)
+      real(wp) :: time_step = 0.0_wp           !< s, of this step; 0: in the search for rest
+      ! The same, if some law depends on the direction of slip
       logical :: with_net_slip = .false.
-      real(wp), allocatable :: net_slip(:)     !< slip beyond the elastic one, with its sign, m
-      real(wp), allocatable :: lifted(:)       !< how far that has lifted the contact, m
-      real(wp), allocatable :: spent(:,:)      !< [2,n] bounds of the fracture energy spent, N/m
-      real(wp), allocatable :: acting_damage(:) !< at which its bond acts in this step, else 1
-      real(wp), allocatable :: slider(:)       !< shear force of friction if nothing of it is bond
+      real(wp), allocatable :: acting_damage(:) !< damage of the acting bond, else 1
+      real(wp), allocatable :: slider(:)       !< shear force of friction, without the bond
       !> in this step it has slipped back to its centre first: assumed; by the law at the solution
       logical, allocatable :: past_centre(:), trial_past_centre(:)
-      ! Damping and impacts, where a model has joints with them
+      ! Damping and impacts, only in models with such joints
       logical :: with_damping = .false.
-      integer, allocatable :: damping(:)       !< how it acts in this step
-      real(wp), allocatable :: gap_rate(:)     !< velocity of the gap at the start of the step, m/s
-      real(wp), allocatable :: slip_rate(:)    !< velocity of the slip then, m/s
-      real(wp), allocatable :: lead(:)         !< s: its spring acts at gap + lead × gap_rate
-      real(wp), allocatable :: spring_gap(:)   !< where that is at the start of the step, m
-      real(wp), allocatable :: static_force(:) !< compression without that of impacts, N/m
-      real(wp), allocatable :: normal_gain(:)  !< change of the acting gap by that of the gap
-      real(wp), allocatable :: shear_gain(:)   !< the same of the stretch by the slip
-      real(wp), allocatable :: normal_shift(:) !< of the acting gap, m
-      real(wp), allocatable :: shear_shift(:)  !< of the acting stretch, m
+      integer, allocatable :: damping(:)       !< one of the constants above
+      real(wp), allocatable :: rate(:,:)       !< [2,n] of gap and slip at the step's start, m/s
+      real(wp), allocatable :: lead(:)         !< s: its spring acts at gap + lead × rate
+      real(wp), allocatable :: spring_gap(:)   !< gap + lead × rate at the start of the step, m
+      real(wp), allocatable :: static_force(:) !< normal force without that of impacts, N/m
+      !> [2,n] derivative of the acting gap by the gap, and of the acting stretch by the slip
+      real(wp), allocatable :: gain(:,:)
+      real(wp), allocatable :: shift(:,:)      !< [2,n] shift of the acting gap and stretch, m
       ! Open–close iteration: assumed forces, and the response to the solution d
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
       real(wp), allocatable :: slip_sign(:)    !< assumed sign of the shear force while sliding
@@ -102,19 +108,19 @@ module dda_contact
       real(wp), allocatable :: imposed_spring(:,:), imposed_force(:,:)
       !> frozen bounds of friction, N/m, see dda_friction_bounds; else not allocated
       real(wp), allocatable :: held_bound(:)
-      !> share of a spring that the assumed state does without: of the shear spring of a sliding
-      !> contact, of the normal spring of an open one
+      !> retained stiffness: fraction of the shear spring of a sliding contact, or of the normal
+      !> spring of an open one
       real(wp), allocatable :: retained(:)
-      real(wp), allocatable :: retained_at(:)  !< slip or gap at which that share has no force, m
+      real(wp), allocatable :: retained_at(:)  !< slip or gap at its zero force, m
       real(wp), allocatable :: spring(:,:)     !< [2,n] normal and shear stiffness in K̂, N/m
       real(wp), allocatable :: free_force(:,:) !< [2,n] assumed normal and shear force at d = 0, N/m
       integer, allocatable :: close_count(:)   !< how often it has closed in this step's iteration
-      integer, allocatable :: trial_state(:)   !< state that the solution calls for
+      integer, allocatable :: trial_state(:)   !< state that the law gives at the solution
       !> largest difference between assumed and computed force, N/m
       real(wp), allocatable :: force_residual(:)
       real(wp), allocatable :: new_gap(:)      !< gap at the end of the step, linear in d, m
       real(wp), allocatable :: slip(:)         !< slip during the step, linear in d, m
-      !> change of the gap and of the slip by the last solve, m, as soon as a line is searched
+      !> change of the gap and of the slip by the last solve, m; set by the line search
       real(wp), allocatable :: gap_change(:), slip_change(:)
       real(wp), allocatable :: normal_force(:) !< compression positive, N/m
       real(wp), allocatable :: shear_force(:)  !< resists slip of the vertex along the edge, N/m
@@ -163,7 +169,7 @@ contains
       call for_each_of_step(contacts, operation)
    end subroutine for_each_variable
 
-   !> Apply an operation to what the next step asks of a list.
+   !> Apply an operation to the variables that the next step needs.
    subroutine for_each_kept(contacts, operation)
       type(contacts_type), intent(inout) :: contacts            !< list operated on
       class(operation_type), intent(inout) :: operation         !< called for one array at a time
@@ -191,15 +197,11 @@ contains
       call operation%apply(reals=contacts%fraction)
       call operation%apply(reals=contacts%share)
       call operation%apply(reals=contacts%length)
-      call operation%apply(reals=contacts%slip_path)
-      call operation%apply(reals=contacts%weakened)
-      if (.not. contacts%with_net_slip) return
-      call operation%apply(reals=contacts%net_slip)
-      call operation%apply(reals=contacts%lifted)
-      call operation%apply(columns=contacts%spent)
+      call operation%apply(columns=contacts%tilt)
+      call operation%apply(columns=contacts%memory)
    end subroutine for_each_kept
 
-   !> Apply an operation to what a list has for its own step alone.
+   !> Apply an operation to the variables that are needed within a step only.
    subroutine for_each_of_step(contacts, operation)
       type(contacts_type), intent(inout) :: contacts            !< list operated on
       class(operation_type), intent(inout) :: operation         !< called for one array at a time
@@ -223,8 +225,8 @@ contains
       if (contacts%with_damping) call for_each_of_damping(contacts, operation)
       if (.not. contacts%with_laws) return
       call operation%apply(reals=contacts%was_weakened)
-      call operation%apply(reals=contacts%tangent)
-      call operation%apply(reals=contacts%normal_free)
+      call operation%apply(columns=contacts%tangent)
+      call operation%apply(columns=contacts%line)
       if (.not. contacts%with_net_slip) return
       call operation%apply(logicals=contacts%past_centre)
       call operation%apply(logicals=contacts%trial_past_centre)
@@ -238,17 +240,14 @@ contains
       class(operation_type), intent(inout) :: operation         !< called for one array at a time
 
       call operation%apply(integers=contacts%damping)
-      call operation%apply(reals=contacts%gap_rate)
-      call operation%apply(reals=contacts%slip_rate)
+      call operation%apply(columns=contacts%rate)
       call operation%apply(reals=contacts%lead)
       call operation%apply(reals=contacts%spring_gap)
-      call operation%apply(reals=contacts%normal_gain)
-      call operation%apply(reals=contacts%shear_gain)
-      call operation%apply(reals=contacts%normal_shift)
-      call operation%apply(reals=contacts%shear_shift)
+      call operation%apply(columns=contacts%gain)
+      call operation%apply(columns=contacts%shift)
    end subroutine for_each_of_damping
 
-   !> Give the memory of what a step alone needs to another list; its values are then undefined.
+   !> Pass the memory of the variables of a step to another list; their values are then undefined.
    pure subroutine hand_over(from, to)
       type(contacts_type), intent(inout) :: from, to  !< lists of one run
 
@@ -277,7 +276,7 @@ contains
       if (.not. from%with_laws) return
       call move_alloc(from%was_weakened, to%was_weakened)
       call move_alloc(from%tangent, to%tangent)
-      call move_alloc(from%normal_free, to%normal_free)
+      call move_alloc(from%line, to%line)
       if (.not. from%with_net_slip) return
       call move_alloc(from%past_centre, to%past_centre)
       call move_alloc(from%trial_past_centre, to%trial_past_centre)
@@ -285,23 +284,20 @@ contains
       call move_alloc(from%slider, to%slider)
    end subroutine hand_over
 
-   !> The same of the variables of damping and impacts.
+   !> Pass the memory of the variables of damping and impacts.
    pure subroutine hand_over_damping(from, to)
       type(contacts_type), intent(inout) :: from, to  !< lists of one run
 
       call move_alloc(from%damping, to%damping)
-      call move_alloc(from%gap_rate, to%gap_rate)
-      call move_alloc(from%slip_rate, to%slip_rate)
+      call move_alloc(from%rate, to%rate)
       call move_alloc(from%lead, to%lead)
       call move_alloc(from%spring_gap, to%spring_gap)
-      call move_alloc(from%normal_gain, to%normal_gain)
-      call move_alloc(from%shear_gain, to%shear_gain)
-      call move_alloc(from%normal_shift, to%normal_shift)
-      call move_alloc(from%shear_shift, to%shear_shift)
+      call move_alloc(from%gain, to%gain)
+      call move_alloc(from%shift, to%shift)
    end subroutine hand_over_damping
 
    !> Contact c is a point between corners: its `vertex` names an edge.
-   pure logical function is_point(contacts, c)
+   pure logical function is_point(contacts, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< a list
       integer, intent(in) :: c                     !< number of the contact
 
@@ -309,16 +305,17 @@ contains
       if (is_point) is_point = contacts%point(c) > 0
    end function is_point
 
-   !> Copy the history of contacts from place `from` of the old list to `first` … `last` of the new.
+   !> Copy the history of contacts from position `from` of the old list to `first` … `last` of the
+   !> new.
    !>
    !> The slip of a vertex along an edge keeps its sign when the two blocks change roles, so the
-   !> stretch is copied as it is.  Array by array: with most contacts in unchanged places, runs are
-   !> long.
+   !> stretch is copied as it is.  Arrays are copied one by one: most contacts keep their order, so
+   !> long ranges are copied at once.
    pure subroutine copy_history(new, first, last, old, from)
       type(contacts_type), intent(inout) :: new  !< list that receives
-      integer, intent(in) :: first, last         !< places in `new`
+      integer, intent(in) :: first, last         !< range in `new`
       type(contacts_type), intent(in) :: old     !< list of the step before
-      integer, intent(in) :: from                !< first place in `old`
+      integer, intent(in) :: from                !< start of the range in `old`
       integer :: to
 
       to = from + last - first
@@ -336,15 +333,11 @@ contains
       new%fraction(first:last) = old%fraction(from:to)
       new%share(first:last) = old%share(from:to)
       new%length(first:last) = old%length(from:to)
-      new%slip_path(first:last) = old%slip_path(from:to)
-      new%weakened(first:last) = old%weakened(from:to)
-      if (.not. new%with_net_slip) return
-      new%net_slip(first:last) = old%net_slip(from:to)
-      new%lifted(first:last) = old%lifted(from:to)
-      new%spent(:, first:last) = old%spent(:, from:to)
+      new%tilt(:, first:last) = old%tilt(:, from:to)
+      new%memory(:, first:last) = old%memory(:, from:to)
    end subroutine copy_history
 
-   !> Contacts that a list has memory for; what goes along with a list is as long.
+   !> Number of contacts that a list has memory for; arrays beside the list have the same length.
    pure integer function capacity_of(contacts) result(capacity)
       type(contacts_type), intent(in) :: contacts  !< any list
 
@@ -352,16 +345,22 @@ contains
       if (allocated(contacts%new_gap)) capacity = size(contacts%new_gap)
    end function capacity_of
 
-   !> Reserve memory for at least `wanted` contacts; the present ones stay.
+   !> Reserve memory for at least `wanted` contacts; present contacts are kept.
    subroutine reserve(contacts, wanted)
       type(contacts_type), intent(inout) :: contacts  !< list to enlarge
       integer, intent(in) :: wanted                   !< contacts
       type(growth_type) :: growth
 
       if (.not. allocated(contacts%normal)) allocate (contacts%normal(2, 0), &
-         contacts%spring(2, 0), contacts%spent(2, 0))
+         contacts%spring(2, 0), contacts%tilt(2, 0))
+      if (contacts%with_laws .and. .not. allocated(contacts%memory)) &
+         allocate (contacts%memory(size(contacts%begins), 0))
       if (.not. allocated(contacts%gradient_v)) allocate (contacts%gradient_v(6, 0), &
          contacts%gradient_e(6, 0), contacts%free_force(2, 0))
+      if (contacts%with_laws .and. .not. allocated(contacts%tangent)) &
+         allocate (contacts%tangent(2, 0), contacts%line(2, 0))
+      if (contacts%with_damping .and. .not. allocated(contacts%gain)) &
+         allocate (contacts%rate(2, 0), contacts%gain(2, 0), contacts%shift(2, 0))
       growth%capacity = wanted + wanted/spare + 8
       if (size(contacts%normal, 2) < max(wanted, 1)) call for_each_kept(contacts, growth)
       if (size(contacts%gradient_v, 2) < max(wanted, 1)) call for_each_of_step(contacts, growth)

@@ -1,20 +1,21 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Dashpots of unbonded contacts, and the impact law: how a contact acts in a step where its joint
+!> Dashpots of unbonded contacts, and the impact law: the action of a contact in a step if its joint
 !> has a `restitution` or a `damping`.
 !>
-!> Each way is an affine change of the gap and the stretch that the springs see,
+!> Each is an affine change of the gap and the stretch that act on the springs,
 !>
 !>     acting gap = gap₀ + gain·(gap₁ − gap₀) + shift ,   N = max(0, −k_n × acting gap) ,
 !>
-!> so that laws, open–close iteration and line search stay as they are, with a potential that is
-!> still convex.
+!> so that laws, open–close iteration and line search do not change, and the potential is still
+!> convex.
 !>
-!> *Damped*: the spring acts at z = gap + lead × velocity of the gap, lead = (1 − χ)Δt, and
-!> z₁ = z₀ + Δt × velocity at the end: backward Euler in z, with roots 0, 0 for stiff contacts.  It
-!> is the dashpot that supports have, its force never tensile.  A `damping` adds a dashpot on the
+!> *Damped*: the spring acts at z = gap + lead × velocity of the gap, lead = (1 − χ)Δt, and z₁ = z₀
+!> + Δt × velocity at the end: backward Euler in z, with roots 0, 0 for stiff contacts.  Supports
+!> have the same dashpot; here its force is never tensile.  A `damping` adds a dashpot on the
 !> velocity at the end.  *Struck*: the velocity of the gap at the end is at least `target`.
-!> *Carried*: it is at least 0, on top of the force that the contact had; sticking contacts do not
-!> slip.  *Lifted*: it opens, and has its force for the share of the step before the impact.
+!> **Carried*: the velocity is at least 0, in addition to the force that the contact had; sticking
+!> contacts do not slip.  *Lifted*: the contact opens, and keeps its force for the fraction of the
+!> step before the impact.
 module dda_contact_damping
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -28,12 +29,12 @@ module dda_contact_damping
    public :: losses_type, damp_contacts, find_static_forces, strike, carry, lift, is_approached, &
       softness_of, spring_energy, losses_of
 
-   !> of the way of a step: a contact pressed by less than this is being closed, not at rest
+   !> of the displacement of a step: a contact with less penetration is closing, not at rest
    real(wp), parameter :: just_touched = 0.25_wp
-   !> stiffness of the impact law over M/(χΔt²): what a velocity misses of its target
+   !> stiffness of the impact law over M/(χΔt²): its inverse is the relative error of the velocity
    real(wp), parameter :: rigidity = 1.0e5_wp
 
-   !> Energy of a contact at the end of a step, and what it has lost in it, J per metre.
+   !> Energy of a contact at the end of a step, and its losses in the step, J per metre.
    type :: losses_type
       real(wp) :: stored = 0.0_wp       !< in its springs
       real(wp) :: friction = 0.0_wp     !< by slip
@@ -44,12 +45,12 @@ module dda_contact_damping
 
 contains
 
-   !> Dashpots of all contacts in the step to come, before any is struck.
+   !> Set the dashpots of all contacts for the next step, before impacts are detected.
    subroutine damp_contacts(contacts, laws, blocks, step)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with joints
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one to come
+      type(step_type), intent(in) :: step  !< the next step
       integer :: p
 
       if (contacts%n < parallel_from) then
@@ -68,23 +69,18 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with joints
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one to come
+      type(step_type), intent(in) :: step  !< the next step
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: rate(2)
       integer :: c
 
       do c = first, last
-         rate = relative_motion(contacts, c, blocks%velocity(:, contacts%block_v(c)), &
-            blocks%velocity(:, contacts%block_e(c)))
-         contacts%gap_rate(c) = rate(1)
-         contacts%slip_rate(c) = rate(2)
+         contacts%rate(:, c) = relative_motion(contacts, c, &
+            blocks%velocity(:, contacts%block_v(c)), blocks%velocity(:, contacts%block_e(c)))
          contacts%damping(c) = not_damped
          contacts%lead(c) = 0.0_wp
          contacts%spring_gap(c) = contacts%gap(c)
-         contacts%normal_gain(c) = 1.0_wp
-         contacts%shear_gain(c) = 1.0_wp
-         contacts%normal_shift(c) = 0.0_wp
-         contacts%shear_shift(c) = 0.0_wp
+         contacts%gain(:, c) = 1.0_wp
+         contacts%shift(:, c) = 0.0_wp
          if (.not. contacts%bonded(c)) call damp(contacts, laws, step, c)
       end do
    end subroutine damp_range
@@ -93,33 +89,32 @@ contains
    pure subroutine damp(contacts, laws, step, c)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(step_type), intent(in) :: step  !< the one to come
+      type(step_type), intent(in) :: step  !< the next step
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: tau, behind
 
-      associate (rate => contacts%gap_rate(c), gap => contacts%gap(c), j => contacts%joint(c))
+      associate (rate => contacts%rate(1, c), gap => contacts%gap(c), j => contacts%joint(c))
          behind = velocity_weight(step)*step%time_step
          if (laws%restitution(j) >= 0.0_wp) then
             contacts%damping(c) = is_damped
             contacts%lead(c) = (1.0_wp - step%scheme%chi)*step%time_step
             contacts%spring_gap(c) = gap + contacts%lead(c)*rate
-            ! A velocity that the contact has not yet felt is no compression of its spring.
+            ! A velocity that has not yet acted on the contact does not compress its spring.
             if (is_approached(contacts, step, c)) contacts%spring_gap(c) &
                = max(contacts%spring_gap(c), min(gap, 0.0_wp))
-            contacts%normal_gain(c) = 1.0_wp/step%scheme%chi
-            contacts%shear_gain(c) = 1.0_wp/step%scheme%chi
-            contacts%normal_shift(c) = contacts%spring_gap(c) - gap - behind*rate
-            contacts%shear_shift(c) = -behind*contacts%slip_rate(c)
+            contacts%gain(:, c) = 1.0_wp/step%scheme%chi
+            contacts%shift(:, c) = [contacts%spring_gap(c) - gap, 0.0_wp] &
+               - behind*contacts%rate(:, c)
          end if
          if (.not. laws%damping(j) > 0.0_wp) return
          contacts%damping(c) = is_damped
          tau = laws%damping(j)/laws%normal_stiffness
-         contacts%normal_gain(c) = contacts%normal_gain(c) + momentum_weight(step)*tau
-         contacts%normal_shift(c) = contacts%normal_shift(c) - velocity_weight(step)*tau*rate
+         contacts%gain(1, c) = contacts%gain(1, c) + momentum_weight(step)*tau
+         contacts%shift(1, c) = contacts%shift(1, c) - velocity_weight(step)*tau*rate
       end associate
    end subroutine damp
 
-   !> After the converged step: the normal forces of contacts without those of impacts.
+   !> After the converged step: normal forces of the contacts without impact forces.
    pure subroutine find_static_forces(contacts)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
       integer :: c
@@ -136,61 +131,57 @@ contains
       end do
    end subroutine find_static_forces
 
-   !> The contact closes at a velocity that its spring has not yet felt.
-   pure logical function is_approached(contacts, step, c)
+   !> The contact closes at a velocity that has not yet acted on its spring.
+   pure logical function is_approached(contacts, step, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< this step's list, with rates
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
 
-      is_approached = contacts%gap_rate(c) < 0.0_wp .and. &
-         contacts%gap(c) >= just_touched*step%time_step*contacts%gap_rate(c)
+      is_approached = contacts%rate(1, c) < 0.0_wp .and. &
+         contacts%gap(c) >= just_touched*step%time_step*contacts%rate(1, c)
    end function is_approached
 
-   !> The contact is hit: its gap leaves the step at a velocity of at least `target`.
+   !> The contact is struck: the velocity of its gap at the end of the step is at least `target`.
    !>
-   !> One that only goes to its touch in this step, target = −z₀/Δt, takes the share
-   !> α = 1 − target/v⁻ of an impact that leaves Tᵀv⁺: friction is that of the whole impact, so the
-   !> slip is to end at (1 − α) of its velocity.  The step after takes the rest, and both together
-   !> what a single step would have taken, whatever α is.
+   !> A contact that only closes its gap in this step, target = −z₀/Δt, takes the fraction α = 1 −
+   !> target/v⁻ of an impact that leaves Tᵀv⁺.  Friction is that of the whole impact, so the slip
+   !> ends at (1 − α) of its velocity.  The next step takes the rest; for any α both steps together
+   !> take as much as a single step would.
    pure subroutine strike(contacts, laws, blocks, step, c, target)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(in) :: target  !< m/s
       real(wp) :: gain, left
 
       gain = rigid_gain(contacts, laws, blocks, step, c)
       left = 0.0_wp
-      if (target < 0.0_wp) left = target/contacts%gap_rate(c)
+      if (target < 0.0_wp) left = target/contacts%rate(1, c)
       contacts%damping(c) = is_struck
-      contacts%normal_gain(c) = gain
-      contacts%shear_gain(c) = gain
-      contacts%normal_shift(c) = -contacts%gap(c) - gain*way_of(step, contacts%gap_rate(c), target)
-      contacts%shear_shift(c) = -contacts%stretch(c) &
-         - gain*way_of(step, contacts%slip_rate(c), left*contacts%slip_rate(c))
+      contacts%gain(:, c) = gain
+      contacts%shift(:, c) = -[contacts%gap(c), contacts%stretch(c)] &
+         - gain*way_of(step, contacts%rate(:, c), [target, left*contacts%rate(2, c)])
    end subroutine strike
 
-   !> A closed contact of a block that is hit: it keeps its force and does not yield.
+   !> A closed contact of a struck block keeps its force and does not yield.
    pure subroutine carry(contacts, laws, blocks, step, c)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: gain
 
       gain = rigid_gain(contacts, laws, blocks, step, c)
       contacts%damping(c) = is_carried
-      contacts%normal_gain(c) = gain
-      contacts%shear_gain(c) = gain
-      contacts%normal_shift(c) = -contacts%static_force(c)/laws%normal_stiffness - contacts%gap(c) &
-         - gain*way_of(step, contacts%gap_rate(c), 0.0_wp)
-      contacts%shear_shift(c) = -gain*way_of(step, contacts%slip_rate(c), 0.0_wp)
+      contacts%gain(:, c) = gain
+      contacts%shift(:, c) = [-contacts%static_force(c)/laws%normal_stiffness - contacts%gap(c), &
+         0.0_wp] - gain*way_of(step, contacts%rate(:, c), 0.0_wp)
    end subroutine carry
 
-   !> A contact that the impact opens: its force lasts for a share of the step.
+   !> A contact that the impact opens keeps its force for a fraction of the step.
    pure subroutine lift(contacts, laws, c, share)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -198,34 +189,32 @@ contains
       real(wp), intent(in) :: share  !< of the step, before the impact
 
       contacts%damping(c) = is_lifted
-      contacts%normal_gain(c) = 0.0_wp
-      contacts%shear_gain(c) = 0.0_wp
-      contacts%normal_shift(c) = -share*contacts%static_force(c)/laws%normal_stiffness &
-         - contacts%gap(c)
-      contacts%shear_shift(c) = (share - 1.0_wp)*contacts%stretch(c)
+      contacts%gain(:, c) = 0.0_wp
+      contacts%shift(:, c) = [-share*contacts%static_force(c)/laws%normal_stiffness &
+         - contacts%gap(c), (share - 1.0_wp)*contacts%stretch(c)]
    end subroutine lift
 
-   !> Way of a coordinate in a step between two velocities, m.
-   pure real(wp) function way_of(step, first, last) result(way)
-      type(step_type), intent(in) :: step  !< the one being taken
+   !> Displacement of a coordinate in a step between two velocities, m.
+   elemental real(wp) function way_of(step, first, last) result(way)
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: first, last  !< m/s, at its start and its end
 
       way = step%time_step*((1.0_wp - step%scheme%chi)*first + step%scheme%chi*last)
    end function way_of
 
-   !> Gain that makes the spring of a contact rigid beside the inertia of its two blocks.
+   !> Gain that makes the spring of a contact rigid compared to the inertia of its two blocks.
    pure real(wp) function rigid_gain(contacts, laws, blocks, step, c) result(gain)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
 
       gain = max(1.0_wp/step%scheme%chi, rigidity/(step%scheme%chi*step%time_step**2 &
          *softness_of(contacts, blocks, c)*laws%normal_stiffness))
    end function rigid_gain
 
-   !> Inverse of the mass that a contact sees of its two blocks along its normal, 1/kg per metre.
+   !> Inverse of the effective mass of both blocks along the contact normal, 1/kg per metre.
    pure real(wp) function softness_of(contacts, blocks, c) result(softness)
       type(contacts_type), intent(in) :: contacts  !< any list
       type(blocks_type), intent(in) :: blocks      !< in any state
@@ -237,7 +226,7 @@ contains
          + softness_along(blocks%inertia(:, contacts%block_e(c)), rows%normal_e)
    end function softness_of
 
-   !> The same of one block, by its rigid motions.
+   !> Inverse of the effective mass of one block, for rigid motions.
    pure real(wp) function softness_along(inertia, row) result(softness)
       real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
       real(wp), intent(in) :: row(6)      !< ∂gap/∂q
@@ -245,7 +234,7 @@ contains
       softness = sum(row(1:2)**2)/inertia(1) + row(3)**2/(inertia(2) + inertia(3))
    end function softness_along
 
-   !> Stored in the springs of a damped contact at the start of the step, J per metre.
+   !> Energy in the springs of a damped contact at the start of the step, J per metre.
    pure real(wp) function spring_energy(contacts, laws, c) result(energy)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -257,31 +246,29 @@ contains
 
    !> Energy of a damped contact at the end of the converged step, and its losses.
    !>
-   !> An impulse takes its product with the mean velocity; what the scheme makes the way differ
-   !> from that is algorithmic, and nothing where χ = ½.
+   !> An impulse takes its product with the mean velocity.  The displacement of the scheme differs
+   !> from the mean velocity × Δt; this difference is an algorithmic loss, zero for χ = ½.
    pure type(losses_type) function losses_of(contacts, laws, step, c) result(losses)
       type(contacts_type), intent(in) :: contacts  !< this step's list, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: opened, gap_rate, slip_rate, stretch, lost
+      real(wp) :: opened, rate(2), stretch, lost
 
       associate (normal => contacts%normal_force(c), shear => contacts%shear_force(c), &
          slip => contacts%slip(c), before => contacts%stretch(c))
          opened = contacts%new_gap(c) - contacts%gap(c)
-         gap_rate = end_rate(step, opened, contacts%gap_rate(c))
-         slip_rate = end_rate(step, slip, contacts%slip_rate(c))
+         rate = end_rate(step, [opened, slip], contacts%rate(:, c))
          stretch = end_stretch(contacts, laws, c)
          losses%stored = 0.5_wp*laws%normal_stiffness*min(contacts%new_gap(c) &
-            + contacts%lead(c)*gap_rate, 0.0_wp)**2 + 0.5_wp*laws%shear_stiffness*stretch**2
+            + contacts%lead(c)*rate(1), 0.0_wp)**2 + 0.5_wp*laws%shear_stiffness*stretch**2
          lost = spring_energy(contacts, laws, c) - losses%stored - normal*opened + shear*slip
          if (contacts%damping(c) >= is_struck) then
             losses%algorithmic = -(step%scheme%chi - 0.5_wp)*step%time_step &
-               *(normal*(gap_rate - contacts%gap_rate(c)) &
-               - shear*(slip_rate - contacts%slip_rate(c)))
+               *dot_product([normal, -shear], rate - contacts%rate(:, c))
             losses%impact = lost - losses%algorithmic
          else
-            losses%friction = shear*(contacts%shear_gain(c)*slip + contacts%shear_shift(c) &
+            losses%friction = shear*(contacts%gain(2, c)*slip + contacts%shift(2, c) &
                - (stretch - before))
             losses%damping = lost - losses%friction
          end if

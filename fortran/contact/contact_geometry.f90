@@ -14,19 +14,19 @@ module dda_contact_geometry
       integer :: vertex   !< vertex that touches
       integer :: edge     !< edge touched, named by its first vertex
       integer :: corner   !< vertex met corner to corner, else 0
-      integer :: pair     !< near pair that the two blocks are
+      integer :: pair     !< number of the near pair of its two blocks
    end type candidate_type
 
 contains
 
-   !> Make contacts of candidates, from place `first` of the list on.
+   !> Append candidates to the list as contacts, from position `first` on.
    !>
    !> ∂gap/∂q is exact with the edge block's material point at the foot; ∂slip/∂q with its rotation
-   !> taken at the vertex, so that the pair of shear forces carries no moment.  The lever arm of the
-   !> normal force is the same at both.
+   !> taken at the vertex, so that the pair of shear forces has no moment.  The lever arm of the
+   !> normal force is the same for both blocks.
    pure subroutine set_contacts(contacts, first, blocks, n, candidate)
       type(contacts_type), intent(inout) :: contacts   !< list with capacity for them
-      integer, intent(in) :: first                     !< place of the first candidate
+      integer, intent(in) :: first                     !< position of the first candidate
       type(blocks_type), intent(in) :: blocks          !< present geometry
       integer, intent(in) :: n                         !< number of candidates
       type(candidate_type), intent(in) :: candidate(n) !< in the order of the list
@@ -63,7 +63,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< list
       integer, intent(in) :: c                        !< number of the contact
       type(blocks_type), intent(in) :: blocks         !< present geometry
-      real(wp), intent(in) :: fraction                !< of the edge before the point
+      real(wp), intent(in) :: fraction                !< fraction of the edge before the point
       real(wp) :: here(2), from(2)
 
       associate (e => contacts%edge(c), f => contacts%vertex(c), i => contacts%block_v(c), &
@@ -86,7 +86,7 @@ contains
    pure function on_edge(vertices, first, last, fraction) result(point)
       real(wp), intent(in) :: vertices(:,:)  !< [2,vertices] m
       integer, intent(in) :: first, last     !< two of them
-      real(wp), intent(in) :: fraction       !< of the edge before the point
+      real(wp), intent(in) :: fraction       !< fraction of the edge before the point
       real(wp) :: point(2)
 
       point = vertices(:, first) + (vertices(:, last) - vertices(:, first))*fraction

@@ -1,17 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Gradients of gap and slip in the coordinates q of the two blocks of a contact.
 !>
-!> Of each row nᵀT and tᵀT (T: `shape_matrix` of dda_blocks) a list keeps what rotation and the two
-!> axial strains do: a translation does n and t = (−n₂, n₁), and half the shear strain does along n
-!> what the axial ones do along t, and the other way round.
+!> Of each row nᵀT and tᵀT (T: `shape_matrix` of dda_blocks) a list stores only the entries of the
+!> rotation and of the two axial strains.  The entries of the translation are n and t = (−n₂, n₁),
+!> and those of the shear strain follow from those of the axial strains.
 module dda_contact_gradients
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
    implicit none
    private
-   public :: rows_type, find_rows, relative_motion, set_gradient, normal_row, shear_row
+   public :: rows_type, acting_rows, find_rows, relative_motion, set_gradient, normal_row, shear_row
 
-   !> Rows of a contact, by which its blocks move it and it pushes them.
+   !> Rows of a contact in the coordinates of its blocks, for displacements and for forces.
    type :: rows_type
       real(wp) :: normal_v(6)  !< ∂gap/∂q of the vertex block
       real(wp) :: normal_e(6)  !< −∂gap/∂q of the edge block
@@ -21,13 +21,13 @@ module dda_contact_gradients
 
 contains
 
-   !> What a list keeps of a material point: along n and then along t, by θ, ε_x and ε_y.
+   !> Stored entries of a material point: those of θ, ε_x and ε_y along n, then along t.
    pure subroutine set_gradient(axes, offset, reference, normal, gradient)
       real(wp), intent(in) :: axes(2, 2)    !< R(θ) of the block
       real(wp), intent(in) :: offset(2)     !< m, lever arm of the forces
       real(wp), intent(in) :: reference(2)  !< m, reference offset ρ
       real(wp), intent(in) :: normal(2)     !< outward normal n of the edge
-      real(wp), intent(out) :: gradient(6)  !< m, as kept
+      real(wp), intent(out) :: gradient(6)  !< m, as stored
       real(wp) :: x, y
 
       x = axes(1, 1)*normal(1) + axes(2, 1)*normal(2)
@@ -51,6 +51,20 @@ contains
       end associate
    end subroutine find_rows
 
+   !> Rows along which the forces of contact c act in K̂, tilted if slip lifts the contact.
+   pure subroutine acting_rows(contacts, c, rows)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c                     !< number of the contact
+      type(rows_type), intent(out) :: rows         !< by the coordinates q of its two blocks
+
+      call find_rows(contacts, c, rows)
+      if (.not. contacts%with_laws) return
+      associate (rise => contacts%tilt(2, c))
+         rows%normal_v = rows%normal_v - rise*rows%shear_v
+         rows%normal_e = rows%normal_e - rise*rows%shear_e
+      end associate
+   end subroutine acting_rows
+
    !> Changes of the gap and of the slip of contact c by those of the coordinates.
    pure function relative_motion(contacts, c, of_v, of_e) result(change)
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -67,7 +81,8 @@ contains
       end associate
    end function relative_motion
 
-   !> Product of two vectors; written out, it is not gathered in vector registers first.
+   !> Scalar product, written out so that the compiler does not gather the operands in vector
+   !> registers.
    pure real(wp) function product_of(a, b)
       real(wp), intent(in) :: a(6), b(6)  !< six numbers of a block
 
@@ -77,7 +92,7 @@ contains
    !> nᵀT of a material point.
    pure function normal_row(normal, gradient) result(row)
       real(wp), intent(in) :: normal(2)    !< outward normal n of the edge
-      real(wp), intent(in) :: gradient(6)  !< as kept
+      real(wp), intent(in) :: gradient(6)  !< as stored
       real(wp) :: row(6)
 
       row = [normal(1), normal(2), gradient(1), gradient(2), gradient(3), &
@@ -87,7 +102,7 @@ contains
    !> tᵀT of a material point.
    pure function shear_row(normal, gradient) result(row)
       real(wp), intent(in) :: normal(2)    !< outward normal n of the edge; t = (−n₂, n₁)
-      real(wp), intent(in) :: gradient(6)  !< as kept
+      real(wp), intent(in) :: gradient(6)  !< as stored
       real(wp) :: row(6)
 
       row = [-normal(2), normal(1), gradient(4), gradient(5), gradient(6), &

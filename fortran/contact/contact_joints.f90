@@ -1,24 +1,24 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The joint material of each contact, from the edges that touch.
+!> Determine the joint material of each contact from the edges that touch.
 !>
 !> Each edge of a block names a joint.  A contact lies on the edge touched, and on that of the two
 !> edges at its vertex which is more nearly parallel to it; of the joints of these two edges the
-!> weaker one governs (`weaker_joint`).  Where both edges at the vertex make the same angle with the
-!> edge touched, the weakest of the three joints governs.  Neither the order of the blocks nor which
-!> of two faces gives the vertex enters: two faces that touch are each other's nearest parallel.
+!> weaker one governs (`weaker_joint`).  If both edges at the vertex make the same angle with the
+!> edge touched, the weakest of the three joints governs.  The result depends neither on the order
+!> of the blocks nor on which of two touching faces has the vertex.
 !>
-!> A closed contact keeps its joint, as part of its history, until other edges are clearly in touch:
+!> A closed contact keeps its joint, as part of its history, until other edges clearly touch:
 !>
 !> - while it is bonded;
 !> - on the other edge at the vertex, until the angle of that edge is more than twice that of the
 !>   nearer one: a block that rocks on a corner changes its joint once, when it topples;
 !> - on the neighbour of the edge touched, while the vertex is within the corner that the two edges
-!>   share: so far as it slides, within twice the penetration; so far as it sticks and has moved by
-!>   elastic shear alone, within the size of the corner.
+!>   share: if it slides, within twice the penetration; if it sticks, within the size of the corner.
 !>
 !> A vertex that slides on therefore takes the joint of the new edge; one that only vibrates about
 !> the end of an edge, or whose vertex–vertex test chooses now one edge and now the other, does not
-!> change it.  An edge that continues another one straight on is touched where it holds the foot.
+!> change it.  If an edge continues another one straight on, the edge that contains the foot is
+!> touched.
 module dda_contact_joints
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -36,7 +36,7 @@ module dda_contact_joints
 
 contains
 
-   !> Set the joints of all contacts; `joint` comes as that of the history, 0 where there is none.
+   !> Set the joints of all contacts.  On entry `joint` is that of the history, or 0.
    subroutine set_joints(contacts, blocks, laws, detection)
       type(contacts_type), intent(inout) :: contacts  !< with history
       type(blocks_type), intent(in) :: blocks         !< present geometry
@@ -55,7 +55,8 @@ contains
       end do
    end subroutine set_joints
 
-   !> The joints of some contacts: where all edges of both blocks name one joint, no edge is sought.
+   !> Set the joints of some contacts; if all edges of both blocks have the same joint, edges are
+   !> not examined.
    pure subroutine set_joints_range(contacts, blocks, laws, detection, first, last)
       type(contacts_type), intent(inout) :: contacts  !< with history
       type(blocks_type), intent(in) :: blocks         !< present geometry
@@ -110,7 +111,7 @@ contains
       type(blocks_type), intent(in) :: blocks        !< present geometry
       type(detection_type), intent(in) :: detection  !< penetrations and sizes of corners
       integer, intent(out) :: edge(2)                !< the first is touched
-      integer, intent(out) :: n                      !< 2 if the second may be so
+      integer, intent(out) :: n                      !< 1 or 2: number of edges that may be touched
       type(choice_type) :: choice
       real(wp) :: size
       integer :: corner

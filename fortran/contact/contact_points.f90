@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Contacts between the corners of an overlap, of joints with more than two contact points.
 !>
-!> A point is a material point of one of the two edges, at its share of the overlap; it has the
-!> number of that edge for a vertex.  The shorter edge has it, so that a block that slides on a
-!> longer one takes its points along.  While the overlap differs by less than a hundredth of its
-!> length from that for which the places were taken, and while it is bonded, a point stays where it
-!> is.  A point that begins beside others of the overlap begins with the history of the nearest of
-!> them: so the stress goes on where an overlap grows long enough for points.
+!> A point is a material point of one of the two edges, at its fraction of the overlap; its `vertex`
+!> is the number of that edge.  The shorter edge has the points, so that they move along with a
+!> block that slides on a longer one.  A point is not moved while it is bonded, or while the overlap
+!> has changed by less than a hundredth of its length.  A new point begins with the history of the
+!> nearest contact of its overlap, so that the stress continues when an overlap becomes long enough
+!> for points.
 !>
-!> Where an edge goes straight on, an overlap ends without a corner, and has a point there.
+!> If the edge continues straight on, the overlap ends without a corner; a point is placed there.
 module dda_contact_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -21,20 +21,20 @@ module dda_contact_points
    private
    public :: point_list_type, add_points, move_points
 
-   real(wp), parameter :: same = 1.0e-2_wp  !< of an overlap, a move that is none
+   real(wp), parameter :: same = 1.0e-2_wp  !< of an overlap: smaller moves are ignored
 
-   !> A list of contacts with its points, before it has geometry.
+   !> A list of contacts with its points, before their geometry is computed.
    type :: point_list_type
       integer :: n = 0                                   !< contacts
-      integer :: pair = 1                                !< first of the near pair in work
+      integer :: pair = 1                                !< first contact of the present near pair
       type(candidate_type), allocatable :: candidate(:)  !< [n]
       integer, allocatable :: point(:)                   !< [n] 0: corner
-      real(wp), allocatable :: fraction(:)               !< [n] of the edge before it
+      real(wp), allocatable :: fraction(:)               !< [n] fraction of the edge before it
    end type point_list_type
 
 contains
 
-   !> Put the points of all overlaps behind the corners of their pairs of blocks.
+   !> Insert the points of all overlaps after the corners of the same pair of blocks.
    subroutine add_points(list, contacts, blocks, laws, distance)
       type(point_list_type), intent(inout) :: list    !< memory
       type(contacts_type), intent(inout) :: contacts  !< corners alone, without history
@@ -74,7 +74,8 @@ contains
       end do
    end subroutine add_points
 
-   !> The points of the overlap of the edge that corner c touches and one of its own, once.
+   !> Add the points of the overlap of the edge that corner c touches with one of the corner's
+   !> edges, once.
    subroutine add_overlap(list, contacts, c, own, blocks, laws, distance)
       type(point_list_type), intent(inout) :: list  !< receives them
       type(contacts_type), intent(in) :: contacts   !< corners
@@ -102,7 +103,7 @@ contains
       end do
    end subroutine add_overlap
 
-   !> Of two edges the longer one, which is touched, and the shorter one, which has the points.
+   !> Sort two edges: the longer one is touched, the shorter one has the points.
    pure subroutine order(blocks, a, b, touched, own)
       type(blocks_type), intent(in) :: blocks  !< reference shapes
       integer, intent(in) :: a, b              !< edges
@@ -118,7 +119,7 @@ contains
       own = merge(b, a, length(1) > length(2))
    end subroutine order
 
-   !> Share of the edge before point i of n.
+   !> Fraction of the edge before point i of n.
    pure real(wp) function fraction_of(overlap, n, i) result(fraction)
       type(overlap_type), intent(in) :: overlap  !< of the edge with another
       integer, intent(in) :: n, i                !< points, number of one
@@ -130,7 +131,7 @@ contains
    pure real(wp) function distance_of(blocks, e, f, fraction) result(distance)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges
-      real(wp), intent(in) :: fraction         !< of f before the point
+      real(wp), intent(in) :: fraction         !< fraction of f before the point
       real(wp) :: from(2)
 
       from = on_edge(blocks%vertex, f, blocks%next(f), fraction) - blocks%vertex(:, e)
@@ -139,7 +140,7 @@ contains
 
    subroutine append(list, candidate, point, fraction)
       type(point_list_type), intent(inout) :: list    !< receives a contact
-      type(candidate_type), intent(in) :: candidate   !< who touches whom
+      type(candidate_type), intent(in) :: candidate   !< vertex and edge
       integer, intent(in) :: point                    !< number in its overlap, 0: corner
       real(wp), intent(in) :: fraction                !< of the edge before it
       type(candidate_type), allocatable :: longer(:)
@@ -157,7 +158,7 @@ contains
       list%fraction(list%n) = fraction
    end subroutine append
 
-   !> All points on their overlaps, with their histories and their geometry there.
+   !> Place all points on their overlaps, with histories and geometry.
    pure subroutine move_points(contacts, blocks, laws, matched)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with history
       type(blocks_type), intent(in) :: blocks         !< present geometry
@@ -177,7 +178,7 @@ contains
          end associate
          if (.not. matched(c)) then
             contacts%fraction(c) = fresh
-            call begin_beside(contacts, c, blocks, matched)
+            call begin_beside(contacts, c, blocks, laws, matched)
          else if (.not. contacts%bonded(c) .and. moved > same*overlap%length .and. &
             overlap%length > 0.0_wp) then
             contacts%fraction(c) = fresh
@@ -187,11 +188,12 @@ contains
       end do
    end subroutine move_points
 
-   !> The history of the nearest contact of the same overlap, where one has a history.
-   pure subroutine begin_beside(contacts, c, blocks, matched)
+   !> Copy the history of the nearest contact of the same overlap that has one.
+   pure subroutine begin_beside(contacts, c, blocks, laws, matched)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       integer, intent(in) :: c                        !< point without a history
       type(blocks_type), intent(in) :: blocks         !< present geometry
+      type(laws_type), intent(in) :: laws             !< memory of the contacts
       logical, intent(in) :: matched(:)               !< [n] contacts with a history
       real(wp) :: apart, least
       integer :: k, nearest, step
@@ -216,11 +218,8 @@ contains
       contacts%state(c) = contacts%state(nearest)
       contacts%stretch(c) = contacts%stretch(nearest)
       contacts%slip_sign(c) = contacts%slip_sign(nearest)
-      contacts%slip_path(c) = contacts%slip_path(nearest)
-      contacts%weakened(c) = contacts%weakened(nearest)
-      if (.not. contacts%with_net_slip) return
-      contacts%net_slip(c) = contacts%net_slip(nearest)
-      contacts%lifted(c) = contacts%lifted(nearest)
+      contacts%memory(:, c) = merge(contacts%memory(:, c), contacts%memory(:, nearest), &
+         laws%columns%of_contact)
    end subroutine begin_beside
 
    !> Fraction of edge f before contact k in its overlap with edge e; huge if it is in none.

@@ -2,21 +2,20 @@
 !> Coulomb joint: friction N tan φ, and a bond that holds cohesion c L and tension T L until it
 !> breaks, at once.
 !>
-!> Where all joints of a model are such, with springs of the contacts at corners, contacts remember
-!> their stretch and bond alone, and `respond` gives their forces.  With the general code, a state
-!> and a line for each contact, steps take 1.2 times as long (15 layers) to 1.7 times (a quiet wall
-!> of 1,000 bricks).
+!> If all joints of a model are such and contacts are at corners only, a contact has no memory but
+!> its stretch and bond, and `respond` gives its forces.  With the general code steps take 1.2 times
+!> (15 layers) to 1.7 times (a quiet wall of 1,000 bricks) as long.
 module dda_coulomb
    use dda_kinds, only: wp, pi
    use dda_contact, only: contact_open, contact_slide, contact_stick
-   use dda_joint_contact, only: response_type
-   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
+   use dda_joint_law, only: joint_law_type, joint_state_type, response_type, strength_type, &
+      reduced_angle, weakened
    use dda_material, only: joint_type
    implicit none
    private
-   public :: coulomb_type, new_coulomb, coulomb_contact_type, respond, bound_friction
+   public :: coulomb_type, new_coulomb, coulomb_contact_type, respond
 
-   !> Strength, until the bond breaks and after.
+   !> Strength before and after the bond breaks.
    type, extends(joint_law_type) :: coulomb_type
       real(wp) :: friction = 0.0_wp   !< tan φ
       real(wp) :: cohesion = 0.0_wp   !< Pa, until it breaks
@@ -35,14 +34,14 @@ module dda_coulomb
       real(wp) :: friction            !< tan φ
       real(wp) :: cohesion_force      !< cohesion × length while bonded, else 0, N/m
       real(wp) :: tension_force       !< tensile strength × length while bonded, else 0, N/m
-      logical :: bonded               !< holds tension as long as the bond lasts
+      logical :: bonded               !< tension is transmitted while the bond is intact
    end type coulomb_contact_type
 
 contains
 
-   !> The law of a joint material but for its stiffness.
+   !> The law of a joint material, without its stiffness.
    pure type(coulomb_type) function new_coulomb(joint) result(law)
-      type(joint_type), intent(in) :: joint  !< as checked
+      type(joint_type), intent(in) :: joint  !< checked input
 
       law%friction = tan(joint%friction_angle*pi/180.0_wp)
       law%cohesion = joint%cohesion
@@ -51,19 +50,19 @@ contains
    end function new_coulomb
 
    !> Largest shear force, N/m.
-   pure real(wp) function strength(law, state, normal_force)
+   pure real(wp) function strength(law, state, normal_force)  ! total
       class(coulomb_type), intent(in) :: law       !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
 
       strength = law%friction*max(normal_force, 0.0_wp) &
-         + (1.0_wp - state%weakened)*law%cohesion*state%length
+         + (1.0_wp - state%memory(weakened))*law%cohesion*state%length
    end function strength
 
-   !> tan φ, c, T divided by a factor.
+   !> Divide tan φ, c and T by a factor.
    pure function reduced(law, joint, factor) result(strengths)
       class(coulomb_type), intent(in) :: law  !< of the joint
-      type(joint_type), intent(in) :: joint   !< that it was made of
+      type(joint_type), intent(in) :: joint   !< input of the law
       real(wp), intent(in) :: factor          !< above 0
       type(strength_type), allocatable :: strengths(:)
 
@@ -73,17 +72,16 @@ contains
    end function reduced
 
    !> Largest tension of a bonded contact, N/m.
-   pure real(wp) function tension(law, state)
+   pure real(wp) function tension(law, state)  ! total
       class(coulomb_type), intent(in) :: law       !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
 
-      tension = (1.0_wp - state%weakened)*law%tensile*state%length
+      tension = (1.0_wp - state%memory(weakened))*law%tensile*state%length
    end function tension
 
    !> Forces of a contact without a state, at a gap and a trial elastic stretch of its shear spring.
    !>
-   !> Components are assigned one by one: reads of a structure that was copied as a whole wait for
-   !> that store.
+   !> Components are assigned one by one, because reads from a structure that was just copied stall.
    pure subroutine respond(law, gap, trial_stretch, response)
       type(coulomb_contact_type), intent(in) :: law  !< of the contact
       real(wp), intent(in) :: gap, trial_stretch     !< m
@@ -106,29 +104,11 @@ contains
          response%state = contact_slide
          response%shear_force = sign(response%bound, trial)
       end if
-      if (law%bonded) response%strength_ratio = strength_ratio_of(law, response)
-   end subroutine respond
-
-   !> Positive where tension exceeds the strength or shear the bound.
-   pure real(wp) function strength_ratio_of(law, response)
-      type(coulomb_contact_type), intent(in) :: law  !< of a bonded contact
-      type(response_type), intent(in) :: response   !< its forces
-
-      strength_ratio_of = max(-response%normal_force - law%tension_force, &
+      response%slider = response%shear_force
+      ! positive if tension exceeds the strength or shear the bound
+      if (law%bonded) response%strength_ratio = max(-response%normal_force - law%tension_force, &
          abs(response%shear_force) - response%bound)/max(law%tension_force, law%cohesion_force, &
          tiny(1.0_wp))
-   end function strength_ratio_of
-
-   !> Friction at a frozen bound, whatever the normal force is, also where the contact opens.
-   pure subroutine bound_friction(response, bound, trial)
-      type(response_type), intent(inout) :: response  !< with the normal force
-      real(wp), intent(in) :: bound  !< N/m
-      real(wp), intent(in) :: trial  !< shear force if nothing slips, N/m
-
-      response%bound = bound
-      response%shear_force = sign(min(bound, abs(trial)), trial)
-      if (response%state /= contact_open) &
-         response%state = merge(contact_stick, contact_slide, abs(trial) <= bound)
-   end subroutine bound_friction
+   end subroutine respond
 
 end module dda_coulomb

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Corners across a crossing of joints.
 !>
-!> Where joints cross, as at four blocks of a lattice or three at a step of its surface, the blocks
-!> across share a corner but no face.  The blocks between keep them apart, and no length of joint
-!> belongs to them; but two corners at the same place could touch in the direction of either joint,
-!> and a spring that acts across the joint that slips would lock it.  Such corners have no contact
-!> while they are nearer than their size: a block that slides over a crossing meets the edge of the
-!> block across when its corner has passed that far, at the depth at which it then stands.
+!> At a crossing of joints, such as four blocks of a lattice or three at a step of its surface,
+!> opposite blocks share a corner but no face.  No length of joint belongs to such a pair, but its
+!> coinciding corners could touch in the direction of either joint, and a spring across the joint
+!> that slips would lock it.  Such corners therefore have no contact while they are nearer than
+!> their size.  A block that slides farther over a crossing meets the edge of the opposite block,
+!> with the gap offset by its present penetration.
 module dda_crossings
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -16,13 +16,13 @@ module dda_crossings
    private
    public :: most_across, find_crossings, part_corners, forget_parted
 
-   integer, parameter :: most_across = 3        !< corners across one, as where six triangles meet
+   integer, parameter :: most_across = 3        !< opposite corners of one vertex (six triangles)
    real(wp), parameter :: touching = 1.0e-6_wp  !< of the edge's length: no gap, no overlap
 
 contains
 
-   !> Corners across a crossing: joined by faces in touch with others there, and without a face in
-   !> common.  Their contacts are marked.
+   !> Find corners across a crossing: they are connected through touching faces of other blocks, but
+   !> have no common face.  Their contacts are marked.
    pure subroutine find_crossings(contacts, blocks, across, marked)
       type(contacts_type), intent(in) :: contacts   !< first list of the run
       type(blocks_type), intent(in) :: blocks       !< in their first state
@@ -52,7 +52,7 @@ contains
       end do
    end subroutine find_crossings
 
-   !> Number the vertices by the nodes where faces in touch join corners: equal numbers at a node.
+   !> Number the nodes at which touching faces connect corners; vertices of a node get its number.
    pure subroutine number_nodes(contacts, joined, node)
       type(contacts_type), intent(in) :: contacts  !< first list of the run
       logical, intent(in) :: joined(:)             !< [n] contacts of faces in touch
@@ -75,7 +75,7 @@ contains
       end do
    end subroutine number_nodes
 
-   !> Where blocks are removed, the corners that met theirs can meet those across.
+   !> If blocks are removed, corners that were opposite to theirs can meet again.
    pure subroutine part_corners(across, contacts, removed)
       integer, intent(inout) :: across(:,:)        !< [most_across,vertices or 0] vertices, else 0
       type(contacts_type), intent(in) :: contacts  !< with the blocks
@@ -90,7 +90,7 @@ contains
       end do
    end subroutine part_corners
 
-   !> Corners that have moved apart may meet again as any others.
+   !> Corners that have moved apart can meet again like any others.
    pure subroutine forget_parted(across, blocks, distance)
       integer, intent(inout) :: across(:,:)    !< [most_across,vertices or 0] vertices, else 0
       type(blocks_type), intent(in) :: blocks  !< present geometry
@@ -106,7 +106,7 @@ contains
       end do
    end subroutine forget_parted
 
-   !> A vertex and those across can meet.
+   !> Allow contacts of a vertex with the corners across the crossing.
    pure subroutine part(across, v)
       integer, intent(inout) :: across(:,:)  !< [most_across,vertices] vertices, else 0
       integer, intent(in) :: v               !< vertex

@@ -3,7 +3,7 @@
 !>
 !> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: the entrance edge of
 !> the two corners (see dda_entrance).  Corners of parallel edges give one contact, on the edge that
-!> holds the foot: so blocks of equal width stacked on each other get two contacts per joint, one at
+!> contains the foot.  Stacked blocks of equal width therefore have two contacts per joint, one at
 !> each end.
 module dda_detection
    !$ use omp_lib, only: omp_get_thread_num
@@ -21,7 +21,7 @@ module dda_detection
    private
    public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
-   integer, parameter :: spare = 64  !< one more contact per so many than before has room
+   integer, parameter :: spare = 64  !< reserve: one more contact per so many of the last list
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
    real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)  !< of the angle between edges
 
@@ -33,25 +33,25 @@ module dda_detection
       real(wp) :: travel = 0.0_wp
       real(wp) :: deepest = 0.0_wp       !< deepest penetration of a contact in compression, m
       real(wp) :: largest_corner = 0.0_wp !< m
-      !> the same beyond the depth at which a contact was first met, m
+      !> the same, less the depth at which the contact was first detected, m
       real(wp) :: pressed = 0.0_wp
       !> [vertices] deepest penetration of each vertex in compression, m
       real(wp), allocatable :: depth(:)
       !> [2, vertices] edges that each vertex is pressed on, else 0
       integer, allocatable :: pressing(:,:)
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
-      logical, allocatable :: flat(:)    !< [vertices] cells of a body meet there on a straight side
-      !> [most_across,vertices] those across a crossing of joints, else 0; empty without crossings
+      logical, allocatable :: flat(:)    !< [vertices] cells of a body meet on a straight side
+      !> [most_across,vertices] opposite corners at a crossing of joints, else 0; empty without
+      !> crossings
       integer, allocatable :: across(:,:)
-      !> [edges of the probes that each thread takes at a time] a probe has at most as many contacts
-      !> as edges
+      !> [edges of the probes of one chunk of a thread]; a probe has at most one contact per edge
       type(candidate_type), allocatable :: candidate(:)
-      integer :: listed = 0              !< contacts found last, in a large list
+      integer :: listed = 0              !< contacts of the last list, if large
    end type detection_type
 
 contains
 
-   !> Sizes of corners: a share of the shorter edge at each vertex, at most the contact distance.
+   !> Sizes of corners: a fraction of the shorter edge at each vertex, at most the contact distance.
    subroutine prepare_detection(detection, blocks, distance)
       type(detection_type), intent(out) :: detection  !< ready for the first step
       type(blocks_type), intent(in) :: blocks         !< reference shapes
@@ -85,10 +85,10 @@ contains
          blocks%along(:, blocks%outline(2, v))) > straight
    end function is_flat
 
-   !> Penetrations at the end of the last step, and which edges each vertex was pressed on.
+   !> Penetrations at the end of the last step, and the edges that each vertex presses on.
    !>
-   !> What the cells of bodies in contact have been strained by counts as depth, too: a corner that
-   !> leaves a body stands lower by that than the body beside it.
+   !> Surface displacement by strain of cells counts as penetration too, because a corner that
+   !> slides off a body is lower than the next body by that much.
    pure subroutine measure_depths(detection, contacts, blocks)
       type(detection_type), intent(inout) :: detection  !< depths are replaced
       type(contacts_type), intent(in) :: contacts       !< list of the last step
@@ -121,7 +121,7 @@ contains
       detection%pressed = hardest
    end subroutine measure_depths
 
-   !> Movement of the surface of a body by strain as that of a cell, m; 0 of other blocks.
+   !> Surface displacement of a cell of a body by its strain, m; 0 for other blocks.
    pure real(wp) function settled(blocks, b)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: b                 !< block
@@ -131,7 +131,7 @@ contains
          *sqrt(blocks%whole_area(b))
    end function settled
 
-   !> No vertex is pressed on an edge; in one run through memory.
+   !> Set numbers to zero in one pass through memory: no vertex is pressed on an edge.
    pure subroutine release_all(n, pressing)
       integer, intent(in) :: n             !< numbers
       integer, intent(out) :: pressing(n)  !< become zero
@@ -141,8 +141,8 @@ contains
 
    !> List all contacts nearer than the distance of this step, with geometry, without history.
    !>
-   !> A large list is begun with room for little more contacts than the last one; if there are more,
-   !> again with room for all.
+   !> A large list is allocated for slightly more contacts than the last one; if there are more, it
+   !> is listed again with enough memory.
    subroutine detect_contacts(contacts, blocks, neighbours, detection)
       type(contacts_type), intent(inout) :: contacts     !< list that is replaced
       type(blocks_type), intent(in) :: blocks            !< present geometry
@@ -171,7 +171,7 @@ contains
       detection%listed = contacts%n
    end subroutine detect_contacts
 
-   !> Memory for so many candidates.
+   !> Allocate memory for candidates.
    pure subroutine make_room(detection, candidates)
       type(detection_type), intent(inout) :: detection  !< gets it
       integer, intent(in) :: candidates                 !< at most
@@ -181,7 +181,7 @@ contains
       allocate (detection%candidate(candidates))
    end subroutine make_room
 
-   !> Most edges of the probes of a piece.
+   !> Largest number of edges in a chunk of probes.
    pure integer function most_edges(neighbours) result(most)
       type(neighbours_type), intent(in) :: neighbours  !< probes of the last search
       integer :: p
@@ -194,15 +194,15 @@ contains
       end associate
    end function most_edges
 
-   !> Threads test pieces of the probes; the list is in the order of the probes.  It counts contacts
-   !> beyond its room, too.
+   !> Threads test chunks of the probes; the list is in the order of the probes.  Contacts beyond
+   !> its capacity are counted but not stored.
    subroutine detect_pieces(contacts, room, blocks, neighbours, detection, edges)
       type(contacts_type), intent(inout) :: contacts     !< list that is replaced
-      integer, intent(in) :: room                        !< contacts that it can take
+      integer, intent(in) :: room                        !< capacity
       type(blocks_type), intent(in) :: blocks            !< present geometry
       type(neighbours_type), intent(in) :: neighbours    !< probes of the last search
       type(detection_type), intent(inout) :: detection   !< distances of this step
-      integer, intent(in) :: edges                       !< most of a piece
+      integer, intent(in) :: edges                       !< largest number in a chunk
       integer :: p, n, found, before, first, listed
 
       n = neighbours%n_probes
@@ -223,7 +223,7 @@ contains
       contacts%n = listed
    end subroutine detect_pieces
 
-   !> Candidates of some probes, stored behind those of other threads.
+   !> Find the candidates of some probes, stored after those of other threads.
    subroutine detect_contacts_range(detection, blocks, neighbours, first, last, before, found)
       type(detection_type), intent(inout) :: detection  !< receives the candidates
       type(blocks_type), intent(in) :: blocks           !< present geometry
@@ -275,10 +275,10 @@ contains
       end do
    end subroutine find_corner
 
-   !> Vertex–edge test.  A convex block is entered through one edge, that of least penetration; in
-   !> a concave corner a vertex may have contacts with two.
+   !> Vertex–edge test.  A convex block is entered through the edge of least penetration; in a
+   !> concave corner a vertex may have contacts with two edges.
    subroutine test_edges(last, blocks, neighbours, p, detection, met)
-      integer, intent(inout) :: last                    !< place of the last candidate
+      integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
       type(neighbours_type), intent(in) :: neighbours   !< probes
       integer, intent(in) :: p                          !< probe to test
@@ -295,7 +295,7 @@ contains
          call project(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
          if (abs(choice%gap) > detection%distance .or. .not. faces(blocks, neighbours, choice, &
             detection)) cycle
-         ! At small depths a vertex that is pressed at a corner has not left the block.
+         ! At small depths a vertex that presses on a corner has not left the block.
          if (choice%gap < -detection%least) then
             if (is_beyond(blocks, neighbours, choice)) cycle
          end if
@@ -316,7 +316,7 @@ contains
 
    !> The foot lies on the edge; or, if the vertex penetrates, beyond an end where the block has a
    !> concave corner.  Glancing contacts at a convex corner are left to the vertex–vertex test.
-   pure logical function faces(blocks, neighbours, choice, detection)
+   pure logical function faces(blocks, neighbours, choice, detection)  ! total
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< which vertices are convex
       type(choice_type), intent(in) :: choice          !< vertex projected on an edge
@@ -324,7 +324,7 @@ contains
       integer :: end_vertex
 
       faces = choice%overshoot <= 0.0_wp
-      ! Far from both ends no contact is glancing.
+      ! No contact is glancing far from both ends of the edge.
       if (choice%overshoot <= -detection%largest_corner) return
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
@@ -338,10 +338,10 @@ contains
       faces = .not. neighbours%convex(end_vertex)
    end function faces
 
-   !> The vertex was pressed on the edge in the last step.  Such a contact is never glancing: two
-   !> corners in vibrating contact would alternate between their edges, with a little more
-   !> penetration at each change.
-   elemental logical function was_pressed(detection, vertex, edge)
+   !> The vertex was pressed on the edge in the last step.  Such a contact is never glancing;
+   !> otherwise two corners in vibrating contact would alternate between their edges, with slightly
+   !> more penetration at each change.
+   elemental logical function was_pressed(detection, vertex, edge)  ! total
       type(detection_type), intent(in) :: detection  !< edges that vertices were pressed on
       integer, intent(in) :: vertex, edge            !< an edge is named by its first vertex
 
@@ -370,8 +370,8 @@ contains
          detection%corner(w))
    end function tolerance_of
 
-   !> The vertex has left the block, though it lies behind this edge: it is outside another one;
-   !> where the block is not convex, outside one between it and its foot.
+   !> The vertex has left the block although it is behind this edge: it is outside another edge or,
+   !> if the block is not convex, outside an edge between the vertex and its foot.
    pure logical function is_beyond(blocks, neighbours, choice)
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< which blocks are convex
@@ -399,9 +399,9 @@ contains
       end do
    end function is_beyond
 
-   !> The edge lies behind another edge of the same block through which the vertex has entered less
-   !> deep: across a convex corner, or on the other face of a thin part.  That other edge counts up
-   !> to a corner's size beyond its ends, as for a vertex at the foot of a step.
+   !> The edge is behind another edge of the same block through which the vertex has less
+   !> penetration: across a convex corner, or on the other face of a thin part.  The other edge is
+   !> extended at both ends by the size of a corner, as needed for a vertex at the foot of a step.
    pure logical function hidden(blocks, neighbours, p, choice, size)
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< probes
@@ -428,7 +428,7 @@ contains
    !> Vertex–vertex test.  Two corners that are not close have a contact only if neither vertex has
    !> its foot on an edge of the other block.
    subroutine test_vertex(last, blocks, neighbours, p, w, detection, close)
-      integer, intent(inout) :: last                    !< place of the last candidate
+      integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
       type(neighbours_type), intent(in) :: neighbours   !< probes
       integer, intent(in) :: p                          !< probe to test
@@ -455,7 +455,7 @@ contains
          neighbours%probe(2, p), merge(w, v, corners%vertex(best) == v))
    end subroutine test_vertex
 
-   !> The choices at two corners, and which of them are glancing.
+   !> The choices at two corners; glancing ones are marked.
    pure subroutine list_corners(blocks, v, w, detection, corners, tolerance)
       type(blocks_type), intent(in) :: blocks         !< present geometry
       integer, intent(in) :: v, w                     !< vertices of two blocks
@@ -469,10 +469,10 @@ contains
          .not. was_pressed(detection, corners%vertex, corners%edge)
    end subroutine list_corners
 
-   !> Where two corners that are close lie on sides of bodies: the contact at the other end of their
-   !> overlap, which `test_vertex` leaves out.  It belongs to the probe of the higher number.
+   !> If two near corners are on sides of bodies: the contact at the other end of their overlap,
+   !> which `test_vertex` omits.  It is listed by the probe of the higher vertex.
    subroutine add_other_end(last, blocks, neighbours, p, w, detection)
-      integer, intent(inout) :: last                    !< place of the last candidate
+      integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
       type(neighbours_type), intent(in) :: neighbours   !< probes
       integer, intent(in) :: p                          !< probe to test
@@ -493,7 +493,7 @@ contains
 
    pure subroutine append(detection, last, vertex, edge, pair, corner)
       type(detection_type), intent(inout) :: detection     !< receives the candidate
-      integer, intent(inout) :: last                       !< place of the last candidate
+      integer, intent(inout) :: last                       !< position of the last candidate
       integer, intent(in) :: vertex, edge, pair, corner    !< see `candidate_type`
 
       last = last + 1

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A vertex against an edge, and which of the edges at two corners is the entrance.
+!> Geometry of a vertex beside an edge, and the choice of the entrance edge at two corners.
 !>
 !> Of the up to four (vertex, edge) choices at two corners, those whose edge can separate the two
 !> blocks are entrance edges (Shi's first-entrance theory), and the one of least penetration acts.
 !>
-!> A vertex pressed into one block that slides on to the next one of equal height lies below that
-!> one's corner by its penetration.  So that it does not catch there, an edge that is hit by little
-!> more than that depth is a glancing contact, and is not an entrance.
+!> A vertex that slides from one block to the next one of equal height is below the corner of the
+!> next block by its penetration.  To prevent it from catching there, a contact with an edge whose
+!> overlap is hardly more than that penetration is glancing, and not an entrance.
 module dda_entrance
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -28,8 +28,8 @@ module dda_entrance
       integer :: vertex, edge
       real(wp) :: normal(2)    !< outward normal of the edge
       real(wp) :: gap          !< m
-      real(wp) :: overshoot    !< how far the foot lies beyond the edge, m, ≤ 0 on it
-      logical :: past_end      !< it is nearer to the edge's end than to its start
+      real(wp) :: overshoot   !< distance of the foot beyond the end of the edge, m, ≤ 0 on the edge
+      logical :: past_end      !< the vertex is nearer to the end of the edge than to its start
    end type choice_type
 
    !> The choices at corners v and w: v on the edges before and after w, w on those before and after
@@ -63,10 +63,10 @@ contains
          choice%overshoot, choice%past_end)
    end subroutine project
 
-   !> Gap of a vertex, and where its foot lies, from its place beside the start of an edge.
+   !> Gap and foot of a vertex, from its position relative to the start of an edge.
    elemental subroutine measure(along_x, along_y, x, y, length, gap, overshoot, past_end)
       real(wp), intent(in) :: along_x, along_y  !< unit vector of the edge
-      real(wp), intent(in) :: x, y              !< place of the vertex, m
+      real(wp), intent(in) :: x, y              !< position of the vertex, m
       real(wp), intent(in) :: length            !< of the edge, m
       real(wp), intent(out) :: gap, overshoot   !< m, see `choice_type`
       logical, intent(out) :: past_end          !< the same
@@ -101,7 +101,7 @@ contains
          corners%overshoot, past_end)
       corners%normal(:, 1) = along(:, 2)
       corners%normal(:, 2) = -along(:, 1)
-      if (size(blocks%joined) == 0) then  ! no cells: edges beside a vertex are its own
+      if (size(blocks%joined) == 0) then  ! without cells the edges at a vertex belong to its block
          corners%separation = min( &
             along(:, 1)*along(before, 2) - along(:, 2)*along(before, 1), &
             along(:, 2)*along(after, 1) - along(:, 1)*along(after, 2))
@@ -114,8 +114,8 @@ contains
          .and. (past_end .eqv. at_end)
    end subroutine list_choices
 
-   !> Least sine of the angle between an edge and those of another body at a vertex, where cells may
-   !> meet on a straight outline; of an edge within a body −1: it is no side of it.
+   !> Least sine of the angle between an edge and the outline of another body at a vertex, at which
+   !> several cells may meet; −1 for an edge inside a body.
    pure real(wp) function separation(blocks, vertex, edge)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: vertex, edge      !< of two blocks
@@ -132,7 +132,7 @@ contains
 
    !> The vertex is outside or within the tolerance, can reach the edge in this step, and its foot
    !> lies on the edge within the tolerance of an end.
-   elemental logical function is_glancing(gap, overshoot, tolerance, travel)
+   elemental logical function is_glancing(gap, overshoot, tolerance, travel)  ! total
       real(wp), intent(in) :: gap, overshoot   !< of a vertex beside an edge, m
       real(wp), intent(in) :: tolerance        !< m, depth of a glancing contact
       real(wp), intent(in) :: travel           !< m, farthest approach in this step
@@ -141,9 +141,9 @@ contains
          .and. overshoot <= 0.0_wp .and. overshoot > -tolerance
    end function is_glancing
 
-   !> The choice that is the entrance: of those that can separate the blocks, that of least
-   !> penetration; of parallel edges, the one that holds the foot.  A glancing one only if there is
-   !> no other; if all are, the one along which the corners move.
+   !> The entrance: of the choices that can separate the blocks, the one of least penetration; of
+   !> parallel edges, the one that contains the foot.  A glancing choice is taken only if there is
+   !> no other; if all are glancing, the one along which the corners move.
    pure integer function entrance_edge(blocks, corners, size, tolerance) result(best)
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
@@ -169,8 +169,8 @@ contains
       if (best == 0) best = maxloc(corners%separation, 1)
    end function entrance_edge
 
-   !> A short overlap of parallel edges has contacts at both ends, as a longer one has: the choice
-   !> at the end where the entrance is not; 0 if there is none.
+   !> The choice at the other end of a short overlap of parallel edges, away from the entrance; 0 if
+   !> there is none.  Longer overlaps also have contacts at both ends.
    pure integer function other_end(blocks, corners, entrance, size, distance) result(other)
       type(blocks_type), intent(in) :: blocks    !< present geometry
       type(corners_type), intent(in) :: corners  !< choices
@@ -188,7 +188,7 @@ contains
       other = 0
    end function other_end
 
-   !> The foot on the edge of choice i is farther off than that on a parallel edge.
+   !> The foot of choice i is farther from its edge than that of a parallel edge.
    pure logical function superseded(corners, admissible, i, small)
       type(corners_type), intent(in) :: corners  !< choices
       logical, intent(in) :: admissible(4)       !< choices that may be the entrance
@@ -204,9 +204,9 @@ contains
       end do
    end function superseded
 
-   !> Glancing choices for which another one of a different direction is neither glancing nor deep;
-   !> where there is none, the glancing ones along which the corners do not move.
-   pure function excluded(blocks, corners, tolerance)
+   !> Mark glancing choices to exclude: those beside a choice of another direction that is neither
+   !> glancing nor deep; if there is none, those along which the corners do not move.
+   pure function excluded(blocks, corners, tolerance)  ! total
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
       real(wp), intent(in) :: tolerance          !< m, depth of a glancing contact
@@ -229,7 +229,8 @@ contains
       end do
    end function excluded
 
-   !> Of the admissible choices, those of another direction than the one approached least fast.
+   !> Of the admissible choices, mark those of another direction than the one with the slowest
+   !> approach.
    pure function approached_faster(blocks, corners, admissible) result(faster)
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
@@ -249,7 +250,7 @@ contains
       end do
    end function approached_faster
 
-   !> Velocity, m/s, of the block that owns vertex `own` at the place of another vertex.
+   !> Velocity, m/s, of the block that owns vertex `own` at the position of another vertex.
    pure function velocity_at(blocks, own, vertex) result(velocity)
       type(blocks_type), intent(in) :: blocks  !< present geometry and velocities
       integer, intent(in) :: own, vertex       !< a vertex of the block; where its velocity is taken
@@ -262,7 +263,7 @@ contains
    end function velocity_at
 
    !> The normals of choices i and j push the two blocks apart in the same direction.
-   pure logical function parallel(corners, i, j)
+   pure logical function parallel(corners, i, j)  ! total
       type(corners_type), intent(in) :: corners  !< choices
       integer, intent(in) :: i, j                !< two of them
 

@@ -1,48 +1,54 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The laws of the joints of a model, and what they make of its contacts: forces at a trial d, and
-!> states at the end of a step.
+!> The joint laws of a model applied to its contacts: forces at a trial d, and states at the end of
+!> a step.
 !>
 !> The normal spring acts exactly in penetration, without a dead band: its potential is convex, so
 !> it cannot create energy.  The shear force is elastic in the slip since the contact stuck, up to
 !> a bound that follows the normal force of the same iteration.
 module dda_friction
    use dda_kinds, only: wp, pi
-   use dda_contact, only: contacts_type, contact_slide, is_carried, is_struck
-   use dda_coulomb, only: coulomb_contact_type, respond, bound_friction
-   use dda_joint_bond, only: accept_bond, add_bond, is_cohesive, slider_stretch
-   use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end, &
-      opens_at_centre, slip_lifts
-   use dda_joint_law, only: joint_state_type
+   use dda_contact, only: contacts_type, contact_open, contact_slide, is_carried, is_struck
+   use dda_coulomb, only: coulomb_contact_type, respond
+   use dda_joint_bond, only: add_bond, bond_after, is_cohesive, slider_stretch
+   use dda_joint_contact, only: acts_before_end, bound_friction, joint_bound, joint_response, &
+      joint_slide, keep_state, state_of, opens_at_centre, slip_lifts
+   use dda_joint_law, only: add_columns, column_type, response_type, shared, weakened
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
-   public :: laws_type, set_laws, weaker_joint, law_of, find_response, acting_gap, acting_stretch, &
+   public :: laws_type, set_laws, weaker_joint, law_of, find_response, acting, &
       end_stretch, accept_contacts, acts_at_theta, shear_stiffness_of, inelastic_slip, &
-      slip_counts, bond_length_of, multiplier_of
+      slip_counts, bond_length_of, multiplier_of, friction_bound, slide_response, closed_springs, &
+      same_branch, start_force
+
+   real(wp), parameter :: round_off = 1.0e-9_wp  !< of a stretch: less slip is ignored
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
       real(wp) :: normal_stiffness = 0.0_wp     !< k_n, N/m per metre of thickness
       real(wp) :: shear_stiffness = 0.0_wp      !< k_s, N/m per metre of thickness
       logical :: augmented = .false.            !< augmented Lagrangian: with multipliers
-      real(wp) :: theta = 1.0_wp                !< share of the step at which bonded joints act
-      logical :: damped = .false.               !< some joints are, see dda_contact_damping
+      real(wp) :: theta = 1.0_wp            !< instant of the step at which bonded joints act, 0 … 1
+      logical :: damped = .false.    !< some joints have damping or impacts, see dda_contact_damping
       real(wp), allocatable :: restitution(:)   !< [joints] of impacts; negative: not prescribed
       real(wp), allocatable :: damping(:)       !< [joints] normal dashpot, N s/m per metre
       real(wp), allocatable :: friction_angle(:) !< [joints] φ, degrees
       real(wp), allocatable :: friction(:)      !< [joints] tan φ
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
       real(wp), allocatable :: tension(:)       !< [joints] Pa
-      logical :: plain = .true.                 !< no joint has a law but Coulomb's, as above
+      logical :: plain = .true.                 !< all joints have Coulomb's law, as above
+      !> with frozen bounds of friction the forces of all contacts have a convex potential
+      logical :: convex = .true.
       logical :: dilating = .false.             !< slip lifts contacts of some joint
-      logical :: curved = .false.               !< so does closure the normal stiffness
-      logical :: with_net_slip = .false.        !< some law asks for the way of slip
-      logical :: cohesive = .false.             !< some law has bonds that are damaged
+      logical :: curved = .false.               !< forces of some joint are curves
+      logical :: with_net_slip = .false.        !< some law depends on the direction of slip
+      logical :: cohesive = .false.             !< some law has bonds with damage
       integer, allocatable :: points(:)         !< [joints] contacts of an overlap: 2, 3 or 5
-      logical :: pointed = .false.              !< of some joint more than the two at its ends
-      type(law_slot_type), allocatable :: slot(:)  !< [joints] if not plain
+      logical :: pointed = .false.              !< some joint has more than the two at its ends
+      type(column_type), allocatable :: columns(:) !< initial memory of a contact
+      type(law_slot_type), allocatable :: slot(:)  !< [joints]
    end type laws_type
 
 contains
@@ -68,20 +74,23 @@ contains
       do j = 1, size(joints)
          laws%plain = laws%plain .and. joints(j)%is_plain()
       end do
-      if (laws%plain) return
       allocate (laws%slot(size(joints)))
       do j = 1, size(joints)
          call new_joint_law(laws%slot(j), joints(j), normal_stiffness, shear_ratio)
          laws%dilating = laws%dilating .or. laws%slot(j)%law%dilates
-         laws%curved = laws%curved .or. laws%slot(j)%law%curved
-         laws%with_net_slip = laws%with_net_slip .or. laws%slot(j)%law%has_centre &
-            .or. laws%slot(j)%law%cohesive
+         laws%curved = laws%curved .or. laws%slot(j)%law%curved .or. laws%slot(j)%law%flows
+         laws%with_net_slip = laws%with_net_slip .or. laws%slot(j)%law%follows_way()
          laws%cohesive = laws%cohesive .or. laws%slot(j)%law%cohesive
+         laws%convex = laws%convex .and. laws%slot(j)%law%convex
+      end do
+      laws%columns = shared(:merge(3, 2, laws%with_net_slip))
+      do j = 1, size(joints)
+         call add_columns(laws%columns, laws%slot(j)%law)
       end do
    end subroutine set_laws
 
-   !> The weaker of two joint materials, which governs where they meet: that of less friction; of
-   !> equal ones that of less cohesion, then of less tensile strength, then the first.
+   !> The weaker of two joint materials governs a contact between them: the one with less friction;
+   !> if equal, with less cohesion, then with less tensile strength, then the first.
    pure integer function weaker_joint(laws, a, b) result(weaker)
       type(laws_type), intent(in) :: laws  !< strengths of the joint materials
       integer, intent(in) :: a, b          !< joint materials
@@ -133,6 +142,16 @@ contains
       if (contacts%with_multipliers) multiplier = contacts%multiplier(c)
    end function multiplier_of
 
+   !> Normal force of the linearised law of contact c at its gap at the start of the step, N/m.
+   pure real(wp) function start_force(contacts, laws, c) result(force)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c        !< number of the contact
+
+      force = multiplier_of(contacts, c) - laws%normal_stiffness*contacts%gap(c)
+      if (.not. laws%plain) force = contacts%line(1, c) - contacts%tangent(1, c)*contacts%gap(c)
+   end function start_force
+
    !> Forces of contact c if the step ends at a gap and a trial stretch.
    pure subroutine find_response(contacts, laws, c, gap, stretch, response)
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -141,25 +160,85 @@ contains
       real(wp), intent(in) :: gap     !< at the end of the step, m
       real(wp), intent(in) :: stretch !< of the shear spring if nothing slips, then, m
       type(response_type), intent(out) :: response  !< state and forces
-      real(wp) :: at_gap, at_stretch  ! where it acts, m
+      real(wp) :: at(2)  ! where it acts, m
 
-      at_gap = acting_gap(contacts, laws, c, gap)
-      at_stretch = acting_stretch(contacts, laws, c, stretch)
+      at = acting(contacts, laws, c, [gap, stretch])
       if (.not. laws%plain) then
          associate (law => laws%slot(contacts%joint(c))%law)
-            response = joint_response(contacts, law, c, at_gap, at_stretch)
+            response = joint_response(contacts, law, c, at(1), at(2))
             if (is_cohesive(contacts, law, c)) call add_bond(contacts, law, c, laws%theta, gap, &
                stretch, response)
          end associate
          return
       end if
       call respond(law_of(laws, contacts%joint(c), contacts%bonded(c), &
-         bond_length_of(contacts, c), multiplier_of(contacts, c)), at_gap, at_stretch, response)
+         bond_length_of(contacts, c), multiplier_of(contacts, c)), at(1), at(2), response)
       if (allocated(contacts%held_bound) .and. .not. contacts%bonded(c)) call bound_friction( &
-         response, contacts%held_bound(c), laws%shear_stiffness*at_stretch)
+         response, contacts%held_bound(c), laws%shear_stiffness*at(2))
    end subroutine find_response
 
-   !> Contact c acts at t₀ + θΔt, θ < 1: it is bonded, and a law of its own lets it.
+   !> Largest friction of contact c at its solution, N/m: the next frozen bound.
+   elemental real(wp) function friction_bound(contacts, laws, c) result(bound)
+      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c        !< number of the contact
+
+      if (laws%plain) then
+         bound = laws%friction(contacts%joint(c))*max(0.0_wp, contacts%normal_force(c))
+      else
+         bound = joint_bound(contacts, laws%slot(contacts%joint(c))%law, c, acting(contacts, &
+            laws, c, [contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c)]))
+      end if
+   end function friction_bound
+
+   !> Friction of contact c that slides as assumed, at a gap and a trial stretch, beyond the part of
+   !> the tilted normal force, N/m.
+   pure real(wp) function slide_response(contacts, laws, c, gap, stretch) result(friction)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c        !< number of the contact
+      real(wp), intent(in) :: gap     !< at the end of the step, m
+      real(wp), intent(in) :: stretch !< of the shear spring if nothing slips, then, m
+      real(wp) :: at(2)
+
+      if (.not. laws%plain) then
+         friction = joint_slide(contacts, laws%slot(contacts%joint(c))%law, c, gap, stretch)
+      else if (allocated(contacts%held_bound)) then
+         friction = contacts%slip_sign(c)*contacts%held_bound(c)
+      else
+         at = acting(contacts, laws, c, [gap, stretch])
+         friction = contacts%slip_sign(c)*laws%friction(contacts%joint(c))*max(0.0_wp, &
+            multiplier_of(contacts, c) - laws%normal_stiffness*at(1))
+      end if
+   end function slide_response
+
+   !> Normal and shear stiffness of contact c if it is closed and sticks, N/m.
+   pure function closed_springs(contacts, laws, c) result(springs)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c        !< number of the contact
+      real(wp) :: springs(2)
+
+      springs = [laws%normal_stiffness, laws%shear_stiffness]
+      if (.not. laws%plain) springs = contacts%tangent(:, c)
+   end function closed_springs
+
+   !> The forces of contact c are linear in the displacement between two responses.
+   pure logical function same_branch(contacts, laws, c, a, b)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c        !< number of the contact
+      type(response_type), intent(in) :: a, b  !< at both ends of a straight path
+
+      same_branch = a%state == b%state .and. .not. (a%state == contact_slide .and. &
+         a%slider*b%slider < 0.0_wp)
+      if (laws%plain .or. .not. same_branch) return
+      associate (law => laws%slot(contacts%joint(c))%law)
+         same_branch = .not. (law%curved .or. law%dilates .or. law%flows)
+      end associate
+   end function same_branch
+
+   !> Contact c acts at t₀ + θΔt, θ < 1: it is bonded and its law permits this.
    elemental logical function acts_at_theta(contacts, laws, c) result(acts)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -167,7 +246,7 @@ contains
 
       acts = contacts%bonded(c) .and. laws%theta < 1.0_wp
       if (acts .and. .not. laws%plain) &
-         acts = acts_before_end(laws%slot(contacts%joint(c))%law, contacts%weakened(c))
+         acts = acts_before_end(contacts, laws%slot(contacts%joint(c))%law, c)
    end function acts_at_theta
 
    !> Shear stiffness of contact c, N/m.
@@ -177,46 +256,32 @@ contains
       integer, intent(in) :: c         !< number of the contact
 
       stiffness = laws%shear_stiffness
-      if (.not. laws%plain) stiffness = &
-         laws%slot(contacts%joint(c))%law%shear_spring(state_of(contacts, c))
+      if (laws%plain) return
+      associate (law => laws%slot(contacts%joint(c))%law)
+         stiffness = law%shear_spring(state_of(contacts, law, c))
+      end associate
    end function shear_stiffness_of
 
-   !> The trial stretch at which contact c acts, m.
-   elemental real(wp) function acting_stretch(contacts, laws, c, stretch)
+   !> The gap and the trial stretch at which contact c acts, m.
+   pure function acting(contacts, laws, c, trial)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: c         !< number of the contact
-      real(wp), intent(in) :: stretch  !< at the end of the step, m
+      integer, intent(in) :: c           !< number of the contact
+      real(wp), intent(in) :: trial(2)   !< both at the end of the step, m
+      real(wp) :: acting(2)
 
-      acting_stretch = stretch
+      acting = trial
       if (contacts%bonded(c)) then
-         if (acts_at_theta(contacts, laws, c)) &
-            acting_stretch = contacts%stretch(c) + laws%theta*(stretch - contacts%stretch(c))
+         if (acts_at_theta(contacts, laws, c)) acting = [contacts%gap(c), contacts%stretch(c)] &
+            + laws%theta*(trial - [contacts%gap(c), contacts%stretch(c)])
       else if (laws%damped) then
-         acting_stretch = contacts%stretch(c) + contacts%shear_gain(c) &
-            *(stretch - contacts%stretch(c)) + contacts%shear_shift(c)
+         acting = [contacts%gap(c), contacts%stretch(c)] + contacts%gain(:, c) &
+            *(trial - [contacts%gap(c), contacts%stretch(c)]) + contacts%shift(:, c)
       end if
-   end function acting_stretch
+   end function acting
 
-   !> The gap at which contact c acts, m.
-   elemental real(wp) function acting_gap(contacts, laws, c, gap)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
-      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: c     !< number of the contact
-      real(wp), intent(in) :: gap  !< at the end of the step, m
-
-      acting_gap = gap
-      if (contacts%bonded(c)) then
-         if (acts_at_theta(contacts, laws, c)) &
-            acting_gap = contacts%gap(c) + laws%theta*(gap - contacts%gap(c))
-      else if (laws%damped) then
-         acting_gap = contacts%gap(c) + contacts%normal_gain(c)*(gap - contacts%gap(c)) &
-            + contacts%normal_shift(c)
-      end if
-   end function acting_gap
-
-   !> Elastic stretch of the shear spring of contact c after the converged step, m.  Impacts are no
-   !> force of springs.
+   !> Elastic stretch of the shear spring of contact c after the converged step, m.  Impact forces
+   !> are excluded: springs do not exert them.
    elemental real(wp) function end_stretch(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -266,42 +331,45 @@ contains
          if (.not. laws%plain) then
             associate (law => laws%slot(contacts%joint(c))%law)
                if (is_cohesive(contacts, law, c)) then
-                  call accept_bond(contacts, law, c)
+                  call keep_state(contacts, law, c, bond_after(contacts, law, c))
+                  contacts%bonded(c) = contacts%memory(weakened, c) < 1.0_wp
                else if (slip_counts(contacts, laws, c)) then
-                  call accept_slip(contacts, laws, c)
+                  call keep_state(contacts, law, c, law%slipped(state_of(contacts, law, c), &
+                     inelastic_slip(contacts, laws, c), contacts%shear_force(c)))
                end if
             end associate
          end if
-         contacts%stretch(c) = stretch
          contacts%state(c) = contacts%trial_state(c)
+         if (laws%curved) then
+            if (creeps(contacts, laws, c, stretch)) contacts%state(c) = contact_slide
+         end if
+         contacts%stretch(c) = stretch
       end do
    end subroutine accept_range
 
-   !> Slip of contact c beyond the elastic one, and how far it has weakened the contact.
-   pure subroutine accept_slip(contacts, laws, c)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+   !> Most of the slip of contact c, whose shear force is a curve, is inelastic.
+   pure logical function creeps(contacts, laws, c, stretch)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: c  !< number of the contact
+      integer, intent(in) :: c         !< number of the contact
+      real(wp), intent(in) :: stretch  !< of its spring at the end of the step, m
+      real(wp) :: inelastic
 
-      type(joint_state_type) :: state
+      inelastic = contacts%slip(c) - (stretch - contacts%stretch(c))
+      creeps = laws%slot(contacts%joint(c))%law%flows .and. contacts%trial_state(c) &
+         /= contact_open .and. abs(inelastic) > max(0.5_wp*abs(contacts%slip(c)), &
+         round_off*abs(stretch))
+   end function creeps
 
-      state = laws%slot(contacts%joint(c))%law%slipped(state_of(contacts, c), &
-         inelastic_slip(contacts, laws, c), contacts%shear_force(c))
-      contacts%slip_path(c) = state%slip_path
-      contacts%weakened(c) = state%weakened
-      if (.not. contacts%with_net_slip) return
-      contacts%net_slip(c) = state%net_slip
-      contacts%lifted(c) = state%lifted
-   end subroutine accept_slip
-
-   !> Slip of contact c beyond the elastic one counts in the converged step, under a joint law.
+   !> The inelastic slip of contact c counts in the converged step, under a joint law.
    pure logical function slip_counts(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
       associate (law => laws%slot(contacts%joint(c))%law)
-         slip_counts = contacts%trial_state(c) == contact_slide
+         slip_counts = contacts%trial_state(c) == contact_slide .or. &
+            (law%flows .and. contacts%trial_state(c) /= contact_open)
          if (slip_counts .and. law%dilates) slip_counts = slip_lifts(contacts, law, c)
          if (slip_counts .or. .not. contacts%with_net_slip) return
          slip_counts = contacts%trial_past_centre(c)
@@ -309,7 +377,7 @@ contains
       end associate
    end function slip_counts
 
-   !> Slip of contact c in the converged step beyond that of its shear spring, m.
+   !> Inelastic slip of contact c in the converged step, m.
    pure real(wp) function inelastic_slip(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -1,30 +1,30 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Transfer of history from the contacts of the last step to those of this one.
 !>
-!> The predecessor of a contact is that of the same vertex on the same edge; or, when a contact
-!> moves round a corner or from edge to edge, one between the same two blocks that involves the same
-!> vertex and acts in nearly the same direction.  Each history is transferred once.
+!> The predecessor of a contact is the contact of the same vertex and edge.  If a contact moves
+!> around a corner or from edge to edge, it is one between the same two blocks that involves the
+!> same vertex and acts in nearly the same direction.  Each history is transferred once.
 !>
-!> No contact begins with a force that was never built up: one that is first detected in penetration
-!> (a vertex that came round a corner within a step) has a spring free of force at that depth, until
-!> it has opened.  A force passes to a contact of another depth, or of another block when a vertex
-!> slides across a joint, with the energy of its spring.
+!> A new contact starts without force: if it already penetrates (a vertex that passed a corner
+!> within a step), its gap is offset until it opens.  A force passes with the energy of its spring
+!> to a contact of another depth or, if a vertex slides across a joint, of another block.
 module dda_history
    use dda_growth, only: grow
    use dda_kinds, only: wp
    use dda_contact, only: capacity_of, contacts_type, copy_history, filter_contacts, is_point, &
       contact_open, contact_stick
+   use dda_sorting, only: merged_order
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
    public :: history_type, prepare_history, inherit
 
    real(wp), parameter :: same_direction = cos(atan(1.0_wp))  !< 45°
-   !> of a penetration: what a change of roles may add by geometry
+   !> of a penetration: change of the gap when vertex and edge exchange roles
    real(wp), parameter :: slack = 0.1_wp
 
-   !> Limits of a transfer, and an index of the old contacts that are not in the same place of the
-   !> new list.
+   !> Limits of a transfer, and an index of the old contacts that are not at the same position in
+   !> the new list.
    type :: history_type
       real(wp) :: deepest = huge(1.0_wp) !< deepest penetration of a new contact, m
       !> largest change of the distance from a contact to its successor on another edge, m
@@ -36,7 +36,7 @@ module dda_history
       logical, allocatable :: transferred(:) !< [old contacts] has a successor
       logical, allocatable :: matched(:)     !< [new contacts] has a predecessor
       integer :: n_unmatched = 0
-      !> places, ascending, where the two lists have different contacts
+      !> positions, ascending, at which the two lists differ
       integer, allocatable :: unmatched(:)
    end type history_type
 
@@ -52,13 +52,13 @@ contains
       allocate (history%next(1), history%transferred(0), history%matched(0), history%unmatched(0))
    end subroutine prepare_history
 
-   !> Transfer histories from the old list to the new one; contacts without a predecessor start
+   !> Transfer histories from the old list to the new one.  Contacts without a predecessor start
    !> unbonded, and are assumed to stick if they touch.
    subroutine inherit(new, old, history, begun)
-      type(contacts_type), intent(inout) :: new     !< `gap` comes as distance, goes less `offset`
+      type(contacts_type), intent(inout) :: new   !< `gap`: enters as distance, leaves less `offset`
       type(contacts_type), intent(in) :: old        !< list of the last step, solved
       type(history_type), intent(inout) :: history  !< limits of this step
-      !> .false. at the start, where penetration is part of the first state
+      !> .false. at the start of a run, when penetration belongs to the first state
       logical, intent(in) :: begun
 
       call grow(history%matched, capacity_of(new), exactly=.true.)
@@ -77,7 +77,7 @@ contains
       if (begun) call reject_deep(new, history)
    end subroutine inherit
 
-   !> Most contacts have the same place in both lists; the others first start without history.
+   !> Copy histories at equal positions, which most contacts keep; others start without history.
    subroutine transfer_in_place(new, old, history, begun)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -101,7 +101,7 @@ contains
       type(contacts_type), intent(in) :: old        !< list of the last step
       type(history_type), intent(inout) :: history  !< `matched` and `transferred` are set
       logical, intent(in) :: begun                  !< not the first list of the run
-      integer, intent(in) :: first, last            !< places in the new list
+      integer, intent(in) :: first, last            !< positions in the new list
       integer :: c, both
 
       both = min(last, old%n)
@@ -114,7 +114,7 @@ contains
       call copy_history(new, first, both, old, first)
       do c = first, last
          if (history%matched(c)) then
-            new%offset(c) = min(0.0_wp, max(old%offset(c), new%gap(c)))
+            new%offset(c) = kept_offset(old%offset(c), new%gap(c))
             new%gap(c) = new%gap(c) - new%offset(c)
          else
             call start_contact(new, c, history%touching, begun)
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine transfer_in_place_range
 
-   !> Places where the two lists differ: in most steps few or none.
+   !> Positions at which the two lists differ: in most steps few or none.
    pure subroutine list_unmatched(history, new, old)
       type(history_type), intent(inout) :: history  !< `unmatched` is set
       integer, intent(in) :: new, old               !< numbers of contacts
@@ -140,36 +140,74 @@ contains
       end do
    end subroutine list_unmatched
 
-   !> Transfer to unmatched contacts: from the same vertex on the same edge, elsewhere in the old
-   !> list; or from a contact of the same two blocks that the new one replaces.
+   !> Transfer to unmatched contacts: from the same vertex and edge elsewhere in the old list, or
+   !> from a contact of the same two blocks that the new one replaces.  Of several candidates the
+   !> one at the nearest distance replaces it.
    subroutine transfer_unmatched(new, old, history, same_edge)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
       type(history_type), intent(inout) :: history  !< index of the unmatched contacts
       logical, intent(in) :: same_edge              !< only from the same edge, else from others
+      real(wp) :: away(history%n_unmatched)
+      integer :: order(history%n_unmatched)
       integer :: k, c, from
 
+      away = huge(1.0_wp)
+      order = [(k, k=1, history%n_unmatched)]
+      if (.not. same_edge) then
+         do k = 1, history%n_unmatched
+            from = open_predecessor(history%unmatched(k))
+            if (from > 0) away(k) = jump(new, history%unmatched(k), old, from)
+         end do
+         order = merged_order(away)
+      end if
       do k = 1, history%n_unmatched
-         c = history%unmatched(k)
-         if (c > new%n) exit
-         if (history%matched(c)) cycle
-         from = predecessor(new, old, history, c, same_edge)
+         c = history%unmatched(order(k))
+         from = open_predecessor(c)
          if (from == 0) cycle
          call copy_history(new, c, c, old, from)
          history%transferred(from) = .true.
          history%matched(c) = .true.
          if (same_edge) then
-            new%offset(c) = min(0.0_wp, max(old%offset(from), new%gap(c)))
+            new%offset(c) = kept_offset(old%offset(from), new%gap(c))
          else if (new%bonded(c)) then
-            new%offset(c) = 0.0_wp  ! a bond acts from its true length
+            new%offset(c) = 0.0_wp  ! a bond is measured from its true length
          else
             new%offset(c) = transferred_offset(new%gap(c), min(0.0_wp, old%new_gap(from)), &
                old%offset(from))
          end if
       end do
+
+   contains
+
+      !> The predecessor of a position in the new list without history; 0 if there is none.
+      pure integer function open_predecessor(c) result(found)
+         integer, intent(in) :: c  !< position in either list
+
+         found = 0
+         if (c > new%n) return
+         if (.not. history%matched(c)) found = predecessor(new, old, history, c, same_edge)
+      end function open_predecessor
    end subroutine transfer_unmatched
 
-   !> The gap counts from the offset: where the normal spring is free of force.
+   !> Offset, m, of a contact at its present distance: a penetration free of force ends as it opens,
+   !> a closure of stress in situ stays.
+   elemental real(wp) function kept_offset(offset, distance) result(kept)
+      real(wp), intent(in) :: offset    !< before, m
+      real(wp), intent(in) :: distance  !< between vertex and edge, m
+
+      kept = min(max(0.0_wp, offset), max(offset, distance))
+   end function kept_offset
+
+   !> Change of the distance from an old contact to a new one, m.
+   pure real(wp) function jump(new, c, old, o)
+      type(contacts_type), intent(in) :: new, old  !< lists
+      integer, intent(in) :: c, o                  !< new and old contact
+
+      jump = abs(new%gap(c) - (old%new_gap(o) + old%offset(o)))
+   end function jump
+
+   !> Measure gaps from the offset, at which the normal spring has no force.
    pure subroutine subtract_offsets(new, history)
       type(contacts_type), intent(inout) :: new  !< distances become gaps
       type(history_type), intent(in) :: history  !< index of the unmatched contacts
@@ -182,7 +220,7 @@ contains
       end do
    end subroutine subtract_offsets
 
-   !> A contact without history.
+   !> Initialise a contact without history.
    pure subroutine start_contact(new, c, touching, begun)
       type(contacts_type), intent(inout) :: new  !< list with geometry
       integer, intent(in) :: c                   !< contact
@@ -204,15 +242,12 @@ contains
       new%fraction(c) = 0.0_wp
       new%share(c) = 1.0_wp
       new%length(c) = 0.0_wp
-      new%slip_path(c) = 0.0_wp
-      new%weakened(c) = 1.0_wp
-      if (.not. new%with_net_slip) return
-      new%net_slip(c) = 0.0_wp
-      new%lifted(c) = 0.0_wp
-      new%spent(:, c) = 0.0_wp
+      new%tilt(:, c) = 0.0_wp
+      new%memory(:, c) = new%begins
    end subroutine start_contact
 
-   !> Chain unmatched old contacts to their vertices (the one that touches and the corner it met).
+   !> Chain unmatched old contacts to their vertices (the touching one and the corner that it
+   !> meets).
    subroutine index_by_vertex(history, old)
       type(history_type), intent(inout) :: history  !< `head` and `next` are set
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -244,8 +279,8 @@ contains
 
    !> Old contact that a new one continues; 0 if there is none.
    !>
-   !> Of the same vertex on the same edge; or else of the same two blocks through one of the same
-   !> vertices, acting in the same direction, its history not yet transferred.
+   !> It has the same vertex and edge; or else the same two blocks, one of the same vertices and the
+   !> same direction.  Its history has not yet been transferred.
    pure integer function predecessor(new, old, history, c, same_edge) result(found)
       type(contacts_type), intent(in) :: new, old  !< lists
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
@@ -272,7 +307,7 @@ contains
       end do
    end function predecessor
 
-   !> Contacts c and o are corners, or points of the same number.
+   !> Contacts c and o are both corners, or points of the same number.
    pure logical function same_point(new, c, old, o)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
@@ -281,8 +316,8 @@ contains
       if (new%with_laws) same_point = new%point(c) == old%point(o)
    end function same_point
 
-   !> New contact c can take the place of old contact o: same two blocks, about the same distance,
-   !> same direction.
+   !> New contact c can replace old contact o: same two blocks, about the same distance, same
+   !> direction.
    pure logical function succeeds(new, c, old, o, largest_jump)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
@@ -291,7 +326,7 @@ contains
 
       facing = dot_product(new%normal(:, c), old%normal(:, o))
       succeeds = .false.
-      if (abs(new%gap(c) - (old%new_gap(o) + old%offset(o))) > largest_jump) return
+      if (jump(new, c, old, o) > largest_jump) return
       if (new%block_v(c) == old%block_v(o) .and. new%block_e(c) == old%block_e(o)) then
          succeeds = facing > same_direction
       else if (new%block_v(c) == old%block_e(o) .and. new%block_e(c) == old%block_v(o)) then
@@ -299,8 +334,8 @@ contains
       end if
    end function succeeds
 
-   !> Offset, m, of a contact that takes the place of another one: that one's, unless the spring
-   !> would be compressed much more at once.
+   !> Offset, m, of a contact that replaces another one: that of the replaced one, unless the spring
+   !> would at once be compressed much more.
    pure real(wp) function transferred_offset(distance, pressed, offset) result(transferred)
       real(wp), intent(in) :: distance  !< of the new contact, m
       real(wp), intent(in) :: pressed   !< gap of the old one if in compression, else 0, m
@@ -326,7 +361,7 @@ contains
    end function force_left
 
    !> The force of an old contact without a successor passes to a contact of the same vertex in the
-   !> same direction: so a vertex slides across the joint between two blocks.
+   !> same direction, as when a vertex slides across the joint between two blocks.
    subroutine transfer_forces(new, old, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -348,8 +383,8 @@ contains
       end do
    end subroutine transfer_forces
 
-   !> Reject contacts first detected deeper than a step can lead: the vertex, inside a block, has
-   !> only come to face another edge of it.
+   !> Reject new contacts that are deeper than the displacement of a step: the vertex is inside a
+   !> block and only faces another edge of it.
    subroutine reject_deep(new, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(history_type), intent(inout) :: history  !< index of the unmatched contacts
@@ -359,16 +394,16 @@ contains
          c = history%unmatched(k)
          if (c > new%n) exit
          if (history%matched(c) .or. .not. new%offset(c) < -history%deepest) cycle
-         if (is_point(new, c)) cycle  ! it begins with the history of its neighbours
+         if (is_point(new, c)) cycle  ! a point begins with the history of its neighbours
          call drop_deep(new, history)
          exit
       end do
    end subroutine reject_deep
 
-   !> Take them out of the list.
+   !> Remove the rejected contacts from the list.
    subroutine drop_deep(new, history)
       type(contacts_type), intent(inout) :: new     !< list with history
-      type(history_type), intent(inout) :: history  !< `matched` goes along
+      type(history_type), intent(inout) :: history  !< `matched` is compacted too
       logical :: keep(new%n)
       integer :: c
 
@@ -379,8 +414,8 @@ contains
       call filter_contacts(new, keep)
    end subroutine drop_deep
 
-   !> Old contact without a successor whose force a new contact in penetration takes over: of the
-   !> same vertex, in the same direction; 0 if there is none.
+   !> Old contact without a successor whose force passes to a new penetrating contact: same vertex,
+   !> same direction; 0 if there is none.
    pure integer function force_predecessor(new, old, history, c) result(found)
       type(contacts_type), intent(in) :: new, old  !< lists
       type(history_type), intent(in) :: history    !< index of the unmatched contacts

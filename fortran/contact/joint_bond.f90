@@ -1,20 +1,23 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The bond of a contact under a cohesive law: (1 − D) of it acts at t₀ + θΔt, and D of the contact
-!> at the end of the step.
+!> The bond of a contact under a cohesive law: a fraction 1 − D of the bond acts at t₀ + θΔt, and a
+!> fraction D of the unbonded contact at the end of the step.
 !>
-!> The contact slides as if it were alone; what it slips, p, is the shear of the bond beyond that of
-!> the contact's spring.  Within a step a damage D* acts, between D₀ before and D₁ after, so that
-!> just the fracture energy g(D₁) − g(D₀) is spent whatever Δt is: at the energies E₀, E₁ of the
-!> bond, the step loses E₁ (D₁ − D*) + E₀ (D* − D₀).  E₀ and E₁ times D₁ − D₀ bound it.
+!> The contact slides as without the bond.  Its slip p is the shear of the bond less that of the
+!> contact's spring.  Within a step a damage D* between D₀ (before) and D₁ (after) acts, chosen so
+!> that exactly the fracture energy g(D₁) − g(D₀) is spent for any Δt.  With the energies E₀ and E₁
+!> of the bond the step loses E₁ (D₁ − D*) + E₀ (D* − D₀), which lies between E₀ (D₁ − D₀) and E₁
+!> (D₁ − D₀).
 module dda_joint_bond
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
-   use dda_joint_contact, only: response_type, state_of
-   use dda_joint_law, only: joint_law_type, joint_state_type
+   use dda_cohesive, only: spent_bounds
+   use dda_joint_contact, only: state_of
+   use dda_joint_law, only: joint_law_type, joint_state_type, net_slip, response_type, slip_path, &
+      weakened
    implicit none
    private
-   public :: is_cohesive, add_bond, bond_springs, bond_forces, slider_stretch, fitting_damage, &
-      bond_losses, bond_after, accept_bond
+   public :: is_cohesive, add_bond, add_bond_terms, slider_stretch, fitting_damage, &
+      bond_losses, bond_after
 
 contains
 
@@ -27,7 +30,7 @@ contains
       is_cohesive = law%cohesive .and. contacts%bonded(c)
    end function is_cohesive
 
-   !> Normal and shear stiffness of a whole bond, N/m.
+   !> Normal and shear stiffness of an undamaged bond, N/m.
    pure function springs_of(contacts, law, c) result(springs)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -35,55 +38,42 @@ contains
       real(wp) :: springs(2)
       type(joint_state_type) :: state
 
-      state = state_of(contacts, c)
+      state = state_of(contacts, law, c)
       springs = [law%initial_spring(state), law%shear_spring(state)]
    end function springs_of
 
-   !> Add the bond to the response of the contact alone, of which the share D* counts.
+   !> Add the bond to the response of the unbonded contact, which has the weight D*.
    pure subroutine add_bond(contacts, law, c, theta, gap, stretch, response)
       type(contacts_type), intent(in) :: contacts     !< this step's list
       class(joint_law_type), intent(in) :: law        !< of the contact
       integer, intent(in) :: c                        !< number of the contact
-      real(wp), intent(in) :: theta                   !< share of the step at which bonds act
+      real(wp), intent(in) :: theta                 !< instant of the step at which bonds act, 0 … 1
       real(wp), intent(in) :: gap, stretch            !< at the end of the step if nothing slips, m
       type(response_type), intent(inout) :: response  !< of the contact alone
       real(wp) :: forces(2)
 
       associate (slip => stretch - contacts%stretch(c), share => contacts%acting_damage(c))
          forces = springs_of(contacts, law, c)*[-contacts%gap(c) - theta*(gap &
-            - contacts%gap(c)), contacts%net_slip(c) + contacts%stretch(c) + theta*slip]
+            - contacts%gap(c)), contacts%memory(net_slip, c) + contacts%stretch(c) + theta*slip]
          response%normal_force = share*response%normal_force + (1.0_wp - share)*forces(1)
          response%shear_force = share*response%slider + (1.0_wp - share)*forces(2)
       end associate
    end subroutine add_bond
 
-   !> Stiffness of contact c with its bond, from that of the contact alone, N/m.
-   pure function bond_springs(contacts, law, c, theta, alone) result(springs)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
-      class(joint_law_type), intent(in) :: law     !< of the contact
-      integer, intent(in) :: c                     !< number of the contact
-      real(wp), intent(in) :: theta                !< share of the step at which bonds act
-      real(wp), intent(in) :: alone(2)             !< normal, shear, N/m
-      real(wp) :: springs(2)
+   !> Add the bond to the springs of the unbonded contact and to its forces at d = 0.
+   pure subroutine add_bond_terms(contacts, law, c, theta, springs, forces)
+      type(contacts_type), intent(in) :: contacts   !< this step's list
+      class(joint_law_type), intent(in) :: law      !< of the contact
+      integer, intent(in) :: c                      !< number of the contact
+      real(wp), intent(in) :: theta                 !< instant of the step at which bonds act, 0 … 1
+      real(wp), intent(inout) :: springs(2), forces(2)  !< normal, shear, N/m
 
-      associate (share => contacts%acting_damage(c))
-         springs = share*alone + (1.0_wp - share)*theta*springs_of(contacts, law, c)
+      associate (share => contacts%acting_damage(c), bond => springs_of(contacts, law, c))
+         springs = share*springs + (1.0_wp - share)*theta*bond
+         forces = share*forces + (1.0_wp - share)*bond*[-contacts%gap(c), &
+            contacts%memory(net_slip, c) + contacts%stretch(c)]
       end associate
-   end function bond_springs
-
-   !> Forces of contact c with its bond at d = 0, from those of the contact alone, N/m.
-   pure function bond_forces(contacts, law, c, alone) result(forces)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
-      class(joint_law_type), intent(in) :: law     !< of the contact
-      integer, intent(in) :: c                     !< number of the contact
-      real(wp), intent(in) :: alone(2)             !< normal, shear, N/m
-      real(wp) :: forces(2)
-
-      associate (share => contacts%acting_damage(c))
-         forces = share*alone + (1.0_wp - share)*springs_of(contacts, law, c) &
-            *[-contacts%gap(c), contacts%net_slip(c) + contacts%stretch(c)]
-      end associate
-   end function bond_forces
+   end subroutine add_bond_terms
 
    !> Stretch of the contact's own shear spring after the converged step, m.
    pure real(wp) function slider_stretch(contacts, law, c) result(stretch)
@@ -91,7 +81,7 @@ contains
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
-      stretch = contacts%slider(c)/law%shear_spring(state_of(contacts, c))
+      stretch = contacts%slider(c)/law%shear_spring(state_of(contacts, law, c))
    end function slider_stretch
 
    !> Slip of the bond at the end of the step, m.
@@ -100,7 +90,7 @@ contains
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
-      slip = contacts%net_slip(c) + contacts%slip(c) &
+      slip = contacts%memory(net_slip, c) + contacts%slip(c) &
          - (slider_stretch(contacts, law, c) - contacts%stretch(c))
    end function new_slip
 
@@ -111,10 +101,10 @@ contains
       integer, intent(in) :: c                     !< number of the contact
 
       damage = law%damage(contacts%new_gap(c), new_slip(contacts, law, c), &
-         max(contacts%weakened(c), contacts%acting_damage(c)))
+         max(contacts%memory(weakened, c), contacts%acting_damage(c)))
    end function new_damage
 
-   !> The damage D* at which contact c should act, by the solution.
+   !> The damage D* that the solution requires of contact c.
    pure real(wp) function fitting_damage(contacts, law, c) result(fitting)
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -122,11 +112,11 @@ contains
       real(wp) :: damage, slip, energy(2), surplus
 
       slip = new_slip(contacts, law, c)
-      associate (before => contacts%weakened(c), opening => contacts%new_gap(c))
+      associate (before => contacts%memory(weakened, c), opening => contacts%new_gap(c))
          damage = law%damage(opening, slip, before)
          fitting = before
          if (.not. damage > before) return
-         energy = [law%bond_energy(contacts%gap(c), contacts%net_slip(c)), &
+         energy = [law%bond_energy(contacts%gap(c), contacts%memory(net_slip, c)), &
             law%bond_energy(opening, slip)]
          surplus = energy(2)*(damage - before) - law%spent(opening, slip, before, damage)
          if (energy(2) > energy(1)) fitting = before + max(0.0_wp, min(damage - before, &
@@ -143,8 +133,8 @@ contains
 
       springs = springs_of(contacts, law, c)
       slip = new_slip(contacts, law, c)
-      associate (share => contacts%acting_damage(c), before => contacts%net_slip(c))
-         rise = [share - contacts%weakened(c), new_damage(contacts, law, c) - share]
+      associate (share => contacts%acting_damage(c), before => contacts%memory(net_slip, c))
+         rise = [share - contacts%memory(weakened, c), new_damage(contacts, law, c) - share]
          losses(1) = share*contacts%slider(c)*(slip - before) + springs(2)*(rise(1)*before &
             *contacts%stretch(c) + rise(2)*slip*slider_stretch(contacts, law, c))
          losses(2) = contacts%length(c)*(rise(1)*law%bond_energy(contacts%gap(c), before) &
@@ -158,27 +148,15 @@ contains
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
-      state = state_of(contacts, c)
-      state%net_slip = new_slip(contacts, law, c)
-      state%slip_path = state%slip_path + abs(state%net_slip - contacts%net_slip(c))
-      state%weakened = new_damage(contacts, law, c)
+      state = state_of(contacts, law, c)
+      state%memory(net_slip) = new_slip(contacts, law, c)
+      state%memory(slip_path) = state%memory(slip_path) &
+         + abs(state%memory(net_slip) - contacts%memory(net_slip, c))
+      state%memory(weakened) = new_damage(contacts, law, c)
+      state%memory(spent_bounds) = state%memory(spent_bounds) + (state%memory(weakened) &
+         - contacts%memory(weakened, c)) &
+         *[law%bond_energy(contacts%gap(c), contacts%memory(net_slip, c)), &
+         law%bond_energy(contacts%new_gap(c), state%memory(net_slip))]
    end function bond_after
-
-   !> Take it over, with the bounds of what fracture has spent.
-   pure subroutine accept_bond(contacts, law, c)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
-      class(joint_law_type), intent(in) :: law        !< of the contact
-      integer, intent(in) :: c                        !< number of the contact
-      type(joint_state_type) :: state
-
-      state = bond_after(contacts, law, c)
-      contacts%spent(:, c) = contacts%spent(:, c) + (state%weakened - contacts%weakened(c)) &
-         *[law%bond_energy(contacts%gap(c), contacts%net_slip(c)), &
-         law%bond_energy(contacts%new_gap(c), state%net_slip)]
-      contacts%slip_path(c) = state%slip_path
-      contacts%net_slip(c) = state%net_slip
-      contacts%weakened(c) = state%weakened
-      contacts%bonded(c) = state%weakened < 1.0_wp
-   end subroutine accept_bond
 
 end module dda_joint_bond

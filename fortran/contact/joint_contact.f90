@@ -1,57 +1,56 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A contact under a joint law: its response, and the straight line that stands for its normal force
-!> in the equations of an open–close iteration.
+!> A contact under a joint law: its response, and the linearisation of its normal force in an
+!> open–close iteration.
 !>
-!> The line N = N₀ − k g touches the law at a closure.  Where a joint closes more than the line
-!> expected, the next line touches at the closure that belongs to the line's force, else at the
-!> closure itself: Newton's method for the compliance and for the stiffness, each where it is safe.
+!> The line N = N₀ − k g touches the law at a closure.  If the joint closes more than the line
+!> predicted, the next line is the tangent at the closure of the line's force, else at the computed
+!> closure: Newton's method for the compliance or for the stiffness, each in its safe direction.
 module dda_joint_contact
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_joint_law, only: joint_law_type, joint_state_type
+   use dda_joint_law, only: joint_law_type, joint_state_type, net_slip, response_type, &
+      weakened
    implicit none
    private
-   public :: response_type, state_of, joint_response, acts_before_end, closure_of, touch_law, &
-      line_of, slide_response, joint_energy, centre_shift, opens_at_centre, slip_lifts, &
-      most_closings
+   public :: state_of, keep_state, joint_response, acts_before_end, closure_of, touch_law, &
+      touch_shear, line_of, tilt_line, joint_bound, joint_slide, bound_friction, joint_energy, &
+      centre_shift, opens_at_centre, slip_lifts, most_closings
 
-   integer, parameter :: most_closings = 8     !< in a step, after which what closes slides first
-   real(wp), parameter :: first_share = 0.5_wp  !< of the force at closing, where a line begins
-
-   !> State and forces at a gap and a slip.
-   type :: response_type
-      integer :: state         !< open, slide or stick
-      real(wp) :: normal_force !< compression positive, N/m
-      real(wp) :: shear_force  !< k_s × elastic stretch, within the bound, N/m
-      real(wp) :: bound        !< largest shear force, N/m
-      !> excess of force over the strength of a bond, of that strength; ≤ 0: it holds
-      real(wp) :: strength_ratio
-      real(wp) :: slider = 0.0_wp      !< shear force of friction if nothing of it is bond, N/m
-      logical :: past_centre = .false. !< slip has come back to the centre, and goes on from there
-   end type response_type
+   integer, parameter :: most_closings = 8 !< closings in a step, after which a contact slides first
+   real(wp), parameter :: first_share = 0.5_wp  !< of the force at closing: start of a line
 
 contains
 
    !> Memory of contact c.
-   pure type(joint_state_type) function state_of(contacts, c) result(state)
+   pure type(joint_state_type) function state_of(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
+      class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
-      state = joint_state_type(contacts%length(c), contacts%slip_path(c), contacts%weakened(c), &
-         contacts%share(c))
-      if (.not. contacts%with_net_slip) return
-      state%net_slip = contacts%net_slip(c)
-      state%lifted = contacts%lifted(c)
+      state = joint_state_type(contacts%length(c), contacts%share(c), &
+         stretch=contacts%stretch(c), time_step=contacts%time_step, &
+         normal_force=contacts%normal_force(c))
+      state%memory(:law%columns) = contacts%memory(law%row(:law%columns), c)
    end function state_of
 
-   !> The state of contact c from which its assumed spring acts: slip back to the centre is done.
+   !> Store the memory of contact c.
+   pure subroutine keep_state(contacts, law, c, state)
+      type(contacts_type), intent(inout) :: contacts  !< list with joint laws
+      class(joint_law_type), intent(in) :: law        !< of the contact
+      integer, intent(in) :: c                        !< number of the contact
+      type(joint_state_type), intent(in) :: state     !< after the step
+
+      contacts%memory(law%row(:law%columns), c) = state%memory(:law%columns)
+   end subroutine keep_state
+
+   !> The state of contact c from which its assumed spring acts, after slip back to the centre.
    pure type(joint_state_type) function assumed_state(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
-      state = state_of(contacts, c)
-      if (starts_at_centre(contacts, c)) state = law%slipped(state, -state%net_slip, 0.0_wp)
+      state = state_of(contacts, law, c)
+      if (starts_at_centre(contacts, c)) state = law%slipped(state, -state%memory(net_slip), 0.0_wp)
    end function assumed_state
 
    !> Contact c is assumed to slip back to its centre first.
@@ -63,24 +62,25 @@ contains
       if (starts_at_centre) starts_at_centre = contacts%past_centre(c)
    end function starts_at_centre
 
-   !> Stretch of contact c that slip back to the centre takes off, m.
+   !> Stretch that contact c loses by slip back to the centre, m.
    pure real(wp) function centre_shift(contacts, c) result(shift)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       integer, intent(in) :: c                     !< number of the contact
 
       shift = 0.0_wp
-      if (starts_at_centre(contacts, c)) shift = contacts%net_slip(c)
+      if (starts_at_centre(contacts, c)) shift = contacts%memory(net_slip, c)
    end function centre_shift
 
    !> A bonded contact that cannot slip acts at t₀ + θΔt, others at the end of the step.
-   pure logical function acts_before_end(law, weakened)
-      class(joint_law_type), intent(in) :: law  !< of the contact
-      real(wp), intent(in) :: weakened          !< 0 … 1
+   pure logical function acts_before_end(contacts, law, c)
+      type(contacts_type), intent(in) :: contacts  !< list with joint laws
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      integer, intent(in) :: c                     !< number of the contact
 
-      acts_before_end = law%brittle .and. weakened < 1.0_wp
+      acts_before_end = law%brittle .and. contacts%memory(weakened, c) < 1.0_wp
    end function acts_before_end
 
-   !> Closure of contact c at a gap, m: lifted as at the start of the step.
+   !> Closure of contact c at a gap, m, with the lift at the start of the step.
    pure real(wp) function closure_of(contacts, law, c, gap) result(closure)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -88,11 +88,11 @@ contains
       real(wp), intent(in) :: gap                  !< m
 
       closure = -gap
-      if (law%dilates) closure = law%lift(state_of(contacts, c)) - gap
+      if (law%dilates) closure = law%lift(state_of(contacts, law, c)) - gap
    end function closure_of
 
-   !> Slip of this step lifts contact c.  That of a step in which it closes does not: its normal
-   !> force would jump as it touches.
+   !> Slip of this step lifts contact c.  Slip of the step in which it closes does not; its normal
+   !> force would jump at closure.
    pure logical function slip_lifts(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -102,7 +102,7 @@ contains
       if (slip_lifts) slip_lifts = contacts%was_closed(c)
    end function slip_lifts
 
-   !> Contact c has opened in this step as slip comes down to its centre.
+   !> Contact c has opened in this step while slip returns to its centre.
    pure logical function opens_at_centre(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list, solved
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -120,31 +120,119 @@ contains
       integer, intent(in) :: c                     !< number of the contact
       real(wp), intent(in) :: gap, stretch         !< m
       type(joint_state_type) :: state
-      real(wp) :: closure
       logical :: intact, lifts
 
-      response = response_type(contact_open, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
-      lifts = slip_lifts(contacts, law, c)
-      closure = closure_of(contacts, law, c, gap)
-      state = state_of(contacts, c)
+      state = state_of(contacts, law, c)
       state%way = sign(1.0_wp, stretch)
-      if (closure <= 0.0_wp .and. (law%cohesive .or. .not. contacts%bonded(c))) then
-         ! A joint that slip lifts stays closed at a gap that grows less than the lift, also as it
-         ! passes its centre.
-         if (.not. lifts) return
-         if (.not. law%has_centre) then
-            if (law%sliding_force(state, closure, abs(stretch)) <= 0.0_wp) return
+      lifts = slip_lifts(contacts, law, c)
+      if (lifts .and. allocated(contacts%held_bound)) state%frozen = contacts%held_bound(c)
+      call respond_at(contacts, law, c, state, gap, stretch, intact, response)
+      if (allocated(contacts%held_bound) .and. .not. (intact .or. (lifts .and. response%state /= &
+         contact_open))) then
+         if (law%flows) then
+            call take_flow(law, state, contacts%held_bound(c), stretch, response)
+         else
+            call bound_friction(response, contacts%held_bound(c), law%shear_spring(state)*stretch)
          end if
       end if
-      ! What closes, or goes on to open and close, is not whole: its shear force would jump.
-      intact = law%brittle .and. state%weakened < 1.0_wp .and. (contacts%bonded(c) .or. &
+      response%slider = response%shear_force
+      if (.not. law%cohesive .and. response%state /= contact_open) &
+         response%strength_ratio = excess(contacts, law, c, state, response, intact)
+   end function joint_response
+
+   !> Largest friction beyond the rise at a gap and a trial stretch, without a frozen bound, N/m.
+   pure real(wp) function joint_bound(contacts, law, c, at) result(bound)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      integer, intent(in) :: c                     !< number of the contact
+      real(wp), intent(in) :: at(2)                !< gap, stretch, m
+      type(joint_state_type) :: state
+      type(response_type) :: response
+      logical :: intact
+
+      state = state_of(contacts, law, c)
+      state%way = sign(1.0_wp, at(2))
+      call respond_at(contacts, law, c, state, at(1), at(2), intact, response)
+      bound = response%bound - rise_of(contacts, law, c, response%past_centre, at(2), &
+         response%bound)*max(0.0_wp, response%normal_force)
+   end function joint_bound
+
+   !> Rise of contact c per unit of slip, in the direction of the trial stretch.
+   pure real(wp) function rise_of(contacts, law, c, past_centre, stretch, bound) result(rise)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      integer, intent(in) :: c                     !< number of the contact
+      logical, intent(in) :: past_centre           !< slip has come back to its centre
+      real(wp), intent(in) :: stretch              !< of the shear spring if nothing slips, m
+      real(wp), intent(in) :: bound                !< friction, N/m
+      type(joint_state_type) :: state
+
+      rise = 0.0_wp
+      if (.not. slip_lifts(contacts, law, c)) return
+      state = state_of(contacts, law, c)
+      if (past_centre) state = law%slipped(state, -state%memory(net_slip), 0.0_wp)
+      state%way = sign(1.0_wp, stretch)
+      rise = law%rise(state, max(0.0_wp, abs(stretch) - bound/law%shear_spring(state)))
+   end function rise_of
+
+   !> Friction as a curve of slip, at the normal force of this iteration or a frozen one.
+   pure subroutine take_flow(law, state, normal_force, stretch, response)
+      class(joint_law_type), intent(in) :: law        !< of the contact
+      type(joint_state_type), intent(in) :: state     !< of the contact
+      real(wp), intent(in) :: normal_force            !< of this iteration or frozen, N/m
+      real(wp), intent(in) :: stretch                 !< of the shear spring if nothing slips, m
+      type(response_type), intent(inout) :: response  !< gets the shear force
+      real(wp) :: tangent
+
+      response%bound = max(0.0_wp, normal_force)
+      call law%flow(state, response%bound, stretch, response%shear_force, tangent)
+   end subroutine take_flow
+
+   !> Friction at a frozen bound, for any normal force and also if the contact opens.
+   pure subroutine bound_friction(response, bound, trial)
+      type(response_type), intent(inout) :: response  !< with the normal force
+      real(wp), intent(in) :: bound  !< N/m
+      real(wp), intent(in) :: trial  !< shear force if nothing slips, N/m
+
+      response%bound = bound
+      response%shear_force = sign(min(bound, abs(trial)), trial)
+      response%slider = response%shear_force
+      if (response%state /= contact_open) &
+         response%state = merge(contact_stick, contact_slide, abs(trial) <= bound)
+   end subroutine bound_friction
+
+   !> Forces of a contact whose friction follows its normal force, unless `state` has frozen bounds.
+   pure subroutine respond_at(contacts, law, c, state, gap, stretch, intact, response)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      integer, intent(in) :: c                     !< number of the contact
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: gap, stretch         !< m
+      logical, intent(out) :: intact               !< it breaks rather than slips
+      type(response_type), intent(out) :: response !< state and forces
+      real(wp) :: closure
+      logical :: lifts
+
+      response%state = contact_open
+      intact = .false.
+      lifts = slip_lifts(contacts, law, c)
+      closure = closure_of(contacts, law, c, gap)
+      if (closure <= 0.0_wp .and. (law%cohesive .or. .not. contacts%bonded(c))) then
+         ! A joint that slip lifts stays closed while its gap grows less than the lift, even if slip
+         ! passes the centre.
+         if (.not. lifts) return
+         if (law%shear_spring(state)*abs(stretch) <= state%frozen) return
+         if (.not. law%has_centre) then
+            if (lifted_force(law, state, closure, abs(stretch)) <= 0.0_wp) return
+         end if
+      end if
+      ! A contact that closes in this step, or opens and closes repeatedly, is not intact; its shear
+      ! force would jump.
+      intact = law%brittle .and. state%memory(weakened) < 1.0_wp .and. (contacts%bonded(c) .or. &
          (contacts%was_closed(c) .and. contacts%close_count(c) < most_closings))
       call stick_or_slide(law, state, closure, stretch, intact, lifts, response)
       if (law%has_centre .and. lifts) call pass_centre(law, state, closure, stretch, response)
-      response%slider = response%shear_force
-      if (.not. law%cohesive) response%strength_ratio = excess(contacts, law, c, state, response, &
-         intact)
-   end function joint_response
+   end subroutine respond_at
 
    !> Elastic in shear up to the strength.
    pure subroutine stick_or_slide(law, state, closure, stretch, intact, lifts, response)
@@ -158,40 +246,75 @@ contains
 
       response%state = contact_stick
       response%normal_force = law%normal_force(state, closure)
-      response%bound = law%strength(state, response%normal_force)
+      if (law%flows) then
+         call take_flow(law, state, response%normal_force, stretch, response)
+         return
+      end if
+      response%bound = friction_of(law, state, response%normal_force)
       trial = law%shear_spring(state)*stretch
       response%shear_force = trial
       if (abs(trial) > response%bound .and. .not. intact) then
          response%state = contact_slide
-         if (lifts) response%normal_force = law%sliding_force(state, closure, abs(stretch))
-         response%bound = law%strength(state, response%normal_force)
+         if (lifts) response%normal_force = lifted_force(law, state, closure, abs(stretch))
+         response%bound = friction_of(law, state, response%normal_force)
          response%shear_force = sign(response%bound, trial)
       end if
    end subroutine stick_or_slide
 
-   !> Slip that comes back to its centre goes on from there, or sticks; where it comes down faster
-   !> than the joint closes, the contact opens.
+   !> Largest friction at a normal force, N/m: by the law, or the frozen bound plus the part of the
+   !> rise.
+   pure real(wp) function friction_of(law, state, normal_force) result(friction)
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: normal_force         !< N/m
+
+      if (state%frozen < 0.0_wp) then
+         friction = law%strength(state, normal_force)
+      else
+         friction = state%frozen + law%rise(state, 0.0_wp)*max(0.0_wp, normal_force)
+      end if
+   end function friction_of
+
+   !> Normal force of a sliding contact that slip lifts, N/m; with frozen friction beyond the rise,
+   !> that of an associated joint.
+   pure real(wp) function lifted_force(law, state, closure, stretch) result(force)
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      real(wp), intent(in) :: closure, stretch     !< m
+      real(wp) :: springs(2), rise
+
+      if (state%frozen < 0.0_wp) then
+         force = law%sliding_force(state, closure, stretch)
+         return
+      end if
+      springs = [law%initial_spring(state), law%shear_spring(state)]
+      rise = law%rise(state, 0.0_wp)
+      force = max(0.0_wp, springs(1)*(closure + rise*(stretch - state%frozen/springs(2))) &
+         /(1.0_wp + springs(1)*rise**2/springs(2)))
+   end function lifted_force
+
+   !> Slip that returns to its centre continues beyond it or sticks; if it descends faster than the
+   !> joint closes, the contact opens.
    pure subroutine pass_centre(law, state, closure, stretch, response)
       class(joint_law_type), intent(in) :: law        !< of the contact
       type(joint_state_type), intent(in) :: state     !< of the contact
       real(wp), intent(in) :: closure, stretch        !< m
-      type(response_type), intent(inout) :: response  !< of slip the same way, changed if it ends
+      type(response_type), intent(inout) :: response !< of slip in one direction; changed if it ends
       type(joint_state_type) :: centre
       real(wp) :: slip
 
       if (response%state /= contact_slide) return
       slip = abs(stretch) - response%bound/law%shear_spring(state)
-      if (state%way*state%net_slip < 0.0_wp .and. slip > abs(state%net_slip)) then
+      if (state%way*state%memory(net_slip) < 0.0_wp .and. slip > abs(state%memory(net_slip))) then
          response%past_centre = .true.
-         centre = law%slipped(state, -state%net_slip, 0.0_wp)
+         centre = law%slipped(state, -state%memory(net_slip), 0.0_wp)
          call stick_or_slide(law, centre, closure + law%lift(centre) - law%lift(state), &
-            stretch + state%net_slip, .false., .true., response)
+            stretch + state%memory(net_slip), .false., .true., response)
       end if
-      if (response%normal_force <= 0.0_wp) response = response_type(contact_open, 0.0_wp, &
-         0.0_wp, 0.0_wp, 0.0_wp)
+      if (response%normal_force <= 0.0_wp) response = response_type(contact_open)
    end subroutine pass_centre
 
-   !> Force beyond the strength that a contact loses by breaking, over that strength.
+   !> Force in excess of the strength that a contact loses by breaking, over that strength.
    pure real(wp) function excess(contacts, law, c, state, response, intact)
       type(contacts_type), intent(in) :: contacts     !< this step's list
       class(joint_law_type), intent(in) :: law        !< of the contact
@@ -208,31 +331,49 @@ contains
       excess = excess/max(tension, response%bound, tiny(1.0_wp))
    end function excess
 
-   !> The forces of a contact that slides as assumed: the shear force in a given direction at the
-   !> normal force of its line, and that line with the lift of the slip.
-   pure subroutine slide_response(contacts, law, c, gap, stretch, shear_force, lifted)
+   !> Friction of a contact that slides as assumed, in a given direction, beyond the part of the
+   !> rise, at the normal force of its line or of the law with the lift of the slip, N/m.
+   pure real(wp) function joint_slide(contacts, law, c, gap, stretch) result(friction)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp), intent(in) :: gap, stretch         !< at the end of the step, m
-      real(wp), intent(out) :: shear_force         !< N/m
-      real(wp), intent(out) :: lifted              !< `normal_free` that belongs to it, N/m
       type(joint_state_type) :: state
       real(wp) :: normal_force
 
       state = assumed_state(contacts, law, c)
       state%way = contacts%slip_sign(c)
-      lifted = contacts%normal_free(c)
-      normal_force = lifted - contacts%tangent(c)*gap
-      if (slip_lifts(contacts, law, c)) then
-         normal_force = law%sliding_force(state, law%lift(state) - gap, &
-            max(0.0_wp, contacts%slip_sign(c)*(stretch + centre_shift(contacts, c))))
-         lifted = normal_force + contacts%tangent(c)*gap
-      end if
-      shear_force = contacts%slip_sign(c)*law%strength(state, normal_force)
-   end subroutine slide_response
+      normal_force = contacts%line(1, c) - contacts%tangent(1, c)*gap
+      if (slip_lifts(contacts, law, c)) normal_force = law%sliding_force(state, law%lift(state) &
+         - gap, max(0.0_wp, contacts%slip_sign(c)*(stretch + centre_shift(contacts, c))))
+      friction = contacts%slip_sign(c)*law%strength(state, normal_force) &
+         - contacts%tilt(1, c)*normal_force
+      if (allocated(contacts%held_bound)) friction = contacts%slip_sign(c)*contacts%held_bound(c)
+   end function joint_slide
 
-   !> The line that touches the law at a closure, with the lift at the start of the step.
+   !> Contact c slides and rises by it, at a response of the law: its normal spring acts along
+   !> gap − rise × slip, in series with the shear spring.
+   pure subroutine tilt_line(contacts, law, c, at, response)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, gets tilt and line
+      class(joint_law_type), intent(in) :: law        !< of the contact
+      integer, intent(in) :: c                        !< number of the contact
+      real(wp), intent(in) :: at(2)                   !< gap, stretch, m
+      type(response_type), intent(in) :: response     !< at that response
+      real(wp) :: stretch
+
+      contacts%tilt(1, c) = 0.0_wp
+      if (contacts%trial_state(c) /= contact_slide) return
+      stretch = at(2) + centre_shift(contacts, c)
+      associate (normal => contacts%tangent(1, c), shear => law%shear_spring(state_of(contacts, &
+         law, c)), tilt => contacts%tilt(1, c))
+         tilt = sign(1.0_wp, stretch)*rise_of(contacts, law, c, response%past_centre, stretch, &
+            response%bound)
+         normal = normal*shear/(shear + normal*tilt**2)
+         contacts%line(1, c) = response%normal_force + normal*(at(1) - tilt*stretch)
+      end associate
+   end subroutine tilt_line
+
+   !> The tangent of the law at a closure, with the lift at the start of the step.
    pure subroutine touch_law(contacts, law, c, closure, tangent, normal_free)
       type(contacts_type), intent(in) :: contacts        !< this step's list
       class(joint_law_type), intent(in) :: law           !< of the contact
@@ -246,6 +387,24 @@ contains
       normal_free = law%normal_force(state, closure) + tangent*(law%lift(state) - closure)
    end subroutine touch_law
 
+   !> The tangent of the law's shear force at a stretch, for a contact that sticks.
+   pure subroutine touch_shear(contacts, law, c, normal_force, stretch)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      class(joint_law_type), intent(in) :: law        !< of the contact
+      integer, intent(in) :: c                        !< number of the contact
+      real(wp), intent(in) :: normal_force            !< that bounds friction, N/m
+      real(wp), intent(in) :: stretch                 !< m
+      type(joint_state_type) :: state
+      real(wp) :: force
+
+      state = state_of(contacts, law, c)
+      contacts%tangent(2, c) = law%shear_spring(state)
+      contacts%line(2, c) = 0.0_wp
+      if (.not. law%flows) return
+      call law%flow(state, max(0.0_wp, normal_force), stretch, force, contacts%tangent(2, c))
+      contacts%line(2, c) = force - contacts%tangent(2, c)*stretch
+   end subroutine touch_shear
+
    !> The line for the next iteration, after a solution at which the law gives a response.
    pure subroutine line_of(contacts, law, c, gap, response, tangent, normal_free)
       type(contacts_type), intent(in) :: contacts        !< this step's list
@@ -258,14 +417,16 @@ contains
 
       closure = law%lift(assumed_state(contacts, law, c)) - gap
       if (law%curved) then
-         expected = contacts%normal_free(c) - contacts%tangent(c)*gap
-         if (contacts%state(c) == contact_open) &
-            expected = first_share*law%initial_spring(state_of(contacts, c))*closure
-         if (expected > 0.0_wp .and. closure > 0.0_wp) &
-            closure = min(closure, law%closure(state_of(contacts, c), expected))
+         expected = contacts%line(1, c) - contacts%tangent(1, c)*gap
+         if (contacts%state(c) == contact_open .or. expected <= 0.0_wp) &
+            expected = first_share*law%initial_spring(state_of(contacts, law, c))*closure
+         if (closure > 0.0_wp) closure = min(closure, &
+            law%closure(state_of(contacts, law, c), expected))
       end if
       call touch_law(contacts, law, c, max(closure, 0.0_wp), tangent, normal_free)
-      if (response%state == contact_slide .and. law%dilates) &
+      ! at a frozen bound the tangent of the law, so that the next solution reduces the energy
+      if ((response%state == contact_slide .and. law%dilates) .or. &
+         (response%state /= contact_open .and. allocated(contacts%held_bound))) &
          normal_free = response%normal_force + tangent*gap
    end subroutine line_of
 
@@ -274,14 +435,15 @@ contains
       class(joint_law_type), intent(in) :: law     !< of the contact
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: closure, stretch     !< m
-      logical, intent(in) :: closed                !< the normal spring holds
+      logical, intent(in) :: closed                !< the normal spring acts
 
       if (law%cohesive) then
          joint_energy = 0.5_wp*law%initial_spring(state)*max(closure, 0.0_wp)**2 &
             + 0.5_wp*law%shear_spring(state)*stretch**2
-         if (state%weakened < 1.0_wp) joint_energy = joint_energy + (1.0_wp - state%weakened) &
+         if (state%memory(weakened) < 1.0_wp) joint_energy = joint_energy &
+            + (1.0_wp - state%memory(weakened)) &
             *(0.5_wp*law%initial_spring(state)*min(closure, 0.0_wp)**2 &
-            + 0.5_wp*law%shear_spring(state)*((stretch + state%net_slip)**2 - stretch**2))
+            + 0.5_wp*law%shear_spring(state)*((stretch + state%memory(net_slip))**2 - stretch**2))
          return
       end if
       joint_energy = 0.5_wp*law%shear_spring(state)*stretch**2

@@ -1,31 +1,62 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A joint law: the forces of one contact at a closure of its joint and a stretch of its shear
+!> A joint law gives the forces of one contact at a closure of its joint and a stretch of its shear
 !> spring.
 !>
-!> What all laws share: the closure x counts from where the joint is free of force, so that it is
-!> the penetration plus the lift of the dilation; the normal force has a convex potential `stored`;
-!> the shear force is elastic up to `strength`, which follows the normal force.  A law overrides
-!> what it has of its own.  Stiffness is that of a contact, or per area: times the tributary length
-!> of the contact.
+!> Common to all laws: the closure x counts from the state without force and is the penetration plus
+!> the lift of the dilation; the normal force has a convex potential `stored`; the shear force is
+!> elastic up to `strength`, which follows the normal force.  A law overrides the procedures in
+!> which it differs.  Stiffness is that of a contact, or per area: times the tributary length of the
+!> contact.
 module dda_joint_law
    use dda_kinds, only: wp, pi
    use dda_material, only: joint_type
    implicit none
    private
-   public :: joint_law_type, joint_state_type, strength_type, reduced_angle
+   public :: joint_law_type, joint_state_type, column_type, response_type, strength_type, &
+      reduced_angle, add_columns, shared, slip_path, weakened, net_slip
 
-   real(wp), parameter :: steepest = 89.0_wp  !< friction angle that an input may have, degrees
+   real(wp), parameter :: steepest = 89.0_wp  !< largest friction angle of an input, degrees
 
-   !> Memory of a contact of a joint.
+   integer, parameter :: most_own = 4         !< columns of a law beyond the shared ones
+   ! Columns that every law has, and one of laws that depend on the direction of slip
+   integer, parameter :: slip_path = 1, weakened = 2, net_slip = 3
+
+   !> A variable that a law stores for each contact: a column of the list, of its history, the
+   !> checkpoint and the output, whose schema has its unit and meaning.
+   type :: column_type
+      character(len=24) :: name            !< in the output, after `contact_`
+      real(wp) :: initial = 0.0_wp         !< of a contact without a history
+      logical :: of_contact = .false.      !< a new point of an overlap does not copy it
+      real(wp) :: limit = huge(1.0_wp)     !< beyond which results are in doubt
+      character(len=96) :: advice = ''     !< why, and what to do
+   end type column_type
+
+   type(column_type), parameter :: shared(3) = [column_type('slip_path'), &
+      column_type('weakened', initial=1.0_wp), column_type('net_slip')]
+
+   !> A contact of a joint.
    type :: joint_state_type
       real(wp) :: length     !< tributary length, m
-      real(wp) :: slip_path  !< slip beyond the elastic one, both ways added up, m
-      real(wp) :: weakened   !< 0: peak strength, 1: residual strength
-      real(wp) :: share = 1.0_wp  !< of the stiffness of a contact, where that is not per area
-      real(wp) :: net_slip = 0.0_wp !< slip beyond the elastic one, with its sign, m
-      real(wp) :: lifted = 0.0_wp   !< how far slip has lifted it, where the way matters, m
-      real(wp) :: way = 1.0_wp      !< sign of the shear force that is asked about
+      real(wp) :: share = 1.0_wp  !< fraction of the stiffness of a contact
+      real(wp) :: way = 1.0_wp    !< sign of the shear force in question
+      real(wp) :: frozen = -1.0_wp !< frozen friction beyond the rise, N/m
+      real(wp) :: memory(most_own + 3) = 0.0_wp  !< columns of its law
+      real(wp) :: stretch = 0.0_wp       !< of the shear spring at the start of the step, m
+      real(wp) :: time_step = 0.0_wp     !< s; 0: at rest
+      real(wp) :: normal_force = 0.0_wp  !< at the end of a solved step, N/m
    end type joint_state_type
+
+   !> State and forces at a gap and a slip.
+   type :: response_type
+      integer :: state = 0                  !< open, slide or stick
+      real(wp) :: normal_force = 0.0_wp     !< compression positive, N/m
+      real(wp) :: shear_force = 0.0_wp      !< k_s × elastic stretch, within the bound, N/m
+      real(wp) :: bound = 0.0_wp            !< largest shear force, N/m
+      !> (force − strength)/strength of a bond; ≤ 0: intact
+      real(wp) :: strength_ratio = 0.0_wp
+      real(wp) :: slider = 0.0_wp      !< shear force of friction, without the bond, N/m
+      logical :: past_centre = .false. !< slip has returned to the centre and continues beyond it
+   end type response_type
 
    !> A variable of &joint that strength depends on.
    type :: strength_type
@@ -33,7 +64,7 @@ module dda_joint_law
       real(wp) :: value            !< in its unit there
    end type strength_type
 
-   !> The parameters of one joint material.
+   !> A law with the parameters of one joint material.
    type, abstract :: joint_law_type
       real(wp) :: normal_stiffness = 0.0_wp  !< at small closure, N/m, or Pa/m per area
       real(wp) :: shear_stiffness = 0.0_wp   !< N/m, or Pa/m per area
@@ -42,12 +73,18 @@ module dda_joint_law
       logical :: brittle = .false.           !< an intact contact sticks until it breaks
       logical :: curved = .false.            !< the normal force is not linear in the closure
       logical :: dilates = .false.           !< slip lifts the contact
-      logical :: has_centre = .false.        !< slip from a centre and slip back to it differ
-      logical :: cohesive = .false.          !< a bond beside the contact is damaged step by step
+      logical :: has_centre = .false.        !< slip away from a centre and back to it differ
+      !> at frozen bounds of friction its forces have a convex potential
+      logical :: convex = .true.
+      logical :: flows = .false.             !< the shear force is a curve of slip, see `flow`
+      logical :: cohesive = .false.   !< a bond in parallel with the contact is damaged step by step
       integer :: points = 2                  !< contact points of an overlap, if not given
-      !> variables of &joint that it cannot do without
-      character(len=24) :: needs(3) = [character(len=24) :: 'friction_angle', '', '']
+      !> memory beyond the shared columns; without a name: none
+      type(column_type) :: own(most_own) = column_type('')
+      integer :: columns = 0                     !< of its memory, with the shared ones
+      integer :: row(most_own + 3) = 0           !< of these in the memory of contacts
    contains
+      procedure :: follows_way
       procedure :: initial_spring
       procedure :: shear_spring
       procedure :: normal_force => linear_force
@@ -59,7 +96,10 @@ module dda_joint_law
       procedure :: tension => no_tension
       procedure :: slipped => longer_path
       procedure :: lift => no_lift
+      procedure :: rise => no_rise
       procedure :: sliding_force => force_without_lift
+      procedure :: flow => elastic_flow
+      procedure :: expected_slip => no_slip
       procedure :: damage => same_damage
       procedure :: spent => nothing_spent
       procedure :: bond_energy => no_bond
@@ -75,11 +115,11 @@ module dda_joint_law
          real(wp), intent(in) :: normal_force         !< compression positive, N/m
       end function strength_at
 
-      !> The variables of &joint with which all strength is divided by a factor.
+      !> The variables of &joint that divide all strength by a factor.
       pure function reduced_strength(law, joint, factor) result(strengths)
          import :: joint_law_type, joint_type, strength_type, wp
          class(joint_law_type), intent(in) :: law  !< of the joint
-         type(joint_type), intent(in) :: joint     !< that it was made of
+         type(joint_type), intent(in) :: joint     !< input of the law
          real(wp), intent(in) :: factor            !< above 0
          type(strength_type), allocatable :: strengths(:)
       end function reduced_strength
@@ -87,13 +127,35 @@ module dda_joint_law
 
 contains
 
-   !> Set what follows from other variables of &joint, and say what is wrong with those of the law;
-   !> blank: nothing.
+   !> The law depends on the direction of slip.
+   pure logical function follows_way(law)  ! total
+      class(joint_law_type), intent(in) :: law  !< of the joint
+
+      follows_way = law%has_centre .or. law%cohesive
+   end function follows_way
+
+   !> Assign the memory of a law to columns of the contacts' memory, which begins with the shared
+   !> columns; equal names share one column.
+   pure subroutine add_columns(columns, law)
+      type(column_type), allocatable, intent(inout) :: columns(:)  !< of the model
+      class(joint_law_type), intent(inout) :: law  !< gets its column numbers
+      type(column_type), allocatable :: own(:)
+      integer :: i
+
+      own = [shared(:merge(3, 2, law%follows_way())), pack(law%own, law%own%name /= '')]
+      law%columns = size(own)
+      do i = 1, size(own)
+         if (all(columns%name /= own(i)%name)) columns = [columns, own(i)]
+         law%row(i) = findloc(columns%name == own(i)%name, .true., 1)
+      end do
+   end subroutine add_columns
+
+   !> Derive values from other variables of &joint, and check those of the law.
    pure subroutine complete_nothing(law, joint, shear_ratio, wrong)
       class(joint_law_type), intent(in) :: law       !< of the joint
-      type(joint_type), intent(inout) :: joint       !< as read, with what the law needs
-      real(wp), intent(in) :: shear_ratio            !< k_n/k_s, where the joint has none of its own
-      character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
+      type(joint_type), intent(inout) :: joint       !< input with the variables that the law needs
+      real(wp), intent(in) :: shear_ratio           !< k_n/k_s, if the joint has no value of its own
+      character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
 
       wrong = ''
    end subroutine complete_nothing
@@ -106,7 +168,7 @@ contains
       reduced_angle = min(steepest, atan(tan(angle*(pi/180.0_wp))/factor)*(180.0_wp/pi))
    end function reduced_angle
 
-   !> Normal stiffness at no closure, N/m.
+   !> Normal stiffness at zero closure, N/m.
    pure real(wp) function initial_spring(law, state) result(spring)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -166,7 +228,7 @@ contains
       tension = 0.0_wp
    end function no_tension
 
-   !> The state after a slip beyond the elastic one; here: the path of the slip is longer.
+   !> The state after an inelastic slip; here: its path is added.
    pure type(joint_state_type) function longer_path(law, state, slip, shear_force) result(after)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
@@ -174,7 +236,7 @@ contains
       real(wp), intent(in) :: shear_force          !< under which it slips, N/m
 
       after = state
-      after%slip_path = state%slip_path + abs(slip)
+      after%memory(slip_path) = state%memory(slip_path) + abs(slip)
    end function longer_path
 
    !> Lift of the contact by slip, m; here: none.
@@ -184,6 +246,15 @@ contains
 
       lift = 0.0_wp
    end function no_lift
+
+   !> Rise of the contact per unit of slip in the direction of `state`, after a slip; here: none.
+   pure real(wp) function no_rise(law, state, slip) result(rise)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      real(wp), intent(in) :: slip                 !< beyond the elastic one, ≥ 0, m
+
+      rise = 0.0_wp
+   end function no_rise
 
    !> Normal force of a contact that slides, N/m: with the lift of the slip of this step.
    pure real(wp) function force_without_lift(law, state, closure, stretch) result(force)
@@ -195,7 +266,27 @@ contains
       force = law%normal_force(state, closure)
    end function force_without_lift
 
-   !> Damage of a bond at an opening and a slip, at least that before; here: that.
+   !> Shear force as a curve of slip, and its slope, at a normal force; here: the spring.
+   pure subroutine elastic_flow(law, state, normal_force, stretch, shear_force, tangent)
+      class(joint_law_type), intent(in) :: law            !< of the joint
+      type(joint_state_type), intent(in) :: state         !< at the start of the step
+      real(wp), intent(in) :: normal_force                !< ≥ 0, N/m
+      real(wp), intent(in) :: stretch                     !< of its spring if nothing slips, m
+      real(wp), intent(out) :: shear_force, tangent       !< N/m; ≥ 0, N/m per m
+
+      tangent = law%shear_spring(state)
+      shear_force = tangent*stretch
+   end subroutine elastic_flow
+
+   !> Slip of a step to start the iteration from, m; here: none.
+   pure real(wp) function no_slip(law, state) result(slip)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< at the start of the step
+
+      slip = 0.0_wp
+   end function no_slip
+
+   !> Damage of a bond at an opening and a slip, never less than before; here: unchanged.
    pure real(wp) function same_damage(law, opening, slip, before) result(damage)
       class(joint_law_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip     !< m
@@ -213,7 +304,7 @@ contains
       spent = 0.0_wp
    end function nothing_spent
 
-   !> Energy of a bond beyond that of the contact beside it, N/m; here: none.
+   !> Energy of a bond less that of the parallel contact, N/m; here: none.
    pure real(wp) function no_bond(law, opening, slip) result(energy)
       class(joint_law_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip     !< m

@@ -1,14 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The joint laws by name: registration, and their stiffness.
+!> Registration of the joint laws by name, and their stiffness.
 module dda_joint_laws
    use dda_kinds, only: wp
    use dda_barton_bandis, only: new_barton_bandis
    use dda_cohesive, only: new_cohesive
+   use dda_continuously_yielding, only: new_continuously_yielding
    use dda_coulomb, only: new_coulomb
    use dda_joint_law, only: joint_law_type
    use dda_material, only: joint_type
    use dda_mohr_coulomb, only: new_mohr_coulomb
    use dda_plesha, only: new_plesha
+   use dda_rate_state, only: new_rate_state
    implicit none
    private
    public :: law_slot_type, new_joint_law
@@ -20,11 +22,11 @@ module dda_joint_laws
 
 contains
 
-   !> The law of a joint material.  Here a new law is registered.
+   !> Make the law of a joint material.  A new law is registered here.
    subroutine new_joint_law(slot, joint, normal_stiffness, shear_ratio)
-      type(law_slot_type), intent(out) :: slot  !< gets the law; stays empty if it is not known
-      type(joint_type), intent(in) :: joint     !< as checked
-      real(wp), intent(in) :: normal_stiffness  !< k_n of contacts without one of their own, N/m
+      type(law_slot_type), intent(out) :: slot  !< gets the law; empty if the name is unknown
+      type(joint_type), intent(in) :: joint     !< checked input
+      real(wp), intent(in) :: normal_stiffness  !< default k_n of contacts, N/m
       real(wp), intent(in) :: shear_ratio       !< k_n/k_s, likewise
 
       select case (joint%law)
@@ -32,14 +34,18 @@ contains
          allocate (slot%law, source=new_barton_bandis(joint))
       case ('cohesive')
          allocate (slot%law, source=new_cohesive(joint))
+      case ('continuously_yielding')
+         allocate (slot%law, source=new_continuously_yielding(joint))
       case ('coulomb')
          allocate (slot%law, source=new_coulomb(joint))
       case ('mohr_coulomb')
          allocate (slot%law, source=new_mohr_coulomb(joint))
       case ('plesha')
          allocate (slot%law, source=new_plesha(joint))
+      case ('rate_state')
+         allocate (slot%law, source=new_rate_state(joint))
       case default
-         return  ! the reader of the input refuses it
+         return  ! the reader of the input rejects it
       end select
       associate (law => slot%law)
          law%normal_per_area = joint%normal_stiffness > 0.0_wp

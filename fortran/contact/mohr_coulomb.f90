@@ -8,7 +8,8 @@
 !> from N = k_n [x + tan ψ (t − τ/k_s)], τ = c L + N tan φ, at a trial stretch t.
 module dda_mohr_coulomb
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle, &
+      slip_path, weakened
    use dda_group_values, only: unset
    use dda_material, only: joint_type
    use dda_text, only: to_text
@@ -30,15 +31,16 @@ module dda_mohr_coulomb
       procedure :: tension
       procedure :: slipped
       procedure :: lift
+      procedure :: rise
       procedure :: sliding_force
       procedure :: complete
    end type mohr_coulomb_type
 
 contains
 
-   !> The law of a joint material but for its stiffness.
+   !> The law of a joint material, without its stiffness.
    pure type(mohr_coulomb_type) function new_mohr_coulomb(joint) result(law)
-      type(joint_type), intent(in) :: joint  !< as checked
+      type(joint_type), intent(in) :: joint  !< checked input
 
       law%friction = tan([joint%friction_angle, joint%residual_friction_angle]*pi/180.0_wp)
       law%cohesion = [joint%cohesion, joint%residual_cohesion]
@@ -51,12 +53,12 @@ contains
       law%dilates = joint%dilation_angle > 0.0_wp
    end function new_mohr_coulomb
 
-   !> Residual strength, which is at most the peak strength; weakening and dilation.
+   !> Check the residual strength, which is at most the peak strength, weakening and dilation.
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
-      type(joint_type), intent(inout) :: joint     !< as read
+      type(joint_type), intent(inout) :: joint     !< input of the law
       real(wp), intent(in) :: shear_ratio          !< k_n/k_s
-      character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
+      character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
 
       if (joint%residual_friction_angle == unset) joint%residual_friction_angle = &
          joint%friction_angle
@@ -65,12 +67,9 @@ contains
       if (wrong == '') wrong = above('tensile_strength', joint%residual_tensile_strength, &
          joint%tensile_strength)
       if (wrong /= '') return
-      if (joint%dilation_angle > joint%residual_friction_angle) then
+      if (joint%dilation_angle > joint%residual_friction_angle) &
          wrong = 'dilation_angle = '//to_text(joint%dilation_angle)//' is above the residual '// &
             'friction angle, '//to_text(joint%residual_friction_angle)//': slip would give energy'
-      else if (joint%dilation_slip /= unset .and. joint%dilation_angle <= 0.0_wp) then
-         wrong = 'dilation_slip has no meaning without a dilation_angle above 0'
-      end if
 
    contains
 
@@ -95,19 +94,19 @@ contains
    end function between
 
    !> Largest shear force, N/m.
-   pure real(wp) function strength(law, state, normal_force)
+   pure real(wp) function strength(law, state, normal_force)  ! total
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
 
-      strength = between(law%friction, state%weakened)*max(normal_force, 0.0_wp) &
-         + between(law%cohesion, state%weakened)*state%length
+      strength = between(law%friction, state%memory(weakened))*max(normal_force, 0.0_wp) &
+         + between(law%cohesion, state%memory(weakened))*state%length
    end function strength
 
-   !> tan φ, c, T, tan ψ divided by a factor.
+   !> Divide tan φ, c, T and tan ψ by a factor.
    pure function reduced(law, joint, factor) result(strengths)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
-      type(joint_type), intent(in) :: joint        !< that it was made of
+      type(joint_type), intent(in) :: joint        !< input of the law
       real(wp), intent(in) :: factor               !< above 0
       type(strength_type), allocatable :: strengths(:)
 
@@ -122,14 +121,14 @@ contains
    end function reduced
 
    !> Largest tension of a bonded contact, N/m.
-   pure real(wp) function tension(law, state)
+   pure real(wp) function tension(law, state)  ! total
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
 
-      tension = between(law%tensile, state%weakened)*state%length
+      tension = between(law%tensile, state%memory(weakened))*state%length
    end function tension
 
-   !> The state after a slip, which weakens a contact that does not break.
+   !> The state after a slip: the contact weakens unless it is brittle.
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
@@ -137,9 +136,9 @@ contains
       real(wp), intent(in) :: shear_force          !< under which it slips, N/m
 
       after = state
-      after%slip_path = state%slip_path + abs(slip)
-      if (law%weakening_slip > 0.0_wp) after%weakened = max(state%weakened, &
-         min(1.0_wp, after%slip_path/law%weakening_slip))
+      after%memory(slip_path) = state%memory(slip_path) + abs(slip)
+      if (law%weakening_slip > 0.0_wp) after%memory(weakened) = max(state%memory(weakened), &
+         min(1.0_wp, after%memory(slip_path)/law%weakening_slip))
    end function slipped
 
    !> Lift of the contact by slip, m.
@@ -147,8 +146,17 @@ contains
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
 
-      lift = law%dilation*min(state%slip_path, law%dilation_slip)
+      lift = law%dilation*min(state%memory(slip_path), law%dilation_slip)
    end function lift
+
+   !> Rise of the contact per unit of slip, up to the largest slip.
+   pure real(wp) function rise(law, state, slip)
+      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      real(wp), intent(in) :: slip                 !< inelastic slip, ≥ 0, m
+
+      rise = merge(law%dilation, 0.0_wp, state%memory(slip_path) + slip < law%dilation_slip)
+   end function rise
 
    !> Normal force of a contact that slides, N/m: with the lift of the slip of this step.
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
@@ -160,11 +168,11 @@ contains
 
       k_n = law%initial_spring(state)
       force = k_n*closure
-      left = law%dilation_slip - state%slip_path
+      left = law%dilation_slip - state%memory(slip_path)
       if (.not. law%dilates .or. left <= 0.0_wp) return
       k_s = law%shear_spring(state)
       force = k_n*(closure + law%dilation*max(0.0_wp, stretch - law%strength(state, 0.0_wp)/k_s)) &
-         /(1.0_wp + k_n*law%dilation*between(law%friction, state%weakened)/k_s)
+         /(1.0_wp + k_n*law%dilation*between(law%friction, state%memory(weakened))/k_s)
       if (stretch - law%strength(state, force)/k_s > left) &
          force = k_n*(closure + law%dilation*left)
    end function sliding_force

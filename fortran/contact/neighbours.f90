@@ -12,11 +12,15 @@ module dda_neighbours
    private
    public :: neighbours_type, find_neighbours, find_near_pairs, find_corners
 
-   !> limit for a small model; a large one may have 100 per block more
+   !> limit for a small model; large ones may have 100 more per block
    integer, parameter :: most_pairs = 1000000
 
    !> Near pairs and probes.
    type :: neighbours_type
+      ! unsaved, a search that found too much, which ends the run: crowded
+      ! unsaved, listed anew from the present places, which changes no decision: first_corner
+      ! unsaved, listed anew from the present places, which changes no decision: corner
+      ! unsaved, the input: convex, convex_block
       integer :: n_pairs = 0
       integer :: n_probes = 0
       integer, allocatable :: pair(:,:)      !< [2, pairs] near blocks, first < second
@@ -31,7 +35,7 @@ module dda_neighbours
       logical, allocatable :: convex(:)      !< [vertices] angle below 180°
       logical, allocatable :: convex_block(:) !< [n] all its angles are below 180°
       real(wp) :: reach = 0.0_wp             !< distance searched, m
-      real(wp) :: travel = 0.0_wp            !< bound on how far vertices have moved since, m
+      real(wp) :: travel = 0.0_wp            !< bound on the displacement of vertices since, m
    end type neighbours_type
 
    !> Square cells over the boxes of all blocks.
@@ -75,8 +79,8 @@ contains
       call sort_pairs(neighbours, blocks%n)
    end subroutine find_near_pairs
 
-   !> Pairs in the order of the rows of the matrix: what is listed pair by pair, as contacts are, is
-   !> then read as it lies.
+   !> Sort pairs by the rows of the matrix, so that contacts, which are listed pair by pair, are
+   !> read in the order of memory.
    subroutine sort_pairs(neighbours, n)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs
       integer, intent(in) :: n                            !< blocks
@@ -90,7 +94,7 @@ contains
       call move_alloc(sorted, neighbours%pair)
    end subroutine sort_pairs
 
-   !> Only pairs of blocks that are there.
+   !> Keep only pairs of blocks that belong to the model.
    pure subroutine drop_removed(neighbours, removed)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs
       logical, intent(in) :: removed(:)                   !< [blocks]
@@ -105,7 +109,7 @@ contains
       neighbours%n_pairs = kept
    end subroutine drop_removed
 
-   !> Only pairs of blocks that are not joined in a body.
+   !> Keep only pairs of blocks that are not joined in a body.
    pure subroutine drop_joined(neighbours, blocks)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs
       type(blocks_type), intent(in) :: blocks             !< with their bodies
@@ -273,7 +277,7 @@ contains
             call probe_block(neighbours, blocks, p, b, a, reach)
          end associate
       end do
-      ! They last for many steps: no more memory than they need.
+      ! Trim the arrays: they last for many steps.
       associate (n => neighbours%n_probes)
          neighbours%probe = neighbours%probe(:, :n)
          neighbours%first_edge = neighbours%first_edge(:n + 1)

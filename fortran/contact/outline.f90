@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Pieces of the edges of a model that are its outline, and those of them at a given place.
+!> Find the parts of edges that form the outline of a model, and those in a given region.
 !>
-!> An edge belongs to the outline where no edge of another block runs along it.  Pieces are in the
-!> order of the blocks and of their edges.
+!> Parts of an edge along which no edge of another block runs belong to the outline.  They are in
+!> the order of the blocks and of their edges.
 module dda_outline
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -12,20 +12,20 @@ module dda_outline
    private
    public :: sides, outline_of, pieces_on_side, pieces_along
 
-   !> Sides of the box round the model, and what faces upwards.
+   !> Sides of the box around the model, and the upward surface.
    character(len=*), parameter :: sides(5) = [character(len=7) :: 'left', 'right', 'bottom', &
       'top', 'surface']
 
    real(wp), parameter :: touching = 1.0e-6_wp  !< of half the model size: no gap
    real(wp), parameter :: parallel = 0.0523_wp  !< sine of 3°
-   real(wp), parameter :: least = 1.0e-6_wp     !< share of an edge that counts as a piece
+   real(wp), parameter :: least = 1.0e-6_wp     !< smallest fraction of an edge that is listed
 
 contains
 
    !> The outline of the marked blocks in a model.
    subroutine outline_of(blocks, wanted, pieces)
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      logical, intent(in) :: wanted(:)         !< [blocks] whose edges are asked for
+      logical, intent(in) :: wanted(:)         !< [blocks] whose edges are listed
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< of their edges
       type(neighbours_type) :: neighbours
       integer, allocatable :: first(:), other(:)
@@ -48,7 +48,7 @@ contains
    pure subroutine list_neighbours(neighbours, n, first, other)
       type(neighbours_type), intent(in) :: neighbours   !< its pairs
       integer, intent(in) :: n                          !< blocks
-      integer, allocatable, intent(out) :: first(:)     !< [n+1] where those of a block begin
+      integer, allocatable, intent(out) :: first(:)     !< [n+1] first neighbour of each block
       integer, allocatable, intent(out) :: other(:)     !< [2 × pairs]
       integer :: p, side, b
       integer, allocatable :: at(:)
@@ -72,19 +72,19 @@ contains
       end do
    end subroutine list_neighbours
 
-   !> Append what edges of other blocks leave free of edge e.
+   !> Append the parts of edge e along which no edge of another block runs.
    pure subroutine add_free_pieces(blocks, e, others, pieces, n)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       integer, intent(in) :: e                 !< edge, named by its first vertex
       integer, intent(in) :: others(:)         !< near blocks
-      type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list that grows
-      integer, intent(inout) :: n              !< pieces in it
+      type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
+      integer, intent(inout) :: n              !< number of its entries
       real(wp) :: free, span(2)
       integer :: i, f
 
       free = 0.0_wp
       do while (free < 1.0_wp - least)
-         span = [1.0_wp, 1.0_wp]  ! next stretch from `free` on that is covered
+         span = [1.0_wp, 1.0_wp]  ! next covered interval after `free`
          do i = 1, size(others)
             do f = blocks%first(others(i)), blocks%first(others(i) + 1) - 1
                call take_nearer(common_span(blocks, e, blocks%vertex(:, f), &
@@ -97,10 +97,10 @@ contains
       end do
    end subroutine add_free_pieces
 
-   !> Of covered stretches, that which begins first beyond a place and reaches beyond it.
+   !> Of two covered intervals, the one that begins first among those that reach beyond a position.
    pure subroutine take_nearer(new, free, span)
-      real(wp), intent(in) :: new(2)       !< shares of an edge; empty if the first is larger
-      real(wp), intent(in) :: free         !< share up to which all is done
+      real(wp), intent(in) :: new(2)       !< fractions of an edge; empty if the first is larger
+      real(wp), intent(in) :: free         !< fraction of the edge already treated
       real(wp), intent(inout) :: span(2)   !< the best so far
 
       if (new(2) - max(new(1), free) <= least) return
@@ -108,8 +108,8 @@ contains
          new(2) > span(2))) span = [max(new(1), free), new(2)]
    end subroutine take_nearer
 
-   !> Shares of edge e along which a segment runs, in the same (1) or the opposite (−1) direction or
-   !> any (0); the first share is larger where it does not.
+   !> Fractions of edge e between which a segment runs along it, in the same (1), the opposite (−1)
+   !> or any direction (0); if it does not, the first fraction is larger.
    pure function common_span(blocks, e, from, to, sense) result(span)
       type(blocks_type), intent(in) :: blocks   !< in their present state
       integer, intent(in) :: e                  !< edge, named by its first vertex
@@ -145,8 +145,8 @@ contains
    end function common_span
 
    pure subroutine append(pieces, n, piece)
-      type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list that grows
-      integer, intent(inout) :: n                 !< pieces in it
+      type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
+      integer, intent(inout) :: n                 !< number of its entries
       type(edge_piece_type), intent(in) :: piece  !< to append
       type(edge_piece_type), allocatable :: more(:)
 
@@ -159,7 +159,7 @@ contains
       pieces(n) = piece
    end subroutine append
 
-   !> Those pieces that lie on a side of the box round the model; of 'surface': that face upwards.
+   !> The parts on a side of the box around the model; for 'surface' those that face upwards.
    pure function pieces_on_side(blocks, pieces, side) result(found)
       type(blocks_type), intent(in) :: blocks            !< in their present state
       type(edge_piece_type), intent(in) :: pieces(:)     !< to choose from
@@ -189,7 +189,7 @@ contains
       end function is_there
    end function pieces_on_side
 
-   !> The parts of pieces that lie on a polyline.
+   !> The parts that lie on a polyline.
    pure function pieces_along(blocks, pieces, line) result(found)
       type(blocks_type), intent(in) :: blocks          !< in their present state
       type(edge_piece_type), intent(in) :: pieces(:)   !< to choose from

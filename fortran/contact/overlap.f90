@@ -2,8 +2,8 @@
 !> The length over which two edges lie along each other, and the contacts that share it.
 !>
 !> A joint with two contact points has one at each end of an overlap, with half of it.  With three
-!> or five the points have the places and weights of Lobatto's rule: they are exact for a stress
-!> that is linear along the overlap, so that the joint bends as stiffly as it should.
+!> or five, the points have the positions and weights of Lobatto's rule, which are exact for a
+!> stress that is linear along the overlap; the bending stiffness of the joint is then correct.
 module dda_overlap
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, is_convex
@@ -14,15 +14,15 @@ module dda_overlap
    real(wp), parameter :: touching = 1.0e-6_wp  !< of the edge's length: no gap
    real(wp), parameter :: narrow = 0.0523_wp    !< sine of 3°
    real(wp), parameter :: wide = 0.2588_wp      !< sine of 15°
-   !> of the shorter edge: a shorter overlap is that of two corners, without points of its own
+   !> of the shorter edge: a shorter overlap has no points between its corners
    real(wp), parameter :: least = 0.05_wp
 
    !> The overlap of edge f with edge e, against which it runs.
    type :: overlap_type
-      real(wp) :: length = 0.0_wp   !< m; 0: they do not lie along each other
-      !> share of f before the overlap, and before its end
+      real(wp) :: length = 0.0_wp   !< length, m; 0: the edges do not overlap
+      !> fraction of f before the overlap, and before its end
       real(wp) :: from = 0.0_wp, to = 0.0_wp
-      !> a corner ends it there
+      !> a corner ends the overlap there
       logical :: corner_from = .false., corner_to = .false.
    end type overlap_type
 
@@ -54,7 +54,7 @@ contains
       overlap%to = min(1.0_wp, first/(first - last))
    end function overlap_of
 
-   !> The overlap is long enough for points of its own.
+   !> The overlap is long enough for points between its corners.
    pure logical function has_points(blocks, e, f, overlap)
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: e, f                  !< edges
@@ -64,7 +64,7 @@ contains
          overlap%length > least*min(blocks%length(e), blocks%length(f))
    end function has_points
 
-   !> Place of point i of n in an overlap, 0 … 1.
+   !> Position of point i of n in an overlap, 0 … 1.
    pure real(wp) function node(n, i)
       integer, intent(in) :: n  !< points: 2, 3 or 5
       integer, intent(in) :: i  !< 1 … n
@@ -76,7 +76,7 @@ contains
       node = 0.5_wp + sign(0.5_wp*half, real(2*i - n - 1, wp))
    end function node
 
-   !> Share of point i of n in an overlap.
+   !> Weight of point i of n in an overlap.
    pure real(wp) function weight(n, i)
       integer, intent(in) :: n  !< points: 2, 3 or 5
       integer, intent(in) :: i  !< 1 … n

@@ -4,19 +4,22 @@
 !> Asperities of an angle α meet at a centre.  Slip away from it climbs them: the shear strength is
 !> N tan(φ + α), and slip lifts the joint by tan α.  Slip back comes down again, at N tan(φ − α).
 !> The work W that slip does per area wears them, α = α₀ exp(−cW); the state holds 1 − α/α₀.  Slip
-!> loses N [tan(φ + α) − tan α] one way and N [tan(φ − α) + tan α] the other, more than 0 for φ > 0.
+!> dissipates N [tan(φ + α) − tan α] away from the centre and N [tan(φ − α) + tan α] towards it,
+!> both positive for φ > 0.
 !>
-!> As the slip of a step lifts the joint, its normal force at a trial stretch t follows from
-!> N = k_n [x ± tan α (t − τ/k_s)] and τ = N tan(φ ± α).
+!> Because the slip of a step lifts the joint, its normal force at a trial stretch t follows from N
+!> = k_n [x ± tan α (t − τ/k_s)] and τ = N tan(φ ± α).
 module dda_plesha
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
+   use dda_joint_law, only: column_type, joint_law_type, joint_state_type, net_slip, &
+      reduced_angle, slip_path, strength_type, weakened
    use dda_material, only: joint_type
    use dda_text, only: quoted, to_text
    implicit none
    private
    public :: plesha_type, new_plesha
 
+   integer, parameter :: lifted = 4  !< column
    real(wp), parameter :: steepest_climb = 89.0_wp  !< of friction and asperities, degrees
 
    !> Friction of the faces, and their asperities.
@@ -29,30 +32,32 @@ module dda_plesha
       procedure :: reduced
       procedure :: slipped
       procedure :: lift
+      procedure :: rise
       procedure :: sliding_force
       procedure :: complete
    end type plesha_type
 
 contains
 
-   !> The law of a joint material but for its stiffness.
+   !> The law of a joint material, without its stiffness.
    pure type(plesha_type) function new_plesha(joint) result(law)
-      type(joint_type), intent(in) :: joint  !< as checked
+      type(joint_type), intent(in) :: joint  !< checked input
 
       law%friction = joint%friction_angle*(pi/180.0_wp)
       law%asperity = joint%asperity_angle*(pi/180.0_wp)
       law%wear = joint%asperity_wear
-      law%needs(2) = 'asperity_angle'
+      law%own(1) = column_type('lifted')
       law%dilates = .true.
       law%has_centre = .true.
    end function new_plesha
 
-   !> Asperities that can be climbed, do not slip back by themselves, and come down without a jump.
+   !> Check the asperities: slip can climb them, does not return by itself, and descends without a
+   !> jump.
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(plesha_type), intent(in) :: law     !< of the joint
-      type(joint_type), intent(inout) :: joint  !< as read
-      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, where the joint has none of its own
-      character(len=:), allocatable, intent(out) :: wrong  !< in words; blank: nothing
+      type(joint_type), intent(inout) :: joint  !< input of the law
+      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, if the joint has no value of its own
+      character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
       real(wp) :: ratio
 
       wrong = ''
@@ -78,11 +83,11 @@ contains
       end associate
    end subroutine complete
 
-   !> Largest k_n/k_s at which slip back to the centre is stable, whatever the wear: beyond it the
-   !> normal force, and strength with it, would fall faster by the descent than the shear spring
-   !> lets go.  tan α tan(φ − α) is largest at φ/2.
+   !> Largest k_n/k_s at which slip back to the centre is stable for any wear.  Beyond it the
+   !> descent would reduce the normal force, and thereby the strength, faster than the shear spring
+   !> unloads.  tan α tan(φ − α) is largest at φ/2.
    pure real(wp) function steepest_return(joint) result(ratio)
-      type(joint_type), intent(in) :: joint  !< as checked
+      type(joint_type), intent(in) :: joint  !< checked input
       real(wp) :: phi, alpha
 
       phi = joint%friction_angle*(pi/180.0_wp)
@@ -90,17 +95,17 @@ contains
       ratio = 1.0_wp/max(tan(alpha)*tan(phi - alpha), tiny(1.0_wp))
    end function steepest_return
 
-   !> Angle of the asperities as slip meets them, rad: positive as they are climbed.
+   !> Angle of the asperities in the direction of slip, rad: positive if slip climbs them.
    pure real(wp) function angle(law, state)
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
 
-      angle = law%asperity*(1.0_wp - state%weakened)
-      if (state%way*state%net_slip < 0.0_wp) angle = -angle
+      angle = law%asperity*(1.0_wp - state%memory(weakened))
+      if (state%way*state%memory(net_slip) < 0.0_wp) angle = -angle
    end function angle
 
    !> Largest shear force, N/m.
-   pure real(wp) function strength(law, state, normal_force)
+   pure real(wp) function strength(law, state, normal_force)  ! total
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
@@ -108,10 +113,10 @@ contains
       strength = tan(law%friction + angle(law, state))*max(normal_force, 0.0_wp)
    end function strength
 
-   !> tan φ and tan α₀ divided by a factor.
+   !> Divide tan φ and tan α₀ by a factor.
    pure function reduced(law, joint, factor) result(strengths)
       class(plesha_type), intent(in) :: law   !< of the joint
-      type(joint_type), intent(in) :: joint   !< that it was made of
+      type(joint_type), intent(in) :: joint   !< input of the law
       real(wp), intent(in) :: factor          !< above 0
       type(strength_type), allocatable :: strengths(:)
 
@@ -122,7 +127,7 @@ contains
          min(reduced_angle(joint%asperity_angle, factor), steepest_climb - friction))]
    end function reduced
 
-   !> The state after a slip, which lifts the contact or lets it down, and wears it.
+   !> The state after a slip, which lifts or lowers the contact and wears the asperities.
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
@@ -130,11 +135,12 @@ contains
       real(wp), intent(in) :: shear_force          !< under which it slips, N/m
 
       after = state
-      after%slip_path = state%slip_path + abs(slip)
-      after%net_slip = state%net_slip + slip
-      after%lifted = state%lifted + tan(law%asperity*(1.0_wp - state%weakened)) &
-         *(abs(after%net_slip) - abs(state%net_slip))
-      after%weakened = 1.0_wp - (1.0_wp - state%weakened) &
+      after%memory(slip_path) = state%memory(slip_path) + abs(slip)
+      after%memory(net_slip) = state%memory(net_slip) + slip
+      after%memory(lifted) = state%memory(lifted) &
+         + tan(law%asperity*(1.0_wp - state%memory(weakened))) &
+         *(abs(after%memory(net_slip)) - abs(state%memory(net_slip)))
+      after%memory(weakened) = 1.0_wp - (1.0_wp - state%memory(weakened)) &
          *exp(-law%wear*abs(shear_force*slip)/state%length)
    end function slipped
 
@@ -143,10 +149,20 @@ contains
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
 
-      lift = state%lifted
+      lift = state%memory(lifted)
    end function lift
 
-   !> Normal force of a contact that slides one way, N/m: with the lift of the slip of this step.
+   !> Rise of the contact per unit of slip, up or down the asperities.
+   pure real(wp) function rise(law, state, slip)
+      class(plesha_type), intent(in) :: law        !< of the joint
+      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      real(wp), intent(in) :: slip                 !< inelastic slip, ≥ 0, m
+
+      rise = tan(angle(law, state))
+   end function rise
+
+   !> Normal force of a contact that slides in one direction, N/m, with the lift of the slip of this
+   !> step.
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tributary lengths: the length of joint that a contact stands for.
+!> Tributary length: the length of joint that belongs to a contact.
 !>
-!> Where two edges lie along each other, the contacts at the two ends of their overlap share it, so
-!> that a joint has the same stiffness however many corners touch.  A length is taken when the
-!> contact closes, and kept while the overlap differs by less than a hundredth; when it is taken
-!> anew the stress stays, and the energy that the springs gain or lose is booked.  A corner on an
-!> edge with no parallel has half the shorter of the two edges, as if they were about to close.
+!> The contacts at the two ends of an overlap of two edges share it, so that the stiffness of a
+!> joint does not depend on the number of touching corners.  A length is set when the contact
+!> closes, and kept while the overlap differs by less than a hundredth.  When it is set again, the
+!> stress does not change, and the change of spring energy is booked.  A corner on an edge without a
+!> parallel edge has half the shorter of the two edges, as if they were about to close.
 module dda_tributary
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -17,7 +17,7 @@ module dda_tributary
    private
    public :: contact_overlap, set_lengths
 
-   real(wp), parameter :: same = 1.0e-2_wp        !< of a length, a change that is none
+   real(wp), parameter :: same = 1.0e-2_wp        !< of a length: smaller changes are ignored
    real(wp), parameter :: least = 1.0e-9_wp       !< of the edge's length, of a contact
 
 contains
@@ -47,7 +47,7 @@ contains
       end do
    end subroutine set_lengths
 
-   !> The length, m, that contact c stands for, and its share of the stiffness of a contact.
+   !> The tributary length of contact c, m, and its fraction of the stiffness of a contact.
    pure subroutine find_length(contacts, blocks, laws, c, length, share)
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry
@@ -77,12 +77,12 @@ contains
       integer, intent(in) :: c                     !< number of the contact
 
       associate (law => laws%slot(contacts%joint(c))%law)
-         energy_of = joint_energy(law, state_of(contacts, c), closure_of(contacts, law, c, &
+         energy_of = joint_energy(law, state_of(contacts, law, c), closure_of(contacts, law, c, &
             contacts%gap(c)), contacts%stretch(c), contacts%was_closed(c))
       end associate
    end function energy_of
 
-   !> The length of joint that contact c stands for, m.
+   !> The tributary length of contact c, m.
    pure real(wp) function tributary_length(contacts, blocks, c) result(length)
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry
@@ -101,8 +101,8 @@ contains
       length = 0.5_wp*min(blocks%length(e), blocks%length(own))
    end function tributary_length
 
-   !> One of the edges at the vertex lies along the edge touched.
-   pure logical function lies_along(contacts, blocks, c)
+   !> One of the edges at the vertex is parallel to the edge touched.
+   pure logical function lies_along(contacts, blocks, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: c                     !< number of the contact
@@ -113,7 +113,7 @@ contains
       end associate
    end function lies_along
 
-   !> Share, m, of a contact of vertex v and edge e in the overlaps of e and the two edges at v.
+   !> Part, m, of a contact of vertex v and edge e in the overlaps of e and the two edges at v.
    pure real(wp) function contact_overlap(blocks, e, v) result(length)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, v              !< edge touched, vertex that touches
@@ -121,12 +121,12 @@ contains
       length = common_length(blocks, e, v) + common_length(blocks, e, blocks%previous(v))
    end function contact_overlap
 
-   !> A contact's share, m, of the length over which edge f runs along edge e; 0 unless they are
+   !> A contact's part, m, of the length over which edge f runs along edge e; 0 unless they are
    !> parallel.
    !>
-   !> The contacts at the two ends of the overlap share it; one that ends where an edge goes
-   !> straight on, as at a change of joint, has no contact there and belongs to that at the other
-   !> end.
+   !> The contacts at the two ends of the overlap share it.  If the edge continues straight on at
+   !> one end, as at a change of joint, there is no contact at that end and the whole overlap
+   !> belongs to the other one.
    pure real(wp) function common_length(blocks, e, f) result(length)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges, named by their first vertex
@@ -137,7 +137,8 @@ contains
       if (overlap%corner_from .and. overlap%corner_to) length = 0.5_wp*length
    end function common_length
 
-   !> The share of contact c, m, where its joint has points between corners: by its weight.
+   !> The tributary length of contact c, m, from its weight, if its joint has points between
+   !> corners.
    pure real(wp) function weighted_overlap(contacts, blocks, c, n) result(length)
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry

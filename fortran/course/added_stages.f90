@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Stages that are added to a run which has begun: excavation, supports that let go, other joints.
+!> Stages added to a started run: excavation, released supports, other joints.
 !>
-!> The last stage of the run ends now; with adaptive steps at the next but one multiple of its Δt,
-!> so that no step before would have been another.  An input with these stages then gives the same
-!> bits from its start on.  What a stage brings, points that it holds, loads, motions, bolts, is not
-!> there before it, so such a stage cannot be added.
+!> The last stage of the run ends now; with adaptive steps it ends at the next but one multiple of
+!> its Δt, so that no earlier step would have differed.  A run of the input with these stages from
+!> the start is then bit-identical. ¶ A stage that adds supported points, loads, motions or bolts
+!> cannot be added, because they are part of the model from the start.
 module dda_added_stages
    use dda_kinds, only: wp, long
    use dda_column_model, only: column_model
@@ -20,7 +20,7 @@ module dda_added_stages
 
 contains
 
-   !> A changed input goes on where the run would end.
+   !> Continue with a changed input when the run would end.
    pure logical function has_more_stages(simulation, model) result(more)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(model_type), intent(in) :: model  !< of the changed input
@@ -28,11 +28,11 @@ contains
       more = size(model%stages) > size(simulation%model%stages)
    end function has_more_stages
 
-   !> Let the stages that a changed input has at its end follow.
+   !> Append the additional stages of a changed input.
    recursive subroutine add_stages(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< of the changed input
-      type(error_type), allocatable, intent(out) :: error  !< they cannot follow
+      type(error_type), allocatable, intent(out) :: error  !< the stages cannot be appended
       integer :: i
 
       call check_added(simulation, model, error)
@@ -45,7 +45,8 @@ contains
       call adopt_stages(simulation%model, model)
    end subroutine add_stages
 
-   !> They follow a dynamic stage, the last one, and bring nothing that was there from the start.
+   !> Check the stages: they follow the last, dynamic stage and add nothing that is part of the
+   !> model from the start.
    subroutine check_added(simulation, model, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< of the changed input
@@ -64,18 +65,18 @@ contains
                if (.not. (any(stage%holds) .or. any(stage%loads) .or. any(stage%begins) .or. &
                   any(stage%added))) cycle
                call fail(error, error_input, model%file//': stage '//quoted(trim(stage%name))// &
-                  ' is added during the run and cannot hold, add, or begin loads and motions: '// &
-                  'these wait from the start of a run')
+                  ' is added during the run, so it cannot have hold, add or begin: these need '// &
+                  'a stage that is in the input from the start')
                return
             end associate
          end do
       end associate
    end subroutine check_added
 
-   !> The present stage ends after as many steps of its Δt as an input can say.
+   !> The present stage ends after the largest number of steps that an input can have.
    pure subroutine end_stage(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp), parameter :: rounding = 1.0e-9_wp  !< of Δt, as where a stage ends
+      real(wp), parameter :: rounding = 1.0e-9_wp  !< of Δt, as for the end of a stage
       integer(long) :: steps
 
       associate (control => simulation%model%control)
@@ -86,7 +87,7 @@ contains
       end associate
    end subroutine end_stage
 
-   !> Stages that a changed input has more.
+   !> Number of additional stages of a changed input.
    pure subroutine adopt_stages(own, model)
       type(model_type), intent(inout) :: own  !< of the run
       type(model_type), intent(in) :: model   !< of the changed input

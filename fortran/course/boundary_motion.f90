@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What comes in through boundaries, and how they move: of a compliant base the wave that comes up
-!> and the mean motion of its edges, of a free-field side the motions of the column and of the model
-!> at its upper end.
+!> Incoming motions and motions of boundaries: for a compliant base the upward wave and the mean
+!> motion of its edges, for a free-field side the motions of the column and of the model at its
+!> upper end.
 module dda_boundary_motion
    use dda_kinds, only: wp
    use dda_baseline, only: displacement_at, velocity_at, acceleration_at
@@ -11,17 +11,14 @@ module dda_boundary_motion
    use dda_simulation, only: simulation_type
    implicit none
    private
-   public :: boundary_series, take_boundary_motions
-
-   !> Series of a boundary: displacement, velocity, acceleration that come in, then its own.
-   integer, parameter :: boundary_series = 6
+   public :: take_boundary_motions
 
 contains
 
-   !> Motions of all boundaries that something comes in through.
+   !> Incoming motions of all boundaries.
    subroutine take_boundary_motions(simulation, motions)
       type(simulation_type), intent(in) :: simulation  !< at its present time
-      !> [2,boundary motions,`boundary_series`] m, m/s, m/s²
+      !> [2,boundary motions,6] incoming displacement, velocity, acceleration, then its own
       real(wp), intent(out) :: motions(:,:,:)
       real(wp) :: part(2, 3)
       integer :: i, k
@@ -39,7 +36,7 @@ contains
       end do
    end subroutine take_boundary_motions
 
-   !> Displacement, velocity and acceleration of what comes in.
+   !> Displacement, velocity and acceleration of the incoming motion.
    function incoming(simulation, motion) result(wave)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       type(boundary_motion_type), intent(in) :: motion  !< of a boundary

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Changes of a model while it is being stepped: gravity, Δt, joints, loads, motions, fixed points.
+!> Changes of a model during a run: gravity, Δt, joints, loads, motions, fixed points.
 !>
-!> What a changed input says of these takes the place of what the run has, at the present time:
+!> The values of a changed input replace those of the run, at the present time:
 !>
-!> - Bonds, the contacts that are closed and their stretch stay; the laws have the new strengths.
-!> - A point that is held anew, or moved by another motion, is held where it stands now.
-!> - A new Δt counts from now on; the time that is left is rounded up to whole steps of it.
-!> - Stored energy that comes or goes belongs to the term `changed`.
+!> - Bonds, closed contacts and their stretch are kept; the laws have the new strengths.
+!> - A point that is fixed again, or gets another motion, keeps its present position.
+!> - A new Δt counts from now on; the remaining time is rounded up to whole steps.
+!> - Gained or lost stored energy is the term `changed`.
 module dda_changes
    use dda_kinds, only: wp, long, pi
    use dda_added_stages, only: adopt_stages
@@ -33,11 +33,11 @@ module dda_changes
 
 contains
 
-   !> Take over what may change from a model, at the present time.
+   !> Adopt the changeable values of a model, at the present time.
    recursive subroutine change_now(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< of the changed input
-      type(error_type), allocatable, intent(out) :: error  !< it differs in what cannot change
+      type(error_type), allocatable, intent(out) :: error  !< it differs in other values
       type(fixed_point_type), allocatable :: points(:)
       type(motion_type), allocatable :: motions(:)
       real(wp) :: speed
@@ -57,7 +57,7 @@ contains
       points = simulation%model%fixed_points
       motions = simulation%model%motions
       call adopt_values(simulation, model)
-      call hold_where_they_are(simulation, points, motions)
+      call keep_positions(simulation, points, motions)
       call set_time_step(simulation, model%control%time_step)
       call set_elements(simulation%elements, simulation%model, simulation%blocks, &
          simulation%time)
@@ -66,11 +66,11 @@ contains
       call change_base(simulation)
    end subroutine change_now
 
-   !> The model must be the same but for what can change.
+   !> Check that the model differs in changeable values only.
    subroutine check_same(old, blocks, new, error)
       type(model_type), intent(in) :: old, new  !< of the run; of the changed input
       type(blocks_type), intent(in) :: blocks   !< of the run
-      type(error_type), allocatable, intent(out) :: error  !< it is another model
+      type(error_type), allocatable, intent(out) :: error  !< it is a different model
       logical :: same
       integer :: i
 
@@ -89,7 +89,7 @@ contains
          'added to fixed edges')
    end subroutine check_same
 
-   !> Maxwell bodies stay as they were fitted: the new Δt must admit them.
+   !> Check that the new Δt permits the fitted Maxwell bodies, which do not change.
    subroutine check_bodies(simulation, new, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(model_type), intent(in) :: new  !< of the changed input
@@ -109,7 +109,7 @@ contains
       end do
    end subroutine check_bodies
 
-   !> Values that the state does not depend on; what stages have taken away stays away.
+   !> Values that do not affect the state; removals by stages remain.
    recursive subroutine adopt_values(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< of the changed input
@@ -141,14 +141,14 @@ contains
 
    !> A motion that begins at a time.
    pure type(motion_type) function begun(motion, start)
-      type(motion_type), intent(in) :: motion  !< as the input says
+      type(motion_type), intent(in) :: motion  !< of the input
       real(wp), intent(in) :: start  !< s
 
       begun = motion
       begun%curve%start = start
    end function begun
 
-   !> Loads, of which there may be more; their times count from where they did.
+   !> Replace loads, which may be more than before; their times count from the same origin.
    subroutine adopt_loads(own, model, removed)
       type(model_type), intent(inout) :: own  !< of the run
       type(model_type), intent(in) :: model   !< of the changed input
@@ -168,12 +168,12 @@ contains
       call move_alloc(loads, own%loads)
    end subroutine adopt_loads
 
-   !> Fixed points, of which there may be more, without those that stages have released.
+   !> Replace fixed points, which may be more than before, without those that stages have released.
    subroutine adopt_points(own, model, removed, stage)
       type(model_type), intent(inout) :: own  !< of the run
       type(model_type), intent(in) :: model   !< of the changed input
       logical, intent(in) :: removed(:)       !< [blocks]
-      integer, intent(in) :: stage            !< present one
+      integer, intent(in) :: stage            !< present fixed points
       type(fixed_point_type), allocatable :: points(:)
       integer :: i, s, more
 
@@ -199,9 +199,9 @@ contains
       call move_alloc(points, own%fixed_points)
    end subroutine adopt_points
 
-   !> Targets of points that are held anew, or whose motion has changed, are where these stand now;
-   !> the targets of others stay.
-   subroutine hold_where_they_are(simulation, before, motions)
+   !> Targets of points that are fixed again, or have another motion, are their present positions;
+   !> other targets do not change.
+   subroutine keep_positions(simulation, before, motions)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(fixed_point_type), intent(in) :: before(:)  !< points before the change
       type(motion_type), intent(in) :: motions(:)      !< before the change
@@ -227,7 +227,7 @@ contains
             end do
          end do
       end associate
-   end subroutine hold_where_they_are
+   end subroutine keep_positions
 
    !> Another Δt from now on.
    subroutine set_time_step(simulation, time_step)

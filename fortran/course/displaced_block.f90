@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A block that is displaced by a trifle when dynamics begin: the twin of a run, whose figures are
-!> those of the run for as long as it is decided.
+!> A block that is displaced slightly when dynamics begin: the twin of a run, with the same results
+!> as long as the motion is predictable.
 !>
-!> Bonds, crossings and the contacts that slip counts from stay those of the run, as they have been
-!> found before.
+!> Bonds, crossings and the reference contacts of slip are those of the run, because they are found
+!> before.
 module dda_displaced_block
    use dda_kinds, only: wp
    use dda_blocks, only: update_geometry

@@ -5,29 +5,28 @@
 !>
 !>     (M/Δt² + K) d = f − K q₀ − ∇U(q₀ + d) ,
 !>
-!> statics with a proximal term: the unbalanced force that it leaves is M d/Δt², and the larger Δt,
-!> the smaller.  Contacts that touch start stuck.  The first Δt is long, so that friction is asked
-!> for what the weight of all blocks needs together; a Δt from the dynamics would let stiff joints
-!> slip while the weight comes on.  A step that does not converge is repeated with a shorter Δt,
-!> a good one is followed by a longer.
+!> statics with a proximal term: the remaining unbalanced force is M d/Δt², which decreases with Δt.
+!> Contacts that touch start stuck.  The first Δt is long enough for blocks to share their loads
+!> before friction is mobilised; with the Δt of dynamics stiff joints would slip while the weight is
+!> applied.  A step that does not converge is repeated with a shorter Δt; a converged one is
+!> followed by a longer one.
 !>
 !> Rest: with all velocities zero and the contact laws evaluated in the present geometry, the
-!> unbalanced force on each block is at most 10⁻⁶ of its own weight, or what the tolerance of
-!> contact forces and the rounding of coordinates are worth in its springs.  Where that exceeds 10⁻³
-!> of the weight of a block that nothing holds, the outcome says so: it might yet slide.
+!> unbalanced force on each block is at most 10⁻⁶ of its own weight, or the tolerance of contact
+!> forces, or the force of coordinate rounding in its springs.  If the latter exceed 10⁻³ of the
+!> weight of an unsupported block, the outcome reports that it may still slide.  The steps end when
+!> blocks are found that fall for ever (`dda_falling`), or when they make no progress.
 !>
-!> The steps end as soon as blocks are found that fall for ever (`dda_falling`), or as they gain
-!> nothing.
+!> No contact at rest penetrates deeper than its force explains: such penetrations are released, and
+!> the steps continue.
 !>
-!> No contact at rest is deeper than its force explains: such depths are released, and the steps go
-!> on.
-!>
-!> Materials do not damp in statics: they have the modulus that is given, and bodies that remember
-!> strains begin anew at rest.
+!> Materials do not damp in statics: they have the given modulus, and Maxwell bodies begin again at
+!> rest.
 module dda_equilibrium
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type, begin_memory
    use dda_columns, only: take_over_columns
+   use dda_contact, only: contacts_type, contact_slide
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_contact_gradients, only: find_rows, rows_type
    use dda_contact_search, only: find_contacts
@@ -45,64 +44,66 @@ module dda_equilibrium
    use dda_settings, only: control_type
    use dda_simulation, only: simulation_type, next_step, exchange_lists, block_name
    use dda_system, only: assemble_linear
-   use dda_text, only: counted, short_text, to_text
+   use dda_text, only: counted, quoted, short_text, to_text
    use dda_time_step, only: advance
    implicit none
    private
    public :: equilibrium_type, equilibrate, evaluate_present, farthest_moved
 
-   !> Way in which rest was found.
+   !> Record of the search for rest.
    type :: equilibrium_type
       integer :: steps = 0                      !< static steps
+      integer(long) :: budget = 0               !< open–close iterations at most
       logical :: at_rest = .false.
       real(wp) :: largest = huge(1.0_wp)        !< unbalanced force on a block, N/m
-      integer :: block = 0                      !< with the most over what is allowed of it
+      integer :: block = 0                      !< block with the largest excess
       real(wp) :: unbalanced = huge(1.0_wp)     !< its unbalanced force, N/m
-      real(wp) :: allowed = 0.0_wp              !< of it, N/m
-      real(wp) :: doubt = 0.0_wp                !< largest share of its weight allowed to a block
-      integer :: doubtful = 0                   !< that block, which nothing holds
+      real(wp) :: allowed = 0.0_wp              !< its tolerance, N/m
+      real(wp) :: doubt = 0.0_wp        !< largest tolerance of an unsupported block over its weight
+      integer :: doubtful = 0                   !< that unsupported block
       integer :: unexplained = 0                !< contact deeper than its force explains, else 0
-      integer :: releases = 0                   !< of such depths
-      integer :: falling = 0                    !< blocks that fall for ever
+      integer :: releases = 0                   !< releases of such penetrations
+      integer :: falling = 0                    !< number of blocks that fall for ever
       integer :: falls = 0                      !< the first of them
       character(len=:), allocatable :: words
    end type equilibrium_type
 
    integer, parameter :: most_steps = 200
-   integer(long), parameter :: most_iterations = 20000  !< open–close iterations in all
-   !> iterations in which the largest unbalanced force is not halved, and times blocks in all beyond
-   !> these; walls that come to rest take 50.  Where a material yields, stages gain soon or never
+   integer(long), parameter :: most_iterations = 20000  !< open–close iterations in total
+   !> iterations without halving the largest unbalanced force; in addition this number divided by
+   !> the number of blocks.  Walls need 50; stages with yielding materials converge soon or never
    integer(long), parameter :: iterations_in_vain = 200, work_in_vain = 500000, &
       work_of_yield = 20000
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the weight
-   real(wp), parameter :: together = 4.0_wp        !< tolerances of contact forces add up to
-   real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< of the weight, to be left unbalanced
+   real(wp), parameter :: together = 4.0_wp        !< tolerances of contact forces on a block
+   real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< of the weight: largest unbalanced force
    real(wp), parameter :: rounding = 4.0_wp        !< of the last bit of coordinates
    real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
-   real(wp), parameter :: growth = 10.0_wp         !< of Δt after a step that closed easily
-   real(wp), parameter :: slow_growth = 2.0_wp     !< of Δt after one that did not
-   !> steps that do not halve what is out of balance: it is rounding; what stands on dashpots must
-   !> come so far
+   real(wp), parameter :: growth = 10.0_wp         !< factor of Δt after an easy step
+   real(wp), parameter :: slow_growth = 2.0_wp     !< factor of Δt after another step
+   !> steps without halving the unbalanced force, after which it is round-off; models on dashpots
+   !> must reach it
    integer, parameter :: most_in_vain = 3
-   !> of the distance at which contacts are listed, depth at rest that no force explains
+   !> of the distance at which contacts are listed: penetration at rest without force
    real(wp), parameter :: fully_explained = 1.0e-3_wp
-   !> a vertex between two edges may be pressed from each to the other: it stays between
+   !> releases after which a vertex that is pushed between two edges is left there
    integer, parameter :: most_releases = 5
-   integer, parameter :: few_iterations = 20       !< of a step that converges easily
-   real(wp), parameter :: shrink = 0.1_wp          !< of Δt after a step that failed
-   real(wp), parameter :: longest = 1.0e2_wp       !< of the first Δt
-   real(wp), parameter :: shortest = 1.0e-5_wp     !< of the first Δt
-   !> of half the model size, a way of all steps that no equilibrium needs
+   integer, parameter :: few_iterations = 20       !< iterations of an easy step
+   real(wp), parameter :: shrink = 0.1_wp          !< factor of Δt after a failed step
+   real(wp), parameter :: longest = 1.0e2_wp       !< largest Δt over the first one
+   real(wp), parameter :: shortest = 1.0e-5_wp     !< smallest Δt over the first one
+   !> of half the model size: largest total displacement of a search for equilibrium
    real(wp), parameter :: fall = 1.0_wp
 
 contains
 
-   !> Bring a simulation to rest; time, step count and settings stay as they were.  The error says
-   !> what keeps moving.
-   subroutine equilibrate(simulation, equilibrium, error)
+   !> Bring a simulation to rest; time, step count and settings are restored.  The error names the
+   !> blocks that keep moving.
+   subroutine equilibrate(simulation, equilibrium, error, budget)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(equilibrium_type), intent(out) :: equilibrium  !< how it was found
+      type(equilibrium_type), intent(out) :: equilibrium  !< record of the search
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer(long), intent(in), optional :: budget  !< open–close iterations at most
       type(error_type), allocatable :: failure
       type(control_type) :: control
       type(scheme_type) :: scheme
@@ -114,6 +115,8 @@ contains
       time = simulation%time
       step = simulation%step
       call begin_statics(simulation)
+      equilibrium%budget = most_iterations
+      if (present(budget)) equilibrium%budget = min(budget, most_iterations)
       call step_to_rest(simulation, equilibrium, failure)
       call put_in_words(simulation, equilibrium, failure)
       if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%words)
@@ -137,7 +140,7 @@ contains
          simulation%system%rhs)
    end subroutine equilibrate
 
-   !> Stresses are those of the given modulus; the budget has the energy that bodies forget.
+   !> Set stresses to those of the given modulus, and book the energy of the Maxwell bodies.
    subroutine stop_damping(blocks, energy)
       type(blocks_type), intent(inout) :: blocks  !< between two steps
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -150,7 +153,7 @@ contains
       call add_energy(energy, energy_algorithmic, before - energy%value(energy_strain))
    end subroutine stop_damping
 
-   !> Backward Euler without velocities; what depends on time stays as it is now.
+   !> Backward Euler without velocities; time-dependent values are those of the present time.
    subroutine begin_statics(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -170,7 +173,7 @@ contains
       call stop_damping(simulation%blocks, simulation%energy)
    end subroutine begin_statics
 
-   !> Static steps until nothing is out of balance, and forces explain the depths of contacts.
+   !> Static steps until forces balance and explain all penetrations.
    subroutine step_to_rest(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
@@ -200,7 +203,7 @@ contains
             size(simulation%model%boundaries) + size(simulation%model%free_fields) == 0)) return
          if (equilibrium%steps == most_steps) return
          if (way > fall*half_size(simulation%blocks)) return
-         if (simulation%counters%iterations - iterations > most_iterations) return
+         if (simulation%counters%iterations - iterations > equilibrium%budget) return
          if (simulation%counters%iterations - gained > iterations_in_vain &
             + merge(work_of_yield, work_in_vain, any(simulation%model%materials%yields())) &
             /simulation%blocks%n) return
@@ -216,7 +219,7 @@ contains
       end do
    end subroutine step_to_rest
 
-   !> One static step: with a shorter Δt if it fails, which leaves the blocks in place.
+   !> One static step; if it fails, the blocks do not move and Δt is reduced.
    subroutine static_step(simulation, first, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), intent(in) :: first  !< Δt of the first step, s
@@ -231,14 +234,14 @@ contains
          if (simulation%step > step .or. simulation%time_step <= shortest*first .or. &
             .not. (error%kind == error_convergence .or. error%kind == error_solver)) return
          simulation%time_step = shrink*simulation%time_step
-         call exchange_lists(simulation)  ! from the contacts of the last good step
+         call exchange_lists(simulation)  ! from the contacts of the last converged step
       end do
       simulation%time_step = min(longest*first, simulation%time_step*merge(growth, slow_growth, &
          simulation%iteration%iterations <= few_iterations))
       call stop_blocks(simulation)
    end subroutine static_step
 
-   !> Drop all velocities; the budget has their energy.
+   !> Drop all velocities and book their energy.
    subroutine stop_blocks(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: loss
@@ -266,9 +269,9 @@ contains
    end subroutine evaluate_present
 
    !> Unbalanced forces on the blocks: contact laws, stresses and forces of the elements at the
-   !> present places, velocities left out.  Moments and forces on strains count over the radius.
+   !> present positions, without velocities.  Moments and forces on strains count over the radius.
    subroutine find_unbalanced(simulation, equilibrium, error)
-      type(simulation_type), intent(inout) :: simulation  !< its contacts are listed anew
+      type(simulation_type), intent(inout) :: simulation  !< its contacts are listed again
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets the largest and the worst
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(rows_type) :: rows
@@ -297,8 +300,8 @@ contains
       call compare_with_allowed(simulation, equilibrium)
    end subroutine find_unbalanced
 
-   !> The largest force, the block with the most over what is allowed of it, and that of which too
-   !> much is allowed.
+   !> The largest force, the block with the largest excess over its tolerance, and the block with
+   !> too large a tolerance.
    subroutine compare_with_allowed(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< with the unbalanced forces in `system%rhs`
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets the largest and the worst
@@ -333,7 +336,7 @@ contains
       end associate
    end subroutine compare_with_allowed
 
-   !> Of an unbalanced force on block b at rest, N/m.
+   !> Tolerance of the unbalanced force on block b at rest, N/m.
    pure real(wp) function allowed_force(simulation, b) result(allowed)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, intent(in) :: b  !< number of the block
@@ -355,11 +358,11 @@ contains
       weight_of = norm2(simulation%model%control%gravity)*simulation%blocks%mass(b)
    end function weight_of
 
-   !> A contact in compression that is deeper than its force explains: the forces balance, but not
-   !> those of blocks where these are.
+   !> A contact in compression that penetrates deeper than its force explains: the forces balance,
+   !> but belong to another position of the blocks.
    subroutine doubt_contacts(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< with the contacts at rest
-      type(equilibrium_type), intent(inout) :: equilibrium  !< is none where there is one
+      type(equilibrium_type), intent(inout) :: equilibrium  !< no rest if there is such a contact
       integer :: c
       real(wp) :: most
 
@@ -377,10 +380,10 @@ contains
          .or. (equilibrium%releases == most_releases .and. most <= simulation%detection%least)
    end subroutine doubt_contacts
 
-   !> Blocks that no contact forces can hold, and that nothing can stop.
+   !> Blocks that no contact forces can support, and that nothing can stop.
    subroutine record_falling(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< with its loads and contacts
-      type(equilibrium_type), intent(inout) :: equilibrium  !< gets how many, and the first
+      type(equilibrium_type), intent(inout) :: equilibrium  !< gets their number, and the first one
       logical :: falls(simulation%blocks%n)
 
       call find_falling(simulation%blocks, simulation%contacts(simulation%now), simulation%laws, &
@@ -389,22 +392,23 @@ contains
       equilibrium%falls = findloc(falls, .true., 1)
    end subroutine record_falling
 
-   !> Contacts press by their whole depth.  Where vertices changed edges in soft contacts, as in a
-   !> pile that has fallen, they keep depths that bear nothing, so that no energy is gained.
+   !> Let contacts press by their whole penetration.  Vertices that changed edges in soft contacts,
+   !> as in a fallen pile, have penetrations without force, because otherwise they would gain
+   !> energy.
    subroutine release_depths(simulation, equilibrium)
       type(simulation_type), intent(inout) :: simulation  !< its contacts are evaluated
-      type(equilibrium_type), intent(inout) :: equilibrium  !< forgets the contact found, counts
+      type(equilibrium_type), intent(inout) :: equilibrium  !< the contact is reset, releases count
 
       associate (contacts => simulation%contacts(simulation%now))
          contacts%new_gap(:contacts%n) = contacts%new_gap(:contacts%n) &
-            + contacts%offset(:contacts%n)
-         contacts%offset(:contacts%n) = 0.0_wp
+            + min(0.0_wp, contacts%offset(:contacts%n))
+         contacts%offset(:contacts%n) = max(0.0_wp, contacts%offset(:contacts%n))
       end associate
       equilibrium%unexplained = 0
       equilibrium%releases = equilibrium%releases + 1
    end subroutine release_depths
 
-   !> The block that has moved farthest from given places, and how far.
+   !> The block that has moved farthest from given positions, and its distance.
    subroutine farthest_moved(blocks, from, block, way)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: from(:,:)        !< [≥2,blocks] centroids, m
@@ -424,7 +428,7 @@ contains
       end do
    end subroutine farthest_moved
 
-   !> The outcome.
+   !> The outcome of the search: an error if there is no rest.
    subroutine put_in_words(simulation, equilibrium, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
@@ -448,13 +452,53 @@ contains
       end if
       if (equilibrium%block > 0) equilibrium%words = equilibrium%words//': block '// &
          block_name(simulation, equilibrium%block)//' has an unbalanced force of '// &
-         to_text(equilibrium%unbalanced)//' N/m, allowed '//to_text(equilibrium%allowed)
+         short_text(equilibrium%unbalanced)//' N/m, allowed '//short_text(equilibrium%allowed)// &
+         words_of_slip(simulation, equilibrium%block)
       if (.not. simulation%iteration%converged) equilibrium%words = equilibrium%words// &
          ', and the contacts of the last step do not converge'
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine put_in_words
 
-   !> That a block falls, and how many others do.
+   !> Sliding contacts and their joints: of an unbalanced block, or of all if
+   !> it has none that slide, the one with the largest normal force.
+   function words_of_slip(simulation, b) result(words)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      integer, intent(in) :: b                         !< block that is out of balance
+      character(len=:), allocatable :: words
+      integer :: c, worst(2), sliding
+
+      worst = 0
+      sliding = 0
+      words = '; look at supports, joints and gaps'
+      associate (contacts => simulation%contacts(simulation%now), joints => simulation%model%joints)
+         do c = 1, contacts%n
+            if (contacts%state(c) /= contact_slide) cycle
+            sliding = sliding + 1
+            worst(2) = larger(contacts, worst(2), c)
+            if (contacts%block_v(c) == b .or. contacts%block_e(c) == b) &
+               worst(1) = larger(contacts, worst(1), c)
+         end do
+         c = merge(worst(1), worst(2), worst(1) > 0)
+         if (c == 0) return
+         words = '; '//counted(to_text(sliding), 'contact slides', 'contacts slide')//': block '// &
+            block_name(simulation, contacts%block_v(c))//' slides on '// &
+            block_name(simulation, contacts%block_e(c))//' along joint '// &
+            quoted(trim(joints(contacts%joint(c))%name))//'; give it more friction, a '// &
+            'support or a bolt, or let it slide in a dynamic stage'
+      end associate
+   end function words_of_slip
+
+   !> The one of two contacts with the larger normal force; if the first is 0, the second.
+   pure integer function larger(contacts, first, second)
+      type(contacts_type), intent(in) :: contacts  !< of the last step
+      integer, intent(in) :: first, second         !< contacts; first may be 0
+
+      larger = second
+      if (first == 0) return
+      if (contacts%normal_force(first) >= contacts%normal_force(second)) larger = first
+   end function larger
+
+   !> Text: a block falls, and the number of others.
    pure function others_fall(others) result(words)
       integer, intent(in) :: others  !< blocks
       character(len=:), allocatable :: words
@@ -469,21 +513,21 @@ contains
       end select
    end function others_fall
 
-   !> Blocks that stand deeper in each other than their force explains.
+   !> Text on blocks whose penetration exceeds what their force explains.
    function words_of_depth(simulation, c) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< contact that is too deep
       character(len=:), allocatable :: words
 
       associate (contacts => simulation%contacts(simulation%now))
-         words = 'block '//block_name(simulation, contacts%block_v(c))//' stands '// &
-            short_text(-contacts%new_gap(c) - contacts%offset(c))//' m deep in block '// &
-            block_name(simulation, contacts%block_e(c))//', of which their contact force '// &
+         words = 'block '//block_name(simulation, contacts%block_v(c))//' penetrates '// &
+            short_text(-contacts%new_gap(c) - contacts%offset(c))//' m into block '// &
+            block_name(simulation, contacts%block_e(c))//', of which the contact force '// &
             'explains '//short_text(-contacts%new_gap(c))//' m'
       end associate
    end function words_of_depth
 
-   !> Their number, in words.
+   !> Text on the number of releases.
    pure function static_steps(equilibrium) result(words)
       type(equilibrium_type), intent(in) :: equilibrium  !< so far
       character(len=:), allocatable :: words
@@ -491,7 +535,7 @@ contains
       words = counted(to_text(equilibrium%steps), 'static step', 'static steps')
    end function static_steps
 
-   !> Words on how well it is known that the blocks are at rest.
+   !> Text on the accuracy of the rest.
    function words_of_rest(simulation, equilibrium) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(equilibrium_type), intent(in) :: equilibrium  !< at rest
@@ -505,7 +549,7 @@ contains
          ' of the weight'
       if (equilibrium%doubt > doubtful_share) words = words//'; but forces up to '// &
          short_text(equilibrium%doubt)//' of the weight of block '// &
-         block_name(simulation, equilibrium%doubtful)//' pass as balanced, and it may slide '// &
+         block_name(simulation, equilibrium%doubtful)//' count as balanced, and it may slide '// &
          '(a smaller force_tolerance or normal_stiffness of &contact lets less pass)'
       if (equilibrium%unexplained > 0) words = words//'; but '// &
          words_of_depth(simulation, equilibrium%unexplained)//': a vertex lies between two edges'

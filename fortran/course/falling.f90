@@ -1,13 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Groups of blocks that no contact forces can hold, and that nothing can stop: they fall for ever.
+!> Groups of blocks that no contact forces can support, and that nothing can stop.
 !>
-!> Loads push along one direction, down.  A block may come to stand where an element acts on it,
-!> where it stands above such a block, or above one that may.  The others form groups of blocks in
-!> contact.  Such a group is in equilibrium only if its contacts with blocks outside of it give the
-!> opposite of its loads.  Their forces lie in cones, within the angle of friction of the normals;
-!> the sums of such forces are known by the first and the last direction.  Where the opposite of
-!> the loads is not among them, forces do not balance wherever blocks touch now, and there is
-!> nothing below on which the group could land.
+!> Loads act along one direction, "down".  A block may be supported if an element acts on it, or if
+!> it is above such a block or above one that may be supported.  The others form groups of blocks in
+!> contact.  Such a group is in equilibrium only if the forces of its contacts with other blocks
+!> balance its loads.  These forces lie in friction cones, and their sums in the cone between the
+!> first and the last direction.  If the opposite of the loads is outside it, the forces cannot
+!> balance, and there is nothing below on which the group could land.
 module dda_falling
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -19,13 +18,13 @@ module dda_falling
    private
    public :: find_falling
 
-   real(wp), parameter :: rounding = 1.0e-9_wp  !< of half the model size, of places
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< of half the model size: rounding of positions
    real(wp), parameter :: parallel = 1.0e-6_wp  !< of loads, and of directions in radians
 
    !> Extent of blocks along and across the loads.
    type :: extents_type
       real(wp), allocatable :: top(:), bottom(:)      !< [blocks] along the loads, m
-      integer, allocatable :: first(:), last(:)       !< [blocks] cells across that they are over
+      integer, allocatable :: first(:), last(:)       !< [blocks] first and last cell across
       integer :: cells = 0
    end type extents_type
 
@@ -37,7 +36,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< of the present state
       type(laws_type), intent(in) :: laws          !< friction
       real(wp), intent(in) :: load(:,:)            !< [6,blocks] without contacts, N/m …
-      logical, intent(in) :: held(:)               !< [blocks] elements act on them
+      logical, intent(in) :: held(:)               !< [blocks] an element acts on the block
       logical, intent(out) :: falls(:)             !< [blocks]
       type(extents_type) :: extents
       real(wp) :: down(2)
@@ -51,7 +50,7 @@ contains
       down = down/norm2(down)
       call set_extents(extents, blocks, down)
       stands = held .and. .not. blocks%removed
-      call find_standing(extents, blocks%removed, stands)
+      call find_resting(extents, blocks%removed, stands)
       if (all(stands .or. blocks%removed)) return
       part = [(b, b=1, blocks%n)]
       do c = 1, contacts%n
@@ -63,7 +62,7 @@ contains
       call keep_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
    end subroutine find_falling
 
-   !> Where blocks are, along and across the loads.  Sides that meet within rounding do not overlap.
+   !> Extents of blocks along and across the loads.  Sides that meet within rounding do not overlap.
    subroutine set_extents(extents, blocks, down)
       type(extents_type), intent(out) :: extents  !< of all blocks
       type(blocks_type), intent(in) :: blocks     !< in their present state
@@ -95,12 +94,12 @@ contains
       end associate
    end subroutine set_extents
 
-   !> Blocks above some part of a block that stands may stand as well.
-   subroutine find_standing(extents, removed, stands)
+   !> Blocks above a part of a supported block may be supported as well.
+   subroutine find_resting(extents, removed, stands)
       type(extents_type), intent(in) :: extents   !< of all blocks
       logical, intent(in) :: removed(:)           !< [blocks]
       logical, intent(inout) :: stands(:)         !< [blocks] in: elements act on them
-      real(wp) :: deepest(extents%cells)          ! of those that stand, over each cell
+      real(wp) :: deepest(extents%cells)          ! of standing blocks, over each cell
       integer :: order(size(stands)), b, k
       logical :: changed
 
@@ -124,7 +123,7 @@ contains
 
    contains
 
-      !> The cells know of a block that stands.
+      !> Add a supported block to the cells.
       subroutine add(b)
          integer, intent(in) :: b  !< number of the block
 
@@ -132,7 +131,7 @@ contains
             over = max(over, extents%bottom(b))
          end associate
       end subroutine add
-   end subroutine find_standing
+   end subroutine find_resting
 
    !> Keep groups whose contacts with other blocks cannot balance their loads.
    subroutine keep_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
@@ -144,7 +143,8 @@ contains
       integer, intent(in) :: part(:)               !< [blocks] first block of its group
       logical, intent(in) :: stands(:)             !< [blocks]
       logical, intent(inout) :: falls(:)           !< [blocks]
-      !> [blocks] first and last direction of forces on a group, from that against its loads
+      !> [blocks] first and last direction of forces on a group, as angles from the opposite of its
+      !> loads
       real(wp) :: range(2, blocks%n), direction, friction
       logical :: balances(blocks%n)
       integer :: c, b

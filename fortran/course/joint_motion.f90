@@ -2,8 +2,8 @@
 !> Slip, opening and force of the joint between two sets of blocks.
 !>
 !> Slip and opening are those of the contacts that touched when counting began
-!> (`dda_first_contacts`); forces are of all contacts of the last step.  Seen from the blocks on the
-!> other side, with those below, slip of the first set to the right counts positive.
+!> (`dda_first_contacts`); forces are of all contacts of the last step.  Slip is positive if the
+!> first set moves to the right relative to the other one, with the other one below.
 module dda_joint_motion
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp
@@ -12,22 +12,22 @@ module dda_joint_motion
    use dda_errors, only: error_type, error_input, fail
    use dda_first_contacts, only: first_contacts_type, foot_movement
    use dda_measured_joint, only: measured_joint_type
+   use dda_output_schema, only: columns_of, in_measured_joints
    use dda_simulation, only: simulation_type
    use dda_text, only: quoted
    implicit none
    private
    public :: measure_joint, check_measured_joints, joint_columns
 
-   integer, parameter :: joint_columns = 6  !< slip, opening, normal and shear force, force x and y
+   integer, parameter :: joint_columns = columns_of(in_measured_joints)  !< numbers in the output
 
 contains
 
-   !> Mean slip and widest opening, m, no numbers where nothing is left of the joint; normal force,
-   !> compression positive, and shear force that resists slip, each added up; force on the first
-   !> set, N/m.
+   !> Mean slip and widest opening, m, NaN if the joint no longer exists; sums of the normal force,
+   !> compression positive, and of the shear force that resists slip; force on the first set, N/m.
    pure subroutine measure_joint(joint, first, contacts, blocks, values)
       type(measured_joint_type), intent(in) :: joint   !< of the model
-      type(first_contacts_type), intent(in) :: first   !< that touched at first
+      type(first_contacts_type), intent(in) :: first   !< contacts that touched at first
       type(contacts_type), intent(in) :: contacts      !< of the last step
       type(blocks_type), intent(in) :: blocks          !< in their present state
       real(wp), intent(out) :: values(joint_columns)   !< as above
@@ -59,7 +59,7 @@ contains
       end do
    end subroutine measure_joint
 
-   !> A contact of these two blocks is one of the joint.
+   !> A contact of these two blocks belongs to the joint.
    pure logical function is_between(joint, one, other)
       type(measured_joint_type), intent(in) :: joint  !< of the model
       integer, intent(in) :: one, other               !< blocks
@@ -67,10 +67,10 @@ contains
       is_between = joint%side(one) + joint%side(other) == 3
    end function is_between
 
-   !> An error for a joint of which nothing touches when the run begins.
+   !> An error for a joint without contacts when the run begins.
    subroutine check_measured_joints(simulation, error)
       type(simulation_type), intent(in) :: simulation        !< that has begun to count
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i, c
       logical :: found
 
@@ -84,8 +84,8 @@ contains
             end do
             if (found .or. allocated(error)) cycle
             call fail(error, error_input, simulation%model%file//': &measured_joint '// &
-               quoted(trim(joints(i)%name))//': none of its blocks touches one of those '// &
-               'against them when the run begins; name blocks that share a joint')
+               quoted(trim(joints(i)%name))//': no block of blocks touches one of '// &
+               'against when the run begins; name blocks that share a joint')
          end do
       end associate
    end subroutine check_measured_joints

@@ -10,21 +10,21 @@ module dda_output_times
 
    real(wp), parameter :: nearly = 1.0_wp + 1.0e-9_wp  !< for rounding of times
 
-   !> Times that a step is shortened for.
+   !> A step that is shortened to end at an output.
    type :: aim_type
-      real(wp) :: time = 0.0_wp      !< of the output that the step is to end at, s
+      real(wp) :: time = 0.0_wp      !< time of the output at which the step must end, s
       real(wp) :: planned = 0.0_wp   !< Δt before it was shortened, s; 0: it was not
       real(wp) :: taken = 0.0_wp     !< Δt after it was, s
-      logical :: lands = .false.     !< the step ends at the time
+      logical :: lands = .false.     !< the step ends at that time
    end type aim_type
 
 contains
 
-   !> Shorten the coming step to end at the next output, or half-way if that is less than two
-   !> steps ahead; only adaptive steps can be.
+   !> Shorten the next adaptive step to end at the next output, or half-way if that is less than two
+   !> steps ahead.
    pure subroutine aim_at_output(simulation, aim)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(aim_type), intent(out) :: aim                  !< what for
+      type(aim_type), intent(out) :: aim                  !< target time
       real(wp) :: left
 
       associate (output => simulation%model%output)
@@ -41,7 +41,7 @@ contains
       aim%taken = simulation%time_step
    end subroutine aim_at_output
 
-   !> After the step: exactly there, and the next Δt as if the step had not been shortened.
+   !> After the step: set the time exactly, and the next Δt as if the step had not been shortened.
    pure subroutine reach_output(simulation, aim)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(aim_type), intent(in) :: aim                   !< of `aim_at_output`
@@ -68,7 +68,7 @@ contains
    end function next_time
 
    !> A step has ended at a multiple of an interval after the beginning of the stage.
-   pure logical function is_output_time(simulation, interval) result(here)
+   pure logical function is_output_time(simulation, interval) result(here)  ! total
       type(simulation_type), intent(in) :: simulation  !< between two steps
       real(wp), intent(in) :: interval                 !< s; 0: none
       real(wp) :: since

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The largest values of a run, step by step.
 !>
-!> Counting begins with the first frame of the output, that is at rest where the first stage is
-!> static.  Every dynamic step counts.  Of a later static stage its end counts, without velocities
-!> and accelerations: the steps on its way to rest are none of the model.
+!> Counting begins with the first frame of the output, which is at rest if the first stage is
+!> static.  Every dynamic step counts.  Of a later static stage only its end counts, without
+!> velocities and accelerations, because its steps are no motion of the model.
 module dda_running_maxima
    use dda_kinds, only: wp
    use dda_base_motion, only: begin_base, renew_base, update_base
@@ -23,9 +23,9 @@ module dda_running_maxima
    public :: begin_maxima, reserve_maxima, count_step, count_rest, change_base, restart_points, &
       take_residuals, least_movement
 
-   real(wp), parameter :: least_share = 1.0e-5_wp  !< of the model's size: below, no contact moves
+   real(wp), parameter :: least_share = 1.0e-5_wp  !< of the model size: smaller moves are ignored
 
-   real(wp), parameter :: least_recorded = 1.0e-7_wp  !< of it: below, slip is not recorded at once
+   real(wp), parameter :: least_recorded = 1.0e-7_wp  !< of it: smaller slip is not recorded at once
 
 contains
 
@@ -49,10 +49,10 @@ contains
       call take_state(simulation, .true., .true.)
    end subroutine begin_maxima
 
-   !> Room for what counting needs, with so many contacts that touch at first.
+   !> Allocate the counters, for a number of contacts that touch at first.
    subroutine reserve_maxima(simulation, contacts)
       type(simulation_type), intent(inout) :: simulation  !< started
-      integer, intent(in) :: contacts                     !< that slip and opening are of
+      integer, intent(in) :: contacts                     !< contacts of slip and opening
       type(largest_type) :: none
       integer :: i
 
@@ -91,7 +91,7 @@ contains
       end do
    end function point_below
 
-   !> Where a measured point was in the reference shape of its block, m.
+   !> Position of a measured point in the reference shape of its block, m.
    pure function first_place(simulation, i) result(place)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< measured point
@@ -111,7 +111,7 @@ contains
          size_of_model => 2*half_size(simulation%model%blocks))
          call update_base(maxima%base, simulation%model, simulation%blocks, &
             step_type(simulation%scheme, simulation%time - dt, dt), simulation%time)
-         ! Of a step the path holds half the model at most.
+         ! The path counts at most half the model size per step.
          look = may_exceed(maxima%contacts, maxima%largest, simulation%path, &
             least_recorded*size_of_model) .or. 2*simulation%speed*dt >= size_of_model
       end associate
@@ -119,7 +119,7 @@ contains
       call take_state(simulation, .true., look)
    end subroutine count_step
 
-   !> After a stage that has been entered: blocks may be gone, and of a static one its rest counts.
+   !> After the start of a stage: consider removed blocks, and the rest of a static stage.
    subroutine count_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -128,7 +128,7 @@ contains
       call take_state(simulation, .false., .true.)
    end subroutine count_rest
 
-   !> The present state counts.
+   !> Count the present state.
    subroutine take_state(simulation, rates, look)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       logical, intent(in) :: rates             !< with velocities and accelerations
@@ -142,7 +142,7 @@ contains
       simulation%maxima%largest = largest
    end subroutine take_state
 
-   !> Values of the present state, but slip and opening.
+   !> Values of the present state, without slip and opening.
    subroutine add_state(simulation, largest, rates)
       type(simulation_type), intent(in) :: simulation   !< between two steps
       type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
@@ -212,7 +212,7 @@ contains
       sideways = place(1)
    end function sideways
 
-   !> Supports or motions have been changed between two steps.
+   !> Update after supports or motions have changed between two steps.
    subroutine change_base(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -220,7 +220,7 @@ contains
          simulation%blocks, simulation%time)
    end subroutine change_base
 
-   !> Displacements of measured points have been set to zero.
+   !> Update after displacements of measured points have been set to zero.
    subroutine restart_points(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(largest_type) :: none
@@ -230,7 +230,7 @@ contains
       simulation%maxima%largest(of_point_drift) = none
    end subroutine restart_points
 
-   !> The values of the present state, and how many contacts have moved.
+   !> Values of the present state, and the number of contacts that have moved.
    subroutine take_residuals(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(largest_type) :: last(number_of_maxima)

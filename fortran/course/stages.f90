@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Stages of a run: statics to rest, excavation, changes, dynamics, in the order of the input.
 !>
-!> A static stage is done when it has been entered: it takes no time and no steps.  If the first
-!> stage is static, the energy budget begins after it, with what is stored then; what later ones
-!> lose on the way to rest has a line of its own.
+!> A static stage is completed at its start: it has no time and no steps.  If the first stage is
+!> static, the energy budget begins after it, with the energy stored then; losses of later static
+!> stages have a term of their own.
 module dda_stages
    use dda_kinds, only: wp, long
    use dda_blocks, only: change_material, place_of, remove_block
@@ -12,7 +12,7 @@ module dda_stages
    use dda_crossings, only: part_corners
    use dda_displaced_block, only: displace_block
    use dda_doubts, only: add_doubt
-   use dda_elements, only: match_velocities, set_elements
+   use dda_elements, only: block_stress, match_velocities, set_elements
    use dda_energy, only: energy_type, add_energy, total_energy, &
       energy_kinetic, energy_strain, energy_contact, energy_support, energy_welded, &
       energy_gravity, energy_geometric, energy_algorithmic, energy_kinetic_damping, energy_static, &
@@ -95,8 +95,8 @@ contains
          quoted(trim(simulation%model%stages(s)%name))//unsettled(error)
    end subroutine begin_next_stage
 
-   !> Dynamics begin with one block displaced, where the input says so; what that stores is part of
-   !> the first state.
+   !> Displace a block at the start of dynamics, if the input requests it; the stored energy belongs
+   !> to the initial state.
    subroutine begin_displaced(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
@@ -114,7 +114,7 @@ contains
       if (.not. allocated(error)) call book(simulation, energy_initial, 1.0_wp)
    end subroutine begin_displaced
 
-   !> Blocks on a support that goes on moving do not rest.
+   !> An error if a support continues moving, because blocks on it cannot rest.
    subroutine refuse_moving_supports(simulation, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< names the motion
@@ -129,8 +129,8 @@ contains
                   model%fixed_points(i)%held), i=1, size(model%fixed_points)), &
                   (any(model%boundaries(i)%motion == m), i=1, size(model%boundaries))])) cycle
                call fail(error, error_input, quoted(trim(model%motions(m)%name))//' of &'// &
-                  'motion goes on with '//short_text(curve%velocity_after)//' m/s after its '// &
-                  'record, and a static stage needs supports that stand: give it '// &
+                  'motion continues with '//short_text(curve%velocity_after)//' m/s after its '// &
+                  'record, and a static stage needs supports at rest: give it '// &
                   "after_end = 'hold'")
                return
             end associate
@@ -138,19 +138,18 @@ contains
       end associate
    end subroutine refuse_moving_supports
 
-   !> Why a stage is not at rest, and what to do.
+   !> Text: why a stage is not at rest, and what to do.
    pure function unsettled(error) result(words)
       type(error_type), intent(in) :: error  !< of its static steps
       character(len=:), allocatable :: words
 
       words = ' does not settle: '//error%message
-      if (error%kind /= error_input) words = words//'; look at supports, joints and gaps'
       if (error%kind == error_interrupted) words = ' has been interrupted on its way to rest; '// &
-         'resume begins it anew'
+         'resume starts it again'
    end function unsettled
 
    !> The stage begins a motion or changes blocks, supports, materials or joints.
-   pure logical function changes_model(stage)
+   pure logical function changes_model(stage)  ! total
       type(stage_type), intent(in) :: stage
 
       changes_model = any(stage%removed) .or. any(stage%released) .or. any(stage%holds) &
@@ -159,8 +158,8 @@ contains
          .or. replaces(stage%joint) .or. replaces(stage%material)
    end function changes_model
 
-   !> A number stands in place of another.
-   pure logical function replaces(list)
+   !> A number differs from the one that it replaces.
+   pure logical function replaces(list)  ! total
       integer, intent(in) :: list(:)  !< [joints] or [materials]
       integer :: i
 
@@ -184,8 +183,7 @@ contains
       end associate
    end subroutine set_stepping
 
-   !> Blocks, supports, motions, materials and joints of a stage, with the energies that this takes
-   !> and gives.
+   !> Set blocks, supports, motions, materials and joints of a stage, and book the energies.
    subroutine change_model(simulation, s, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
@@ -201,13 +199,13 @@ contains
          associate (contacts => simulation%contacts(simulation%now))
             contacts%joint(:contacts%n) = stage%joint(contacts%joint(:contacts%n))
          end associate
-         call hold_points(simulation, s)
+         call activate_points(simulation, s)
          call set_elements(simulation%elements, simulation%model, simulation%blocks, &
             simulation%time)
          if (any(stage%holds)) call match_velocities(simulation%elements, simulation%blocks, &
             next_step(simulation))
          call book(simulation, energy_changed, 1.0_wp)
-         call take_away(simulation, s)
+         call remove_parts(simulation, s)
          call set_elements(simulation%elements, simulation%model, simulation%blocks, &
             simulation%time)
          if (any(stage%added) .or. any(stage%dropped)) simulation%neighbours%reach = 0.0_wp
@@ -217,13 +215,13 @@ contains
                call filter_contacts(contacts, [(.not. (stage%removed(contacts%block_v(i)) .or. &
                   stage%removed(contacts%block_e(i))), i=1, contacts%n)])
             end associate
-            simulation%neighbours%reach = 0.0_wp  ! search anew
+            simulation%neighbours%reach = 0.0_wp  ! search neighbours again
          end if
          call book(simulation, energy_removed, -1.0_wp)
       end associate
    end subroutine change_model
 
-   !> Stored energies of the present state; the difference goes to a term.
+   !> Stored energies of the present state; the difference is booked in a term.
    subroutine book(simulation, term, sign_of)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: term  !< one of the list
@@ -240,7 +238,7 @@ contains
       call add_energy(simulation%energy, term, sign_of*(total_energy(simulation%energy) - before))
    end subroutine book
 
-   !> Motions that the stage names begin now; others that have not begun wait.
+   !> Start the motions that the stage names; other motions that have not begun do not start.
    subroutine begin_motions(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
@@ -255,8 +253,8 @@ contains
       end do
    end subroutine begin_motions
 
-   !> Fixed points that hold from now on do so where they stand; loads begin.
-   subroutine hold_points(simulation, s)
+   !> Fixed points that begin to act keep their present positions; loads start.
+   subroutine activate_points(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
       integer :: i
@@ -271,9 +269,9 @@ contains
             if (stage%loads(i)) model%loads(i)%start = simulation%time
          end do
       end associate
-   end subroutine hold_points
+   end subroutine activate_points
 
-   !> Where a fixed point stands, without the displacement that its motions prescribe now, m.
+   !> Position of a fixed point without its prescribed displacement, m.
    pure function place_now(simulation, i) result(place)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, intent(in) :: i  !< fixed point
@@ -285,7 +283,7 @@ contains
       end associate
    end function place_now
 
-   !> Other materials and joints for blocks that have some.
+   !> Replace materials and joints of blocks.
    subroutine replace_properties(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
@@ -318,7 +316,7 @@ contains
       end associate
    end subroutine add_attachments
 
-   !> Bolts and edge loads that the stage takes away, and bolts of removed blocks.
+   !> Bolts and edge loads that the stage removes, and bolts of removed blocks.
    pure subroutine drop_attachments(model, removed, stage)
       type(model_type), intent(inout) :: model  !< its bolts and edge loads
       logical, intent(in) :: removed(:)         !< [blocks]
@@ -334,8 +332,8 @@ contains
       end associate
    end subroutine drop_attachments
 
-   !> Blocks and supports that go, with the supports and loads of such blocks.
-   subroutine take_away(simulation, s)
+   !> Remove blocks and supports, with the supports and loads of these blocks.
+   subroutine remove_parts(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
       integer :: b
@@ -353,18 +351,18 @@ contains
             if (simulation%blocks%removed(model%loads(b)%block)) model%loads(b)%start = never
          end do
       end associate
-   end subroutine take_away
+   end subroutine remove_parts
 
-   !> Displacements of measured points and boundaries, and the potential of gravity, count anew.
+   !> Reset displacements of measured points and boundaries, and the potential of gravity.
    subroutine zero_displacements(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer :: i
 
       associate (points => simulation%model%points, energy => simulation%energy)
-         call stand_here(points)
+         call fix_here(points)
          call restart_points(simulation)
          do i = 1, size(simulation%model%boundary_motions)
-            call stand_here(simulation%model%boundary_motions(i)%point)
+            call fix_here(simulation%model%boundary_motions(i)%point)
          end do
          call add_energy(energy, energy_zeroed, -energy%value(energy_gravity))
          energy%value(energy_gravity) = 0.0_wp
@@ -372,15 +370,15 @@ contains
 
    contains
 
-      !> Displacements of points count from their present places.
-      pure subroutine stand_here(points)
+      !> Displacements of points count from their present positions.
+      pure subroutine fix_here(points)
          type(point_type), intent(inout) :: points(:)  !< measured
          integer :: k
 
          do k = 1, size(points)
             points(k)%place = place_of(simulation%blocks, points(k)%block, points(k)%reference)
          end do
-      end subroutine stand_here
+      end subroutine fix_here
    end subroutine zero_displacements
 
    !> Rest under gravity and the loads of the present time.
@@ -389,9 +387,10 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(equilibrium_type) :: equilibrium
       type(energy_type) :: before
-      real(wp), allocatable :: places(:,:)
+      real(wp), allocatable :: places(:,:), stress(:,:)
       integer(long) :: broken
 
+      stress = block_stress(simulation%elements, simulation%blocks)
       before = simulation%energy
       broken = simulation%counters%broken
       places = simulation%blocks%position(1:2, :)
@@ -407,6 +406,7 @@ contains
             call book_statics(energy, before)
             return
          end if
+         simulation%statics = simulation%statics//corrected_in_words(simulation, stress)
          simulation%counters = counters_type(searches=simulation%counters%searches)
          simulation%path = 0.0_wp
          simulation%last_time_step = 0.0_wp
@@ -417,21 +417,38 @@ contains
       end associate
    end subroutine settle
 
-   !> That bonds have broken in a static stage: the points left of a brittle joint hold what a whole
-   !> joint would not.
+   !> A doubt that bonds have broken in a static stage: the remaining points of a brittle joint may
+   !> be too strong.
    pure subroutine doubt_broken(simulation, broken)
       type(simulation_type), intent(inout) :: simulation  !< at rest
       integer(long), intent(in) :: broken                 !< bonds, in this stage
 
       if (broken > 0) call add_doubt(simulation%doubts, 'bonds', to_text(broken)// &
-         ' broken on the way to rest; what is left of a brittle joint may hold too much '// &
+         ' broken on the way to rest; the rest of a brittle joint may be too strong '// &
          '(contact_points = 5)')
    end subroutine doubt_broken
+
+   !> Largest change of a stress in situ on the way to rest.
+   function corrected_in_words(simulation, before) result(words)
+      type(simulation_type), intent(in) :: simulation  !< at rest
+      real(wp), intent(in) :: before(:,:)              !< [3,blocks] as given, Pa
+      character(len=:), allocatable :: words
+      real(wp) :: change(3, simulation%blocks%n)
+      integer :: most(2)
+
+      words = ''
+      if (.not. allocated(simulation%model%stress_gradient)) return
+      change = abs(block_stress(simulation%elements, simulation%blocks) - before)
+      most = maxloc(change)
+      words = '; stress in situ corrected by at most '//short_text(change(most(1), most(2)))// &
+         ' Pa, '//short_text(change(most(1), most(2))/maxval(abs(before)))// &
+         ' of the largest, in block '//block_name(simulation, most(2))
+   end function corrected_in_words
 
    !> Movement of blocks in a static stage, and from the model as drawn.
    function moved_in_words(simulation, places) result(words)
       type(simulation_type), intent(in) :: simulation  !< at rest
-      real(wp), intent(in) :: places(:,:)              !< [2,blocks] at the begin of the stage, m
+      real(wp), intent(in) :: places(:,:)             !< [2,blocks] at the beginning of the stage, m
       character(len=:), allocatable :: words
       integer :: b
       real(wp) :: way
@@ -449,7 +466,7 @@ contains
          ', by '//short_text(way)//' m'
    end function moved_in_words
 
-   !> Losses of static steps by their scheme go to the static stages.
+   !> Book losses of the scheme in static steps in the term of static stages.
    pure subroutine book_statics(energy, before)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(energy_type), intent(in) :: before  !< at the beginning of the stage
@@ -462,8 +479,8 @@ contains
       energy%value(terms) = before%value(terms)
    end subroutine book_statics
 
-   !> After a checkpoint has told the stage: what the stages up to it have changed of a model just
-   !> started.
+   !> After the stage is read from a checkpoint: apply the changes of all stages up to it to a new
+   !> model.
    subroutine restore_stages(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer :: s, i
@@ -477,7 +494,7 @@ contains
                if (simulation%model%stages(s)%holds(i)) points(i)%held = points(i)%waiting
             end do
          end associate
-         call take_away(simulation, s)
+         call remove_parts(simulation, s)
       end do
    end subroutine restore_stages
 

@@ -12,10 +12,11 @@ module dda_start
    use dda_crossings, only: find_crossings, most_across
    use dda_column_model, only: column_model
    use dda_columns, only: make_columns, column_of, name_column
-   use dda_contact, only: reserve, filter_contacts
+   use dda_confinement, only: confine_contacts
+   use dda_contact, only: contacts_type, reserve, filter_contacts
    use dda_contact_search, only: find_contacts
    use dda_detection, only: prepare_detection
-   use dda_friction, only: set_laws
+   use dda_friction, only: laws_type, set_laws
    use dda_history, only: prepare_history
    use dda_impact, only: prepare_impacts
    use dda_model, only: model_type, half_size, contact_distance, force_noise
@@ -63,12 +64,7 @@ contains
       call prepare_impacts(simulation%impacts, simulation%blocks%n)
       call prepare_iteration(simulation, model)
       simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
-      simulation%contacts%with_laws = .not. simulation%laws%plain
-      simulation%contacts%with_net_slip = simulation%laws%with_net_slip
-      simulation%contacts%with_damping = simulation%laws%damped
-      simulation%contacts%with_multipliers = simulation%laws%augmented
-      simulation%contacts%with_strengths = .not. simulation%laws%plain &
-         .or. any(max(simulation%laws%cohesion, simulation%laws%tension) > 0.0_wp)
+      call prepare_lists(simulation%contacts, simulation%laws)
       call reserve(simulation%contacts(simulation%now), 1)
       call find_contacts(simulation, error)
       if (allocated(error)) return
@@ -76,6 +72,8 @@ contains
          contacts%new_gap(:contacts%n) = contacts%gap(:contacts%n)
       end associate
       call bond_contacts(simulation%contacts(simulation%now), simulation%blocks, simulation%laws)
+      if (allocated(model%stress_gradient)) call confine_contacts(simulation%contacts( &
+         simulation%now), simulation%blocks, simulation%laws, model%stress_gradient)
       if (.not. model%contact%original_rules) call skip_crossings(simulation)
       if (model%contact%original_rules) call lock_touching(simulation%contacts(simulation%now), &
          half_size(model%blocks))
@@ -85,7 +83,20 @@ contains
       call start_columns(simulation, model, error)
    end subroutine start
 
-   !> Bounds and tolerances of the open–close iteration.
+   !> Allocate the optional variables of the lists of contacts.
+   elemental subroutine prepare_lists(contacts, laws)
+      type(contacts_type), intent(inout) :: contacts  !< without contacts
+      type(laws_type), intent(in) :: laws             !< of the joints
+
+      contacts%with_laws = .not. laws%plain
+      contacts%begins = laws%columns%initial
+      contacts%with_net_slip = laws%with_net_slip
+      contacts%with_damping = laws%damped
+      contacts%with_multipliers = laws%augmented
+      contacts%with_strengths = .not. laws%plain .or. any(max(laws%cohesion, laws%tension) > 0.0_wp)
+   end subroutine prepare_lists
+
+   !> Limits and tolerances of the open–close iteration.
    subroutine prepare_iteration(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< with its contact laws and scheme
       type(model_type), intent(in) :: model  !< as read from the input
@@ -101,7 +112,7 @@ contains
       end associate
    end subroutine prepare_iteration
 
-   !> The runs of the columns of free fields.
+   !> Start the runs of the free-field columns.
    recursive subroutine start_columns(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< just started
       type(model_type), intent(in) :: model  !< as read from the input
@@ -118,7 +129,7 @@ contains
       end associate
    end subroutine start_columns
 
-   !> Corners across a crossing of joints have no contact.
+   !> Remove contacts of corners across a crossing of joints.
    subroutine skip_crossings(simulation)
       type(simulation_type), intent(inout) :: simulation  !< with its first contacts
 
@@ -137,7 +148,7 @@ contains
       call move_alloc(across, simulation%detection%across)
    end subroutine skip_crossings
 
-   !> Set the rates of all blocks, but what supports hold; the energy that this brings is input, or
+   !> Set the rates of all blocks except those fixed by supports; their energy is input, or
    !> part of the first state.
    subroutine set_rates(simulation, rates, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state

@@ -2,9 +2,9 @@
 !> The end of a run before its duration: displacement or tilt beyond a limit, blocks that have
 !> fallen, or rest.
 !>
-!> Movement counts from the first frame of the output, that is from rest where the first stage is
-!> static.  Rest is judged by places and not by velocities, since stiff modes may alternate from
-!> step to step while nothing moves.
+!> Movement counts from the first frame of the output, which is at rest if the first stage is
+!> static.  Rest is judged by positions and not by velocities, because velocities of stiff modes may
+!> alternate from step to step while nothing moves.
 module dda_stop_rule
    use dda_kinds, only: wp, pi
    use dda_edge_load, only: history_of
@@ -18,7 +18,7 @@ module dda_stop_rule
 
 contains
 
-   !> Room for the places that movement counts from.
+   !> Allocate the positions from which movement counts.
    pure subroutine prepare_stop_rule(simulation)
       type(simulation_type), intent(inout) :: simulation  !< just started
 
@@ -28,7 +28,7 @@ contains
          simulation%stop%window(3, simulation%blocks%n), source=0.0_wp)
    end subroutine prepare_stop_rule
 
-   !> Movement counts from the present state.
+   !> Count movement from the present state.
    pure subroutine begin_stop_rule(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -37,7 +37,7 @@ contains
       call begin_window(simulation)
    end subroutine begin_stop_rule
 
-   !> Rest is looked for from here on.
+   !> Check for rest from now on.
    pure subroutine begin_window(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -54,7 +54,7 @@ contains
       if (simulation%stop%reason == '') call judge_rest(simulation)
    end subroutine apply_stop_rule
 
-   !> Displacement, tilt and fallen blocks, against the block of reference.
+   !> Displacement, tilt and fallen blocks, relative to the reference block.
    pure subroutine judge_movement(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: zero(3), moved(3), far
@@ -91,7 +91,7 @@ contains
       end associate
    end subroutine judge_movement
 
-   !> A block counts, and of a body its first cell.
+   !> A block counts; of a body only its first cell counts.
    pure logical function first_of_body(body, b)
       integer, intent(in) :: body(:)  !< [blocks] that a cell is part of; 0: none
       integer, intent(in) :: b        !< block
@@ -107,7 +107,8 @@ contains
    end function degrees
 
    !> No vertex has moved since the beginning of the window, in the last stage, after all motions
-   !> and loads; but with supports that all go on with one velocity after their records.
+   !> and loads; movement is relative to the supports if all of them continue with one velocity
+   !> after their records.
    pure subroutine judge_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: moved(3), drifted(2)
@@ -135,7 +136,7 @@ contains
       end associate
    end subroutine judge_rest
 
-   !> When the last motion ends and the last load changes, s.
+   !> Time at which the last motion ends and the last load changes, s.
    pure real(wp) function quiet_from(simulation)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer :: i, k
@@ -163,7 +164,8 @@ contains
       end associate
    end function quiet_from
 
-   !> When a load that is linear between its times changes last, s; its end counts once it is over.
+   !> Time of the last change of a load that is linear between its times, s; its end counts when it
+   !> is over.
    pure real(wp) function last_change(times, values, now)
       real(wp), intent(in) :: times(:)     !< s, ascending
       real(wp), intent(in) :: values(:,:)  !< [any,times]

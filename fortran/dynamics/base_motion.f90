@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The motion of the base that displacements, velocities and accelerations count from.
+!> The motion of the base from which displacements, velocities and accelerations count.
 !>
-!> It is that of the supports where one translation is the motion of all that hold, now or in a
-!> later stage; else that of the measured point which all groups &amplification name as their base;
-!> else nothing, and values are absolute.
+!> It is the motion of the supports if all of them, in this and later stages, have the same
+!> translation; else that of the measured point that all groups &amplification name as their base;
+!> else that of an outcrop of the half-space below, if a single motion enters there.  Otherwise
+!> values are absolute.
 module dda_base_motion
    use dda_kinds, only: wp
    use dda_baseline, only: displacement_at, velocity_at
@@ -14,31 +15,34 @@ module dda_base_motion
    use dda_text, only: quoted
    implicit none
    private
-   public :: base_type, base_point, begin_base, renew_base, update_base, base_words, &
+   public :: base_type, base_kinds, begin_base, renew_base, update_base, base_words, &
       counts_from_motion
 
-   integer, parameter :: base_absolute = 0  !< nothing that all values could count from
-   integer, parameter :: base_rests = 1     !< supports that stay
+   integer, parameter :: base_absolute = 0  !< none: values are absolute
+   integer, parameter :: base_rests = 1     !< supports that do not move
    integer, parameter :: base_moves = 2     !< supports that move alike
    integer, parameter :: base_point = 3     !< a measured point
+   integer, parameter :: base_outcrop = 4   !< an outcrop of the half-space below
+   integer, parameter :: base_kinds = base_outcrop  !< the last kind
 
+   real(wp), parameter :: surface_factor = 2.0_wp  !< motion of a free surface over the upward wave
    real(wp), parameter :: same = 1.0e-9_wp  !< of a motion: rounding of directions
 
    !> The base and its motion at the present time.
    type :: base_type
       integer :: kind = base_absolute
       integer :: point = 0                      !< measured point, or 0
-      real(wp), allocatable :: share(:,:)       !< [2,motions] of each motion in x and y
-      !> what counts as no displacement: place of the point, or displacement of the supports, m
+      real(wp), allocatable :: share(:,:)       !< [2,motions] coefficient of each motion in x and y
+      !> origin of displacements: position of the point, or displacement of the supports, m
       real(wp) :: zero(2) = 0.0_wp
-      real(wp) :: displacement(2) = 0.0_wp      !< since counting began, m
+      real(wp) :: displacement(2) = 0.0_wp      !< displacement since counting began, m
       real(wp) :: velocity(2) = 0.0_wp          !< m/s
       real(wp) :: acceleration(2) = 0.0_wp      !< of the last step, m/s²
    end type base_type
 
 contains
 
-   !> The base of a model; displacements count from the present time.
+   !> Set the base of a model; displacements count from the present time.
    subroutine begin_base(base, model, blocks, time)
       type(base_type), intent(out) :: base       !< of the model
       type(model_type), intent(in) :: model      !< of the run
@@ -49,20 +53,22 @@ contains
       call renew_base(base, model, blocks, time)
    end subroutine begin_base
 
-   !> Supports or motions have changed: the displacement goes on from its present value.
+   !> Update the base after supports or motions have changed; the displacement continues from its
+   !> present value.
    subroutine renew_base(base, model, blocks, time)
       type(base_type), intent(inout) :: base     !< of the model
       type(model_type), intent(in) :: model      !< of the run
       type(blocks_type), intent(in) :: blocks    !< in their present state
       real(wp), intent(in) :: time               !< s
-      real(wp) :: unused(2, 2)
+      real(wp) :: motion(2, 2), unused(2, 2)
 
       call find_base(base, model)
       base%velocity = 0.0_wp
       select case (base%kind)
-      case (base_moves)
-         base%zero = moved(base, model, time) - base%displacement
-         base%velocity = moving(base, model, time)
+      case (base_moves, base_outcrop)
+         motion = motion_at(base, model, time)
+         base%zero = motion(:, 1) - base%displacement
+         base%velocity = motion(:, 2)
       case (base_point)
          associate (point => model%points(base%point))
             base%zero = place_of(blocks, point%block, point%reference) - base%displacement
@@ -71,10 +77,10 @@ contains
       end select
    end subroutine renew_base
 
-   !> What all supports that hold have in common: the translation Σ share u of the motions u that
-   !> has their components along the directions held, by least squares.
+   !> The common translation of all supports: the combination of the motions u that matches, by
+   !> least squares, their components along the supported directions.
    pure subroutine find_base(base, model)
-      type(base_type), intent(inout) :: base     !< gets its kind and its shares
+      type(base_type), intent(inout) :: base     !< gets its kind and its coefficients
       type(model_type), intent(in) :: model      !< of the run
       real(wp) :: matrix(2, 2), right(2, size(model%motions))
       integer :: i, axis, holding
@@ -99,8 +105,38 @@ contains
       if (any(abs(right) > 0.0_wp)) base%kind = base_moves
       if (holding == 0 .or. .not. agree(base, model)) base%kind = base_absolute
       base%point = named_point(model)
-      if (base%kind == base_absolute .and. base%point > 0) base%kind = base_point
+      if (base%kind /= base_absolute) return
+      if (base%point > 0) then
+         base%kind = base_point
+      else
+         call find_outcrop(base, model)
+      end if
    end subroutine find_base
+
+   !> The motion of the outcrop, if the same one enters from all half-spaces.
+   pure subroutine find_outcrop(base, model)
+      type(base_type), intent(inout) :: base     !< gets its kind and its coefficients
+      type(model_type), intent(in) :: model      !< of the run
+      integer :: i, axis, first
+
+      first = 0
+      do i = 1, size(model%boundary_motions)
+         associate (own => model%boundary_motions(i))
+            if (own%field > 0) cycle
+            if (first == 0) first = i
+            if (any(own%motion /= model%boundary_motions(first)%motion) .or. &
+               abs(own%factor - model%boundary_motions(first)%factor) > 0.0_wp) return
+         end associate
+      end do
+      if (first == 0) return
+      base%kind = base_outcrop
+      base%share = 0.0_wp
+      do axis = 1, 2
+         associate (own => model%boundary_motions(first))
+            if (own%motion(axis) > 0) base%share(axis, own%motion(axis)) = surface_factor*own%factor
+         end associate
+      end do
+   end subroutine find_outcrop
 
    !> The Moore–Penrose inverse of a sum of dyads n nᵀ of unit vectors.
    pure function inverse_of(matrix) result(inverse)
@@ -117,9 +153,9 @@ contains
       end if
    end function inverse_of
 
-   !> Every support that holds moves as the base does.
-   pure logical function agree(base, model)
-      type(base_type), intent(in) :: base        !< with its shares
+   !> Every support moves with the base.
+   pure logical function agree(base, model)  ! total
+      type(base_type), intent(in) :: base        !< with its coefficients
       type(model_type), intent(in) :: model      !< of the run
       integer :: i, axis, m
 
@@ -147,24 +183,24 @@ contains
       if (any(model%amplifications%base /= point)) point = 0
    end function named_point
 
-   !> Its motion at the end of a step, as supports have it (`dda_spring_element`).
+   !> The motion of the base at the end of a step, as for supports (`dda_spring_element`).
    subroutine update_base(base, model, blocks, step, time)
       type(base_type), intent(inout) :: base     !< of the model
       type(model_type), intent(in) :: model      !< of the run
       type(blocks_type), intent(in) :: blocks    !< at the end of the step
-      type(step_type), intent(in) :: step        !< the one taken
-      real(wp), intent(in) :: time               !< of its end, s
-      real(wp) :: before(2), velocity(2), unused(2)
+      type(step_type), intent(in) :: step        !< the present step
+      real(wp), intent(in) :: time               !< at its end, s
+      real(wp) :: before(2), motion(2, 2), unused(2)
 
       select case (base%kind)
-      case (base_moves)
+      case (base_moves, base_outcrop)
          before = base%displacement
-         base%displacement = moved(base, model, time) - base%zero
-         velocity = moving(base, model, time)
-         if (step%scheme%chi > 0.5_wp) velocity = end_rate(step, base%displacement - before, &
+         motion = motion_at(base, model, time)
+         base%displacement = motion(:, 1) - base%zero
+         if (step%scheme%chi > 0.5_wp) motion(:, 2) = end_rate(step, base%displacement - before, &
             base%velocity)
-         base%acceleration = (velocity - base%velocity)/step%time_step
-         base%velocity = velocity
+         base%acceleration = (motion(:, 2) - base%velocity)/step%time_step
+         base%velocity = motion(:, 2)
       case (base_point)
          associate (point => model%points(base%point))
             call measure_point(blocks, point, unused, base%velocity, base%acceleration)
@@ -173,37 +209,25 @@ contains
       end select
    end subroutine update_base
 
-   !> Displacement of the supports at a time, m.
-   pure function moved(base, model, time)
+   !> Displacement, m, and velocity, m/s, of the supports at a time.
+   pure function motion_at(base, model, time) result(motion)
       type(base_type), intent(in) :: base        !< supports that move
       type(model_type), intent(in) :: model      !< of the run
       real(wp), intent(in) :: time               !< s
-      real(wp) :: moved(2)
+      real(wp) :: motion(2, 2)
       integer :: m
 
-      moved = 0.0_wp
+      motion = 0.0_wp
       do m = 1, size(model%motions)
-         if (any(base%share(:, m) /= 0.0_wp)) moved = moved + base%share(:, m) &
-            *displacement_at(model%motions(m)%curve, time)
+         if (.not. any(base%share(:, m) /= 0.0_wp)) cycle
+         associate (share => base%share(:, m), curve => model%motions(m)%curve)
+            motion(:, 1) = motion(:, 1) + share*displacement_at(curve, time)
+            motion(:, 2) = motion(:, 2) + share*velocity_at(curve, time)
+         end associate
       end do
-   end function moved
+   end function motion_at
 
-   !> Velocity of the supports at a time, m/s.
-   pure function moving(base, model, time)
-      type(base_type), intent(in) :: base        !< supports that move
-      type(model_type), intent(in) :: model      !< of the run
-      real(wp), intent(in) :: time               !< s
-      real(wp) :: moving(2)
-      integer :: m
-
-      moving = 0.0_wp
-      do m = 1, size(model%motions)
-         if (any(base%share(:, m) /= 0.0_wp)) moving = moving + base%share(:, m) &
-            *velocity_at(model%motions(m)%curve, time)
-      end do
-   end function moving
-
-   !> It is worth saying what values count from: something moves the model.
+   !> The origin of values must be reported: something moves the model.
    pure logical function counts_from_motion(base, model)
       type(base_type), intent(in) :: base        !< of the model
       type(model_type), intent(in) :: model      !< of the run
@@ -211,7 +235,7 @@ contains
       counts_from_motion = base%kind /= base_rests .and. size(model%motions) > 0
    end function counts_from_motion
 
-   !> Words on the origin that values count from.
+   !> Text on the origin from which values count.
    pure function base_words(base, model) result(words)
       type(base_type), intent(in) :: base        !< of the model
       type(model_type), intent(in) :: model      !< of the run
@@ -224,9 +248,11 @@ contains
          words = 'relative to the moving supports'
       case (base_point)
          words = 'relative to the point '//quoted(trim(model%points(base%point)%name))
+      case (base_outcrop)
+         words = 'relative to the outcrop motion of its base'
       case default
-         words = 'absolute, since nothing holds the model'
-         if (size(model%fixed_points) > 0) words = 'absolute, since supports move differently'
+         words = 'absolute: no support holds the model'
+         if (size(model%fixed_points) > 0) words = 'absolute: supports move differently'
          if (size(model%amplifications) == 0) words = words// &
             ' and no &amplification names a base'
       end select

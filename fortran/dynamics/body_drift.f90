@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The solve of a step in which bodies move on: for what differs from the translation that each has.
+!> Solve a step of moving bodies for the difference from the translation of each body.
 !>
-!> Stiff springs between the cells of a body that moves by d₀ in a step have no force, but K̂d₀
-!> rounds to 10⁻¹⁶ K̂d₀, in each step the same way: a body of E = 10¹⁴ Pa would gain 10⁻⁸ of its
-!> weight.  So K̂(d − d₀) = f̂ − K̂d₀ is solved, with K̂d₀ summed term by term, where that of two
-!> welded cells is exactly zero.
+!> If a body moves by d₀ in a step, the stiff springs between its cells have no force, but K̂d₀ is
+!> rounded to 10⁻¹⁶ K̂d₀, with the same sign in each step: a body of E = 10¹⁴ Pa would gain 10⁻⁸ of
+!> its weight.  Therefore K̂(d − d₀) = f̂ − K̂d₀ is solved.  K̂d₀ is summed term by term; the term
+!> of two welded cells is exactly zero.
 module dda_body_drift
    use dda_kinds, only: wp
    use dda_block_vectors, only: add_multiple
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
-   use dda_contact_gradients, only: find_rows, relative_motion, rows_type
+   use dda_contact_gradients, only: acting_rows, relative_motion, rows_type
    use dda_errors, only: error_type
    use dda_linear_solver, only: solver_type, record_rigid_terms, solve, solve_change, &
       weigh_loads
@@ -21,20 +21,20 @@ module dda_body_drift
    private
    public :: begin_drift, solve_step_for
 
-   real(wp), parameter :: least_drift = 1.0e-6_wp  !< of half the model: less is rest
-   !> of loads, by which residuals are measured: those of supports and contacts that move are far
-   !> beyond the forces between bodies
+   real(wp), parameter :: least_drift = 1.0e-6_wp  !< of half the model: less displacement is rest
+   !> of loads, which scale residuals: forces of moving supports and contacts are far larger than
+   !> those between bodies
    real(wp), parameter :: share_of_rounding = 1.0e-3_wp
 
 contains
 
-   !> The translation of each body, and what the linear part of K̂ makes of it; the solver is told
-   !> of the loads that are left.
+   !> Find the translation d₀ of each body and the linear part of K̂d₀; pass the remaining loads to
+   !> the solver.
    subroutine begin_drift(system, solver, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step, without contacts
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(blocks_type), intent(in) :: blocks     !< in their present state
-      type(step_type), intent(in) :: step         !< the one being taken
+      type(step_type), intent(in) :: step         !< the present step
       real(wp) :: weights(size(step_weights(step))), row(6), c
       integer :: i, k, b
 
@@ -66,7 +66,7 @@ contains
       call record_rigid_terms(solver)
    end subroutine begin_drift
 
-   !> Mean velocity of each body × Δt, in each of its cells; zero of other blocks.
+   !> Mean velocity of each body × Δt, for each of its cells; zero for other blocks.
    pure subroutine translate_bodies(blocks, time_step, drift)
       type(blocks_type), intent(in) :: blocks    !< in their present state
       real(wp), intent(in) :: time_step          !< s
@@ -90,14 +90,15 @@ contains
       end do
    end subroutine translate_bodies
 
-   !> K̂ d = f̂ with the contacts in their assumed states; of a change of f̂, see `solve_change`.
+   !> Solve K̂ d = f̂ with the contacts in their assumed states, or for a change of f̂, see
+   !> `solve_change`.
    subroutine solve_step_for(system, solver, contacts, error, reduction, change)
       type(system_type), intent(inout) :: system   !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver   !< linear solver
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp), intent(in) :: reduction            !< share of the first residual that is enough
-      real(wp), intent(in), optional :: change(:,:)  !< [6,n] of f̂ since the last solve, N
+      real(wp), intent(in) :: reduction            !< tolerance, as a fraction of the first residual
+      real(wp), intent(in), optional :: change(:,:)  !< [6,n] change of f̂ since the last solve, N
 
       if (.not. system%drifts) then
          call solve_for(system%rhs, system%d)
@@ -125,20 +126,22 @@ contains
       end subroutine solve_for
    end subroutine solve_step_for
 
-   !> b less the forces of the springs of all contacts at d₀.
+   !> Subtract the forces of the springs of all contacts at d₀ from b.
    pure subroutine subtract_contacts(b, drift, contacts)
       real(wp), intent(inout) :: b(:,:)            !< [6,n] right-hand side, N
       real(wp), intent(in) :: drift(:,:)           !< [6,n] d₀, m
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(rows_type) :: rows
-      real(wp) :: force(2)
+      real(wp) :: force(2), motion(2)
       integer :: c
 
       do c = 1, contacts%n
          if (.not. any(abs(contacts%spring(:, c)) > 0.0_wp)) cycle
          associate (v => contacts%block_v(c), e => contacts%block_e(c))
-            force = contacts%spring(:, c)*relative_motion(contacts, c, drift(:, v), drift(:, e))
-            call find_rows(contacts, c, rows)
+            motion = relative_motion(contacts, c, drift(:, v), drift(:, e))
+            if (contacts%with_laws) motion(1) = motion(1) - contacts%tilt(2, c)*motion(2)
+            force = contacts%spring(:, c)*motion
+            call acting_rows(contacts, c, rows)
             b(:, v) = b(:, v) - force(1)*rows%normal_v - force(2)*rows%shear_v
             b(:, e) = b(:, e) + force(1)*rows%normal_e + force(2)*rows%shear_e
          end associate

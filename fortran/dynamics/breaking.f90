@@ -1,13 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Welded faces that break, judged at the end of each step.
+!> Break welded faces at the end of each step.
 !>
-!> Where the traction of a face reaches the strength of its joint at one of three points, the joint
-!> takes its place, and begins with the tractions of all three.  The triangles of the face go back
-!> to their cells.  What their stress was beyond that of the cell stays in the initial stress, so
-!> that no force changes; it is let off as the joint is damaged.  Where the bond is spent and the
-!> face gapes, its edges become sides, which touch as those of any blocks.
-!>
-!> All that this takes and gives is booked as `breaking`.
+!> If the traction of a face reaches the strength of its joint at one of three points, the joint
+!> replaces the face and begins with the tractions of all three.  The triangles of the face return
+!> to their cells.  The difference of their stress from that of the cell is kept in the initial
+!> stress, so that no force changes; it is released as the joint is damaged.  When the bond is spent
+!> and the face is open, its edges become sides, which have contacts like those of other blocks.
+!> The energy that this takes or gives is booked as `breaking`.
 module dda_breaking
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, update_geometry
@@ -26,12 +25,12 @@ module dda_breaking
    private
    public :: break_faces, can_break, restore_faces
 
-   !> of the length of a face: one that has slipped so far is no longer closed by its joint
+   !> of the length of a face: after more slip its joint no longer acts
    real(wp), parameter :: farthest = 0.1_wp
 
 contains
 
-   !> After a step: what has broken, and what has come apart.
+   !> Find broken and separated faces after a step.
    subroutine break_faces(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), allocatable :: traction(:,:,:)
@@ -67,7 +66,7 @@ contains
       call add_energy(simulation%energy, energy_breaking, total_energy(simulation%energy) - before)
    end subroutine break_faces
 
-   !> Some faces of a model have a joint that they become.
+   !> Some faces of a model can break.
    pure logical function can_break(model)
       type(model_type), intent(in) :: model  !< as read from the input
 
@@ -75,7 +74,7 @@ contains
       if (can_break) can_break = any(model%welds%joint > 0)
    end function can_break
 
-   !> Whole faces whose traction has reached their strength.
+   !> Break intact faces whose traction has reached their strength.
    function faces_at_strength(simulation) result(found)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, allocatable :: found(:)
@@ -98,7 +97,7 @@ contains
       end associate
    end function faces_at_strength
 
-   !> Broken faces without a bond that gape at all points, or have slipped far.
+   !> Separate broken faces whose bond is spent, if they are open at all points or have slipped far.
    function gaping_faces(simulation) result(found)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, allocatable :: found(:)
@@ -120,7 +119,7 @@ contains
       end associate
    end function gaping_faces
 
-   !> Initial stresses that broken faces have left go with the damage of their joints.
+   !> Release the initial stresses of broken faces with the damage of their joints.
    subroutine let_off(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: damage
@@ -134,11 +133,11 @@ contains
       end do
    end subroutine let_off
 
-   !> Keep a share of what face i left when it broke.
+   !> Keep a fraction of the initial stress that face i left when it broke.
    subroutine keep_share(simulation, i, share)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face
-      real(wp), intent(in) :: share                       !< of what it left
+      real(wp), intent(in) :: share                       !< fraction of that stress
       integer :: k
 
       associate (weld => simulation%model%welds(i), blocks => simulation%blocks)
@@ -153,10 +152,10 @@ contains
       end associate
    end subroutine keep_share
 
-   !> Face i breaks: its triangles go back to its cells, and no force changes.
+   !> Break face i: its triangles return to its cells, and no force changes.
    subroutine free_face(simulation, i, traction)
       type(simulation_type), intent(inout) :: simulation    !< between two steps
-      integer, intent(in) :: i                              !< whole face
+      integer, intent(in) :: i                              !< intact face
       real(wp), intent(out) :: traction(2, crack_points)    !< at its points, Pa
       real(wp) :: force(size(own_strain) + 4), ratio, elastic(3), area
       integer :: k
@@ -166,7 +165,7 @@ contains
       associate (weld => simulation%model%welds(i), blocks => simulation%blocks)
          do k = 1, 2
             associate (b => weld%block(k))
-               ! Of the rest and of the triangle together, so that A σ of both stays.
+               ! Mean over the remainder and the triangle, which preserves their sum of A σ.
                area = blocks%rest_share(b)*blocks%area(b)
                elastic = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b))/blocks%area(b)
                weld%left(:, k) = force(own_strain(:, k)) - weld%area(k)*(elastic &
@@ -181,7 +180,7 @@ contains
       end associate
    end subroutine free_face
 
-   !> Face i has come apart.
+   !> Separate face i.
    subroutine open_face(simulation, i)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face
@@ -190,10 +189,11 @@ contains
       simulation%model%welds(i)%state = weld_open
    end subroutine open_face
 
-   !> Area of cells that has their own strain; where faces have opened, sides, joints, neighbours.
+   !> Update the area of cells that has their own strain and, if faces have opened, sides, joints
+   !> and neighbours.
    subroutine renew_faces(simulation, opened)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      logical, intent(in) :: opened                       !< some have
+      logical, intent(in) :: opened                       !< faces have opened
       type(blocks_type) :: drawn
       integer :: i, e, b
 
@@ -220,12 +220,12 @@ contains
             end do
          end do
       end associate
-      simulation%neighbours%reach = 0.0_wp  ! search anew
+      simulation%neighbours%reach = 0.0_wp  ! search neighbours again
    end subroutine renew_faces
 
-   !> After a checkpoint has told the states of faces.
+   !> Restore the model from the states of faces in a checkpoint.
    subroutine restore_faces(simulation)
-      type(simulation_type), intent(inout) :: simulation  !< just started, with these states
+      type(simulation_type), intent(inout) :: simulation  !< just started, with the restored states
       real(wp) :: reach
 
       if (all(is_whole(simulation%model%welds))) return

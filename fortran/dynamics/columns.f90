@@ -1,9 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The columns of the free fields of a run: each is a run of its own (`dda_column_model`) that takes
-!> its step before the model does and does not feel it.
-!>
-!> It hands over forces between its blocks and their images at t₀ + θΔt, as bonded joints
-!> of the model have them, and the motion of its side.
+!> The columns of the free fields of a run.  Each is a run of its own (`dda_column_model`) that is
+!> stepped before the model and is independent of it.  It passes on the forces between its blocks
+!> and their images at t₀ + θΔt, the instant of bonded joints, and the motion of its side.
 module dda_columns
    use dda_kinds, only: wp
    use dda_elements, only: face_forces, follow_free_field
@@ -22,7 +20,7 @@ module dda_columns
 
 contains
 
-   !> Room for the runs of n columns.
+   !> Allocate the runs of n columns.
    subroutine make_columns(simulation, n)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer, intent(in) :: n                            !< free fields of its model
@@ -55,8 +53,8 @@ contains
       end select
    end function column_of
 
-   !> The sides of the model take over the present step of their columns, solved and not yet taken;
-   !> of a model that is being brought to rest, their rest.
+   !> Pass the present step of the columns, solved but not yet accepted, to the sides of the model;
+   !> in statics, the rest of the columns.
    subroutine take_over_columns(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(simulation_type), pointer :: run
@@ -72,9 +70,9 @@ contains
       end do
    end subroutine take_over_columns
 
-   !> Forces of the neighbours that the blocks at the side would have in level ground.  What a face
-   !> with a neighbour has of the area of a cell has the cell's own strain at the side of the model:
-   !> its forces are taken off.
+   !> Forces of the neighbours that the blocks at the side would have in level ground.  At the side
+   !> of the model the triangle of such a face has the cell's own strain, whose forces are
+   !> subtracted.
    function forces_at_side(run, field) result(force)
       type(simulation_type), intent(in) :: run     !< of the column
       type(free_field_type), intent(in) :: field   !< of the model
@@ -90,11 +88,11 @@ contains
       end do
    end function forces_at_side
 
-   !> Say that it is a column that has failed.
+   !> State in an error that a column has failed.
    subroutine name_column(simulation, i, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< number of the column
-      type(error_type), allocatable, intent(inout) :: error  !< of its run, if it has one
+      type(error_type), allocatable, intent(inout) :: error  !< error of its run, if any
 
       if (allocated(error)) error%message = 'free field at the '// &
          trim(simulation%model%free_fields(i)%side)//' side: '//error%message

@@ -1,17 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The springs and friction forces of the contacts, in their assumed states, on top of the linear
-!> part of K̂ and f̂.
+!> Add the springs and friction forces of the contacts, in their assumed states, to the linear part
+!> of K̂ and f̂.
 !>
 !> A dirty block is summed again from its linear part, always in the same order: near pairs with the
-!> blocks before it, then with those after it, each with its contacts as they are listed.  So the
-!> bits are those of assembling everything, by any number of threads.
+!> blocks before it, then with those after it, each with its contacts as they are listed.  The
+!> result is bit-identical to a full assembly, for any number of threads.
 module dda_contact_assembly
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, copy_block
    use dda_compact_block, only: expand
    use dda_system, only: system_type
    use dda_contact, only: contacts_type
-   use dda_contact_gradients, only: find_rows, rows_type
+   use dda_contact_gradients, only: acting_rows, rows_type
    use dda_contact_terms, only: update_contact_terms, is_clean, is_dirty_force, &
       is_dirty_stiffness, is_free
    use dda_friction, only: laws_type
@@ -22,11 +22,11 @@ module dda_contact_assembly
    private
    public :: assemble_contacts, add_to_rows
 
-   integer, parameter :: rows_from = 500   !< block rows from which threads repay their start
+   integer, parameter :: rows_from = 500   !< block rows from which threads are worthwhile
 
 contains
 
-   !> Assemble what the assumed states have changed since the last time, or all of a new step.
+   !> Assemble what has changed since the last assembly, or everything in a new step.
    subroutine assemble_contacts(system, contacts, laws)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -51,7 +51,7 @@ contains
       call lap(system%watch, phase_assemble)
    end subroutine assemble_contacts
 
-   !> Where the contacts of each near pair stand in the list, which is in the order of the pairs.
+   !> Positions of the contacts of each near pair in the list, which is in the order of the pairs.
    pure subroutine index_contacts(system, contacts)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -66,10 +66,8 @@ contains
       system%first_contact(pair + 1:) = contacts%n + 1
    end subroutine index_contacts
 
-   !> Block rows first … last of K̂ and f̂, which nobody else writes.
-   !>
-   !> A near pair within them is read once, for both its blocks; one that reaches beyond them is
-   !> read for either.
+   !> Assemble block rows first … last of K̂ and f̂, which no other thread writes.  A near pair
+   !> inside the range is read once, for both its blocks; other pairs are read twice.
    subroutine assemble_rows(system, contacts, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -117,7 +115,7 @@ contains
             if (is_free(contacts, c)) cycle
             associate (v => contacts%block_v(c), e => contacts%block_e(c), &
                normal => contacts%spring(1, c), shear => contacts%spring(2, c))
-               call find_rows(contacts, c, rows)
+               call acting_rows(contacts, c, rows)
                call add_sides(merge(dirty_i, dirty_j, v == i), merge(dirty_j, dirty_i, v == i), &
                   normal, shear, contacts%free_force(:, c), rows, matrix%diagonal(:, :, v), &
                   matrix%diagonal(:, :, e), system%rhs(:, v), system%rhs(:, e))
@@ -134,7 +132,7 @@ contains
       end associate
    end subroutine assemble_pair
 
-   !> A diagonal block of K̂ begins with that of the linear part.
+   !> Set a diagonal block of K̂ to that of the linear part.
    pure subroutine begin_row(system, i)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer, intent(in) :: i  !< block row
@@ -146,7 +144,7 @@ contains
       end if
    end subroutine begin_row
 
-   !> A lower block of K̂ begins with that of the linear part.
+   !> Set a lower block of K̂ to that of the linear part.
    pure subroutine begin_coupling(linear, linear_entry, entry, block)
       type(block_matrix_type), intent(in) :: linear  !< linear part of K̂
       integer, intent(in) :: linear_entry(:)         !< as in `system_type`
@@ -195,8 +193,8 @@ contains
 
    !> block += k₁ a₁b₁ᵀ + k₂ a₂b₂ᵀ
    !>
-   !> Rows in loops of four and two fill vector registers as they lie; unrolled, they would be
-   !> shuffled into longer ones.
+   !> Loops over four and two rows fill vector registers directly; unrolled loops would shuffle them
+   !> into longer ones.
    pure subroutine add_products(block, a1, b1, k1, a2, b2, k2)
       real(wp), intent(inout) :: block(6, 6)  !< 6×6 block of a matrix
       real(wp), intent(in) :: a1(6), b1(6), k1, a2(6), b2(6), k2
@@ -216,8 +214,8 @@ contains
       end do
    end subroutine add_products
 
-   !> More force in contact c of the same assumed state: on its two blocks, as far as these are
-   !> among block rows first … last of f̂; they are dirty when states change.
+   !> Add force in contact c, at the same assumed state, to those of its two blocks that are among
+   !> block rows first … last of f̂; the blocks are dirty when states change.
    pure subroutine add_to_rows(system, contacts, c, more, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -228,7 +226,7 @@ contains
 
       associate (v => contacts%block_v(c), e => contacts%block_e(c))
          if (max(v, e) < first .or. min(v, e) > last) return
-         call find_rows(contacts, c, rows)
+         call acting_rows(contacts, c, rows)
          if (v >= first .and. v <= last) &
             call add_to_row(system, v, more(1), rows%normal_v, more(2), rows%shear_v)
          if (e >= first .and. e <= last) &
@@ -236,7 +234,7 @@ contains
       end associate
    end subroutine add_to_rows
 
-   !> The same of one block.
+   !> Add the force to one block.
    pure subroutine add_to_row(system, b, normal_force, normal, shear_force, shear)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer, intent(in) :: b            !< block

@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> All contacts at a trial d: their gaps and slips, the forces that their laws give, and how far
-!> these are from the assumed ones.
+!> Evaluate all contacts at a trial d: gaps, slips, forces of the laws, and their differences from
+!> the assumed forces.
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_gradients, only: relative_motion
    use dda_friction, only: find_response, laws_type
-   use dda_joint_contact, only: most_closings, response_type
+   use dda_joint_contact, only: most_closings
+   use dda_joint_law, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
@@ -50,7 +51,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp), intent(inout) :: largest   !< force so far, N/m
+      real(wp), intent(inout) :: largest   !< largest force so far, N/m
       real(wp), intent(out) :: residual    !< largest difference from the assumed forces, N/m
       integer :: p
 
@@ -68,7 +69,7 @@ contains
       end do
    end subroutine evaluate_contacts
 
-   !> Contacts first … last; the largest force and the largest difference grow.
+   !> Contacts first … last; update the largest force and the largest difference.
    pure subroutine evaluate_range(contacts, laws, first, last, largest, residual)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -84,7 +85,7 @@ contains
             abs(response%normal_force - assumed_normal(contacts, c)), &
             abs(response%shear_force - assumed_shear(contacts, c)))
          residual = max(residual, contacts%force_residual(c))
-         contacts%trial_state(c) = next_state(contacts, response, c)
+         contacts%trial_state(c) = next_state(contacts, laws, response, c)
          if (contacts%with_net_slip) then
             contacts%trial_past_centre(c) = response%past_centre
             contacts%slider(c) = response%slider
@@ -96,12 +97,13 @@ contains
       end do
    end subroutine evaluate_range
 
-   !> The state to assume next.  Slip that reverses sticks first: the trial from the other bound
-   !> would otherwise jump between the two bounds for ever.  A contact that closes again and again
-   !> slides first: stuck, its shear force would pull it open each time.
-   pure integer function next_state(contacts, response, c)
+   !> The state to assume next.  A contact whose slip reverses sticks first, because otherwise the
+   !> iteration could jump between the two bounds for ever.  A contact that closes repeatedly slides
+   !> first, because its shear force would open it each time if it stuck.
+   pure integer function next_state(contacts, laws, response, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
-      type(response_type), intent(in) :: response  !< what the law gives
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(response_type), intent(in) :: response  !< response of the law
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: friction
 
@@ -113,16 +115,19 @@ contains
          .and. friction*contacts%slip_sign(c) < 0.0_wp) next_state = contact_stick
       if (contacts%state(c) /= contact_open .or. contacts%close_count(c) < most_closings .or. &
          contacts%bonded(c)) return
-      if (response%state == contact_stick) next_state = contact_slide
+      if (response%state == contact_stick .and. .not. laws%slot(contacts%joint(c))%law%flows) &
+         next_state = contact_slide
    end function next_state
 
    !> Normal force that the solve assumed in contact c, N/m.
    pure real(wp) function assumed_normal(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c  !< number of the contact
+      real(wp) :: opening
 
-      assumed_normal = contacts%free_force(1, c) - contacts%spring(1, c) &
-         *(contacts%new_gap(c) - contacts%gap(c))
+      opening = contacts%new_gap(c) - contacts%gap(c)
+      if (contacts%with_laws) opening = opening - contacts%tilt(2, c)*contacts%slip(c)
+      assumed_normal = contacts%free_force(1, c) - contacts%spring(1, c)*opening
    end function assumed_normal
 
    !> Shear force that the solve assumed in contact c, N/m.
@@ -131,6 +136,8 @@ contains
       integer, intent(in) :: c  !< number of the contact
 
       assumed_shear = contacts%free_force(2, c) + contacts%spring(2, c)*contacts%slip(c)
+      if (contacts%with_laws) assumed_shear = assumed_shear &
+         + contacts%tilt(2, c)*assumed_normal(contacts, c)
    end function assumed_shear
 
 end module dda_contact_evaluation

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> This step's list of contacts: from geometry, with the histories of the last step's list.
+!> List the contacts of this step from geometry, with the histories of the last step's list.
 module dda_contact_search
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
@@ -13,10 +13,10 @@ module dda_contact_search
    use dda_crossings, only: forget_parted
    use dda_energy, only: add_energy, energy_length, energy_geometric
    use dda_joint_contact, only: closure_of, state_of
-   use dda_joint_lines, only: begin_lines, stiffest_contact
+   use dda_joint_lines, only: begin_lines
    use dda_tributary, only: set_lengths
-   use dda_detection, only: detection_type, measure_depths, detect_contacts
-   use dda_history, only: history_type, inherit
+   use dda_detection, only: measure_depths, detect_contacts
+   use dda_history, only: inherit
    use dda_neighbours, only: find_neighbours
    use dda_model, only: force_noise, half_size
    use dda_simulation, only: simulation_type, next_step, exchange_lists
@@ -27,12 +27,13 @@ module dda_contact_search
    private
    public :: find_contacts
 
-   real(wp), parameter :: least_rounding = 1.0e-5_wp  !< share of the noise of contact forces
-   real(wp), parameter :: search_margin = 1.0_wp   !< of the contact distance, searched beyond need
+   real(wp), parameter :: least_rounding = 1.0e-5_wp  !< fraction of the noise of contact forces
+   real(wp), parameter :: search_margin = 1.0_wp   !< of the contact distance: margin of the search
 
 contains
 
-   !> List the contacts of the present geometry, search for neighbours if the old search is used up.
+   !> List the contacts of the present geometry; search for neighbours if the margin of the last
+   !> search is used up.
    subroutine find_contacts(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -40,7 +41,7 @@ contains
       associate (detection => simulation%detection, neighbours => simulation%neighbours)
          detection%travel = 2.5_wp*simulation%speed*simulation%time_step
          call measure_depths(detection, simulation%contacts(simulation%now), simulation%blocks)
-         ! What presses must not be lost from the list.
+         ! Contacts that press must not be lost from the list.
          detection%distance = max(detection%least, detection%travel, 2*detection%deepest) &
             + highest_lift(simulation)
          if (detection%distance + 2*neighbours%travel > neighbours%reach) &
@@ -85,12 +86,17 @@ contains
       old = simulation%now
       call exchange_lists(simulation)
       associate (contacts => simulation%contacts(simulation%now))
+         contacts%time_step = merge(0.0_wp, simulation%time_step, simulation%resting)
          call detect_contacts(contacts, simulation%blocks, simulation%neighbours, &
             simulation%detection)
          if (contacts%with_laws) contacts%point(:contacts%n) = 0
          if (simulation%laws%pointed) call add_points(simulation%points, contacts, &
             simulation%blocks, simulation%laws, simulation%detection%distance)
-         call bound_history(simulation%history, simulation%detection)
+         ! A contact continues if its gap has changed by no more than the displacement of a step.
+         associate (history => simulation%history, detection => simulation%detection)
+            history%deepest = detection%travel + detection%pressed
+            history%largest_jump = detection%travel + 2*detection%deepest + detection%largest_corner
+         end associate
          call inherit(contacts, simulation%contacts(old), simulation%history, &
             simulation%step > 0 .or. simulation%stage > 1)
          if (simulation%laws%pointed) call move_points(contacts, simulation%blocks, &
@@ -108,11 +114,11 @@ contains
       end associate
    end subroutine renew_contacts
 
-   !> Data of joint laws for a new list: lengths, and lines in place of curves.
+   !> Set data of joint laws for a new list: lengths and linearisations.
    pure subroutine prepare_laws(simulation, contacts)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(contacts_type), intent(inout) :: contacts      !< its new list
-      real(wp) :: gained
+      real(wp) :: gained, stiffest
       integer :: c
 
       do c = 1, contacts%n
@@ -126,7 +132,9 @@ contains
       end if
       call begin_lines(contacts, simulation%laws)
       if (contacts%with_net_slip) call begin_damage(contacts, simulation%laws)
-      simulation%iteration%noise = force_noise(simulation%model, stiffest_contact(contacts))
+      stiffest = max(0.0_wp, maxval(contacts%tangent(1, :contacts%n), &
+         contacts%state(:contacts%n) /= contact_open))
+      simulation%iteration%noise = force_noise(simulation%model, stiffest)
    end subroutine prepare_laws
 
    !> Largest lift of the contacts by slip, m.
@@ -138,20 +146,11 @@ contains
       if (.not. simulation%laws%dilating) return
       associate (contacts => simulation%contacts(simulation%now))
          do c = 1, contacts%n
-            highest = max(highest, simulation%laws%slot(contacts%joint(c))%law%lift( &
-               state_of(contacts, c)))
+            associate (law => simulation%laws%slot(contacts%joint(c))%law)
+               highest = max(highest, law%lift(state_of(contacts, law, c)))
+            end associate
          end do
       end associate
    end function highest_lift
-
-   !> Change of contacts in a step with which they are still the same: by the travel of the step,
-   !> from a depth of now.
-   pure subroutine bound_history(history, detection)
-      type(history_type), intent(inout) :: history  !< of the contacts
-      type(detection_type), intent(in) :: detection  !< settings of the contact detection
-
-      history%deepest = detection%travel + detection%pressed
-      history%largest_jump = detection%travel + 2*detection%deepest + detection%largest_corner
-   end subroutine bound_history
 
 end module dda_contact_search

@@ -1,29 +1,29 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The springs of the contacts in K̂ and their forces at d = 0, so that only what differs is
-!> assembled again.
+!> The springs of the contacts in K̂ and their forces at d = 0; only differences are assembled
+!> again.
 !>
-!> A contact assumes N = N₀ − K_n (z − z₀) and T = T₀ + K_s s in a gap z and a slip s.  Its state,
-!> its law, the instant that it acts at, its damping and what it retains are in these four numbers.
-!> Of a spring that a state lacks, a fraction may stay for an iteration, about the last iterate:
-!> that regularises the iteration where it would overshoot, and vanishes at its solution.
+!> A contact assumes N = N₀ − K_n (z − z₀) and T = T₀ + K_s s at a gap z and a slip s.  These four
+!> numbers contain its state, its law, the instant at which it acts, its damping and its retained
+!> stiffness. A fraction of a spring that a state lacks may be retained for an iteration, with zero
+!> force at the last iterate.  It regularises an iteration that would overshoot, and vanishes at the
+!> solution.
 !>
-!> Within a step the geometry of the contacts stays and the open–close iteration changes few of
-!> their states: where its spring or force is not the one assembled, a contact marks both its
+!> Within a step the geometry of the contacts is constant and the open–close iteration changes few
+!> of their states.  A contact whose spring or force differs from the assembled one marks both its
 !> blocks as dirty.
 module dda_contact_terms
    use dda_kinds, only: wp, long
    use dda_contact, only: capacity_of, contacts_type, contact_open, contact_slide
-   use dda_contact_gradients, only: find_rows, rows_type
-   use dda_friction, only: laws_type, acting_gap, acting_stretch, acts_at_theta, multiplier_of, &
-      shear_stiffness_of
+   use dda_contact_gradients, only: acting_rows, rows_type
+   use dda_friction, only: laws_type, acting, acts_at_theta, closed_springs, multiplier_of
    use dda_growth, only: grow
-   use dda_joint_bond, only: bond_forces, bond_springs, is_cohesive
+   use dda_joint_bond, only: add_bond_terms, is_cohesive
    use dda_joint_contact, only: centre_shift
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_rank_one, only: rank_one_type, drift, add_change
    implicit none
    private
-   public :: contact_terms_type, prepare_contact_terms, update_contact_terms, is_free, is_clean, &
+   public :: contact_terms_type, update_contact_terms, is_free, is_clean, &
       is_dirty_force, is_dirty_stiffness
 
    integer, parameter :: is_clean = 0
@@ -32,32 +32,25 @@ module dda_contact_terms
 
    integer, parameter :: none = -1   !< no state
 
-   !> Terms of the contacts that have to be assembled, and that a solver has not yet seen.
+   !> Terms of the contacts that must be assembled, or that the solver has not yet received.
    type :: contact_terms_type
-      logical :: rebuild = .true.             !< the contacts or the linear part are others
+      logical :: rebuild = .true.             !< the contacts or the linear part are new
       logical :: other_matrix = .true.        !< K̂ is not that of the last call
-      integer, allocatable :: dirty(:)        !< [blocks] what has to be assembled again
-      integer, allocatable :: changed(:)      !< [contacts] what that is for
+      integer, allocatable :: dirty(:)        !< [blocks] parts to be assembled again
+      integer, allocatable :: changed(:)      !< [contacts] parts that cause it
       !> springs and forces of contacts that neither slide nor are bonded follow from their states
+      !> alone
       logical :: by_state = .false.
-      !> [contacts] state that K̂ and f̂ have of such a contact in this step, else `none`
+      !> [contacts] assembled state of such a contact in this step, else `none`
       integer, allocatable :: steady(:)
       type(rank_one_type) :: spring_changes   !< since the solver was renewed
    end type contact_terms_type
 
 contains
 
-   !> Nothing is assembled yet.
-   subroutine prepare_contact_terms(terms, n)
-      type(contact_terms_type), intent(out) :: terms  !< what K̂ and f̂ have of the contacts
-      integer, intent(in) :: n  !< blocks
-
-      allocate (terms%dirty(n), source=is_dirty_stiffness)
-   end subroutine prepare_contact_terms
-
    !> Assemble the contacts in their assumed states; blocks of those that have changed become dirty.
    subroutine update_contact_terms(terms, contacts, laws)
-      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ have of the contacts
+      type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: p, c
@@ -88,44 +81,52 @@ contains
       end do
    end subroutine update_contact_terms
 
-   !> Forces at rest of contacts first … last, and what has changed; in a new list all forces have.
+   !> Forces at d = 0 of contacts first … last, and their changes; in a new list all are new.
    pure subroutine compare_range(terms, contacts, laws, first, last)
-      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ have of the contacts
+      type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: forces(2)
+      real(wp) :: springs(2), forces(2)
       integer :: c
 
       do c = first, last
          terms%changed(c) = is_clean
          if (terms%steady(c) == contacts%state(c) .and. .not. contacts%retained(c) > 0.0_wp) cycle
-         forces = forces_at_rest(contacts, laws, c)
+         call find_terms(contacts, laws, c, springs, forces)
          if (.not. terms%rebuild) then
             if (.not. all(same_bits(forces, contacts%free_force(:, c)))) &
                terms%changed(c) = is_dirty_force
          end if
          contacts%free_force(:, c) = forces
-         if (.not. all(same_bits(acting_springs(contacts, laws, c), contacts%spring(:, c)))) &
+         if (.not. all(same_bits(springs, contacts%spring(:, c)))) &
             terms%changed(c) = is_dirty_stiffness
+         if (tilts(contacts, c)) terms%changed(c) = is_dirty_stiffness
          terms%steady(c) = merge(contacts%state(c), none, terms%by_state .and. .not. &
             (contacts%state(c) == contact_slide .or. contacts%bonded(c) .or. &
             contacts%retained(c) > 0.0_wp))
       end do
    end subroutine compare_range
 
-   !> Other springs of contact c, recorded for the solver.
+   !> Record a change of the springs of contact c for the solver.
    pure subroutine renew_springs(terms, contacts, laws, c)
-      type(contact_terms_type), intent(inout) :: terms  !< what K̂ and f̂ have of the contacts
+      type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       type(rows_type) :: rows
-      real(wp) :: springs(2)
+      real(wp) :: springs(2), forces(2)
       logical :: matters(2)
 
-      call find_rows(contacts, c, rows)
-      springs = acting_springs(contacts, laws, c)
+      call find_terms(contacts, laws, c, springs, forces)
+      if (tilts(contacts, c)) then  ! the normal spring is removed, and added along other rows
+         call acting_rows(contacts, c, rows)
+         call add_change(terms%spring_changes, contacts%block_v(c), rows%normal_v, &
+            contacts%block_e(c), rows%normal_e, -contacts%spring(1, c))
+         contacts%spring(1, c) = 0.0_wp
+         contacts%tilt(2, c) = contacts%tilt(1, c)
+      end if
+      call acting_rows(contacts, c, rows)
       associate (change => springs - contacts%spring(:, c), changes => terms%spring_changes, &
          v => contacts%block_v(c), e => contacts%block_e(c))
          matters = abs(change) > drift*max(springs, contacts%spring(:, c))
@@ -135,7 +136,16 @@ contains
       contacts%spring(:, c) = springs
    end subroutine renew_springs
 
-   !> Also the sign of zero and what is no number.
+   !> The assumed rise of contact c by slip differs from that in K̂.
+   pure logical function tilts(contacts, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c  !< number of the contact
+
+      tilts = contacts%with_laws
+      if (tilts) tilts = .not. same_bits(contacts%tilt(1, c), contacts%tilt(2, c))
+   end function tilts
+
+   !> Also if only the sign of zero or a NaN differs.
    elemental logical function same_bits(a, b)
       real(wp), intent(in) :: a, b
 
@@ -152,7 +162,7 @@ contains
       if (is_free) is_free = .not. contacts%bonded(c)
    end function is_free
 
-   !> Contact c is open, and has friction at a frozen bound all the same.
+   !> Contact c is open but has friction at a frozen bound.
    elemental logical function rubs_open(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c  !< number of the contact
@@ -162,101 +172,67 @@ contains
          contacts%held_bound(c) > 0.0_wp
    end function rubs_open
 
-   !> The friction of contact c has come to its frozen bound.
-   elemental logical function at_frozen_bound(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
-      integer, intent(in) :: c  !< number of the contact
-
-      at_frozen_bound = abs(contacts%slide_force(c)) >= contacts%held_bound(c)
-   end function at_frozen_bound
-
-   !> Normal and shear stiffness of contact c in K̂, N/m.
-   pure function acting_springs(contacts, laws, c) result(springs)
+   !> Normal and shear stiffness of contact c in K̂, and its forces at d = 0, in its assumed state.
+   pure subroutine find_terms(contacts, laws, c, springs, forces)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: springs(2)
-
-      springs = springs_alone(contacts, laws, c)
-      if (.not. laws%cohesive) return
-      associate (law => laws%slot(contacts%joint(c))%law)
-         if (is_cohesive(contacts, law, c)) springs = bond_springs(contacts, law, c, laws%theta, &
-            springs)
-      end associate
-   end function acting_springs
-
-   !> The same without a bond that is damaged.
-   pure function springs_alone(contacts, laws, c) result(springs)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
-      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: c  !< number of the contact
-      real(wp) :: springs(2)
+      real(wp), intent(out) :: springs(2), forces(2)  !< N/m
 
       if (allocated(contacts%imposed_spring)) then
          springs = contacts%imposed_spring(:, c)
-         return
+         forces = contacts%imposed_force(:, c)
+      else if (is_free(contacts, c)) then
+         springs = 0.0_wp
+         forces = 0.0_wp
+      else
+         call find_own_terms(contacts, laws, c, springs, forces)
       end if
-      springs = 0.0_wp
-      if (is_free(contacts, c)) return
-      springs = [laws%normal_stiffness, shear_stiffness_of(contacts, laws, c)]
-      if (.not. laws%plain) springs(1) = contacts%tangent(c)
-      if (rubs_open(contacts, c)) then
-         springs(1) = 0.0_wp
-         if (at_frozen_bound(contacts, c)) springs(2) = 0.0_wp
-      else if (contacts%state(c) == contact_open) then
-         springs = [contacts%retained(c)*springs(1), 0.0_wp]
-      end if
-      if (contacts%state(c) == contact_slide) springs(2) = contacts%retained(c)*springs(2)
-      if (acts_at_theta(contacts, laws, c)) springs = laws%theta*springs
-      if (laws%damped) springs = [contacts%normal_gain(c), contacts%shear_gain(c)]*springs
-   end function springs_alone
-
-   !> Normal and shear force of contact c at d = 0 in its assumed state, N/m.
-   pure function forces_at_rest(contacts, laws, c) result(forces)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
-      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: c  !< number of the contact
-      real(wp) :: forces(2)
-
-      forces = forces_alone(contacts, laws, c)
       if (.not. laws%cohesive) return
       associate (law => laws%slot(contacts%joint(c))%law)
-         if (is_cohesive(contacts, law, c)) forces = bond_forces(contacts, law, c, forces)
+         if (is_cohesive(contacts, law, c)) &
+            call add_bond_terms(contacts, law, c, laws%theta, springs, forces)
       end associate
-   end function forces_at_rest
+   end subroutine find_terms
 
-   !> The same without a bond that is damaged.
-   pure function forces_alone(contacts, laws, c) result(forces)
+   !> Stiffness and forces without a damaged bond, of a contact that has a force.
+   pure subroutine find_own_terms(contacts, laws, c, springs, forces)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: forces(2), springs(2), gap, stretch
+      real(wp), intent(out) :: springs(2), forces(2)  !< N/m
+      real(wp) :: at(2)
+      logical :: rubs, at_bound
 
-      if (allocated(contacts%imposed_force)) then
-         forces = contacts%imposed_force(:, c)
-         return
+      rubs = rubs_open(contacts, c)
+      at_bound = rubs
+      if (rubs) at_bound = abs(contacts%slide_force(c)) >= contacts%held_bound(c)
+      springs = closed_springs(contacts, laws, c)
+      forces = [multiplier_of(contacts, c), 0.0_wp]
+      at = acting(contacts, laws, c, [contacts%gap(c), contacts%stretch(c)])
+      if (contacts%with_net_slip) at(2) = at(2) + centre_shift(contacts, c)
+      if (.not. laws%plain) then
+         forces = contacts%line(:, c)
+         at(1) = at(1) - contacts%tilt(1, c)*at(2)
       end if
-      forces = 0.0_wp
-      if (is_free(contacts, c)) return
-      if (contacts%bonded(c) .and. contacts%state(c) == contact_open .and. &
-         .not. contacts%retained(c) > 0.0_wp) return
-      gap = acting_gap(contacts, laws, c, contacts%gap(c))
-      stretch = acting_stretch(contacts, laws, c, contacts%stretch(c))
-      if (contacts%with_net_slip) stretch = stretch + centre_shift(contacts, c)
-      forces(1) = multiplier_of(contacts, c) - laws%normal_stiffness*gap
-      if (.not. laws%plain) forces(1) = contacts%normal_free(c) - contacts%tangent(c)*gap
-      forces(2) = shear_stiffness_of(contacts, laws, c)*stretch
-      if (rubs_open(contacts, c)) then
+      forces = forces + springs*[-at(1), at(2)]
+      if (contacts%state(c) == contact_open) then
+         springs(1) = contacts%retained(c)*springs(1)
+         if (at_bound .or. .not. rubs) springs(2) = 0.0_wp
+      else if (contacts%state(c) == contact_slide) then
+         springs(2) = contacts%retained(c)*springs(2)
+      end if
+      if (acts_at_theta(contacts, laws, c)) springs = laws%theta*springs
+      if (laws%damped) springs = contacts%gain(:, c)*springs
+      if (contacts%state(c) == contact_open) then
          forces(1) = 0.0_wp
-         if (at_frozen_bound(contacts, c)) forces(2) = contacts%slide_force(c)
-         return
+         if (contacts%retained(c) > 0.0_wp) &
+            forces(1) = springs(1)*(contacts%retained_at(c) - contacts%gap(c))
+         if (.not. rubs) forces(2) = 0.0_wp
+         if (at_bound) forces(2) = contacts%slide_force(c)
+      else if (contacts%state(c) == contact_slide) then
+         forces(2) = contacts%slide_force(c) - springs(2)*contacts%retained_at(c)
       end if
-      if (.not. contacts%retained(c) > 0.0_wp .and. contacts%state(c) /= contact_slide) return
-      springs = springs_alone(contacts, laws, c)
-      if (contacts%state(c) == contact_slide) forces(2) = contacts%slide_force(c) &
-         - springs(2)*contacts%retained_at(c)
-      if (contacts%state(c) == contact_open) &
-         forces = [springs(1)*(contacts%retained_at(c) - contacts%gap(c)), 0.0_wp]
-   end function forces_alone
+   end subroutine find_own_terms
 
 end module dda_contact_terms

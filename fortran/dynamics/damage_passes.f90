@@ -1,25 +1,25 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Damage of bonds within a step: solve, take the damage that the solution asks for, solve again.
-!>
-!> A first solve without further damage is the stiffest; each pass opens the bonds more.  Where a
-!> step has one solution the passes converge to it.  They may end anywhere: what a step spends is
-!> right for the damage at which it acted (see `dda_joint_bond`).  Steps in which they end
-!> before they converge are counted.
+!> Damage of bonds within a step: solve, set the damage that the solution requires, solve again.
+!> The first solve, without further damage, is the stiffest; each pass opens the bonds more.  If a
+!> step has one solution, the passes converge to it.  They may end early, because the energy spent
+!> is right for the damage that acted (see `dda_joint_bond`).  Steps that end before convergence are
+!> counted.
 module dda_damage_passes
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
    use dda_friction, only: laws_type
    use dda_joint_bond, only: fitting_damage, is_cohesive
+   use dda_joint_law, only: weakened
    implicit none
    private
    public :: begin_damage, renew_damage, most_passes
 
    integer, parameter :: most_passes = 40      !< of a step; brittle ones need more, and jump
-   real(wp), parameter :: same = 1.0e-6_wp     !< damage that differs by less is the same
+   real(wp), parameter :: same = 1.0e-6_wp     !< smaller differences of damage are ignored
 
 contains
 
-   !> Bonds act at their damage so far, other contacts as a whole.
+   !> Let bonds act at their present damage, and other contacts fully.
    pure subroutine begin_damage(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -28,17 +28,17 @@ contains
       do c = 1, contacts%n
          contacts%acting_damage(c) = 1.0_wp
          if (is_cohesive(contacts, laws%slot(contacts%joint(c))%law, c)) &
-            contacts%acting_damage(c) = contacts%weakened(c)
+            contacts%acting_damage(c) = contacts%memory(weakened, c)
       end do
    end subroutine begin_damage
 
-   !> The damage that the solution asks for; `passes` counts how often it has been another one, and
-   !> exceeds `most_passes` where the step stands with one that does not fit.
+   !> Set the damage that the solution requires.  `passes` counts its changes, and exceeds
+   !> `most_passes` if the step is accepted with a damage that is not converged.
    pure subroutine renew_damage(contacts, laws, passes, settled)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(inout) :: passes  !< of this step
-      logical, intent(out) :: settled   !< it is the one at which the bonds have acted
+      logical, intent(out) :: settled   !< it equals the damage at which the bonds have acted
       real(wp) :: fitting
       integer :: c
 

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Words on a step that fails, and on a run that should not be trusted: what, where, when,
-!> what to try.
+!> Messages on a failed step and doubts on a run: what, where, when, and what to try.
 module dda_diagnostics
    use dda_kinds, only: wp
    use dda_doubts, only: add_doubt, add_doubts, doubt_type
@@ -15,7 +14,7 @@ module dda_diagnostics
    private
    public :: explain, check_state, audit_warning, doubt_state
 
-   !> of half the model size, from its middle: beyond, a block is lost
+   !> of half the model size, from its middle: a block beyond is lost
    real(wp), parameter :: most_away = 1.0e4_wp
    !> of the gross energy exchanged: tolerance of the audit
    real(wp), parameter :: most_unexplained = 1.0e-6_wp
@@ -26,11 +25,11 @@ module dda_diagnostics
 
 contains
 
-   !> An error that says what, where and what to try.
+   !> Make an error with what, where and what to try.
    subroutine explain(simulation, reason, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=*), intent(in) :: reason  !< what went wrong
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       character(len=:), allocatable :: place, advice
       integer :: c, kind
 
@@ -59,7 +58,7 @@ contains
          reason//place//advice)
    end subroutine explain
 
-   !> The new state must be one: numbers, and all blocks still somewhere near the model.
+   !> Check the new state: all values are numbers, and all blocks are near the model.
    subroutine check_state(simulation, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -85,9 +84,9 @@ contains
          '; look at loads, supports and initial values, or try a smaller time_step')
    end subroutine check_state
 
-   !> All places are within a distance of the middle, and the other coordinates and all rates are
+   !> All positions are within a distance of the middle, and the other coordinates and all rates are
    !> numbers.
-   pure logical function all_are_sound(n, position, velocity, allowed) result(sound)
+   pure logical function all_are_sound(n, position, velocity, allowed) result(sound)  ! total
       integer, intent(in) :: n  !< blocks
       real(wp), intent(in) :: position(6, n), velocity(6, n)  !< coordinates and their rates
       real(wp), intent(in) :: allowed  !< m
@@ -122,8 +121,8 @@ contains
       end if
    end function audit_warning
 
-   !> Strains and depths of contacts in any step, and bending of joints now, beyond what the method
-   !> is for.
+   !> Doubts on strains and penetrations in any step, and on bending of joints now, beyond the range
+   !> of the method.
    pure subroutine doubt_state(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< gets more
@@ -131,9 +130,29 @@ contains
       call doubt_strain(simulation, doubts)
       call doubt_depth(simulation, doubts)
       call add_doubts(doubts, bending_doubts(simulation))
+      call doubt_memory(simulation, doubts)
    end subroutine doubt_state
 
-   !> The largest strain, if it is too large.
+   !> Doubts on the memory of joint laws beyond its limits.
+   pure subroutine doubt_memory(simulation, doubts)
+      type(simulation_type), intent(in) :: simulation            !< a run and its state
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< may get more
+      real(wp) :: worst
+      integer :: k
+
+      if (simulation%laws%plain) return
+      associate (contacts => simulation%contacts(simulation%now), &
+         columns => simulation%laws%columns)
+         do k = 1, size(columns)
+            worst = maxval([0.0_wp, contacts%memory(k, :contacts%n)])
+            if (worst > columns(k)%limit) call add_doubt(doubts, 'joint law', &
+               'contact_'//trim(columns(k)%name)//' is '//short_text(worst)//', limit '// &
+               short_text(columns(k)%limit)//': '//trim(columns(k)%advice))
+         end do
+      end associate
+   end subroutine doubt_memory
+
+   !> Doubt on the largest strain, if it is too large.
    pure subroutine doubt_strain(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< may get one more
@@ -146,7 +165,7 @@ contains
       end associate
    end subroutine doubt_strain
 
-   !> The deepest contact as a share of the size of the smaller block, if it is too deep.
+   !> Doubt on the deepest contact over the size of the smaller block, if it is too deep.
    pure subroutine doubt_depth(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< may get one more
@@ -161,9 +180,9 @@ contains
       end associate
    end subroutine doubt_depth
 
-   !> Residual of the rounding of positions, J/m: work of the weight over it in all steps, of the
-   !> forces that it makes in contacts over the path, and velocities.  A model at rest, or without
-   !> weight, balances no better.
+   !> Energy residual due to rounding of positions, J/m: work of the weight over the rounding in all
+   !> steps, work of its contact forces over the path, and kinetic energy.  A model at rest, or
+   !> without weight, balances no better.
    pure real(wp) function rounding(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp) :: places, mass

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The energy budget of a step: where its energy went (see `dda_energy`).
+!> The energy budget of a step (see `dda_energy`).
 module dda_energy_budget
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, momentum_of
@@ -8,12 +8,12 @@ module dda_energy_budget
    use dda_friction, only: end_stretch, slip_counts, inelastic_slip, laws_type
    use dda_joint_bond, only: bond_losses, bond_after, is_cohesive
    use dda_joint_contact, only: closure_of, joint_energy, state_of
-   use dda_joint_law, only: joint_state_type
+   use dda_joint_law, only: joint_state_type, weakened
    use dda_elements, only: elements_type, update_stored, account_elements
    use dda_energy, only: energy_type, add_energy, total_energy, energy_kinetic, energy_strain, &
       energy_contact, energy_support, energy_initial, energy_friction, energy_fracture, &
       energy_algorithmic, energy_damping, energy_dilation, energy_geometric, energy_impact, &
-      energy_law, energy_material, energy_welded
+      energy_law, energy_material_damping, energy_welded
    use dda_kinematics, only: kinetic_energy
    use dda_material_damping, only: damping_losses, damping_energy
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
@@ -39,15 +39,15 @@ contains
       energy%value(energy_initial) = total_energy(energy)
    end subroutine start_energy_budget
 
-   !> The exact geometry at the start of a step stores other spring energies than the linear one at
-   !> the end of the step before.
+   !> Book the geometric energy: spring energies in the exact geometry at the start of a step differ
+   !> from those of the linear one at the end of the last step.
    subroutine update_geometric(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(elements_type), intent(in) :: elements  !< of the model
-      type(step_type), intent(in) :: step  !< the one to come
+      type(step_type), intent(in) :: step  !< the next step
       real(wp) :: contact, support, welded, law
 
       contact = energy%value(energy_contact)
@@ -69,7 +69,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(elements_type), intent(in) :: elements  !< of the model
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
 
       call update_contacts(energy, contacts, laws, step)
@@ -86,11 +86,11 @@ contains
       energy%value(energy_strain) = strain_energy(blocks)
    end subroutine update_state
 
-   !> (θ − ½) ΔσΔε + (χ − ½) ΔvᵀMΔv of all blocks by the scheme, and what their damping takes.
+   !> Losses of all blocks by the scheme, (θ − ½) ΔσΔε + (χ − ½) ΔvᵀMΔv, and by damping.
    subroutine add_block_losses(energy, blocks, step, d)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp) :: part(2, most_pieces), total(2), damped(2)
       integer :: p
@@ -108,14 +108,14 @@ contains
          + (step%scheme%chi - 0.5_wp)*total(2))
       if (.not. blocks%damps) return
       damped = damping_losses(blocks, step, d)
-      call add_energy(energy, energy_material, damped(1))
+      call add_energy(energy, energy_material_damping, damped(1))
       call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*damped(2))
    end subroutine add_block_losses
 
    !> Σ dᵀKd of the strains and, where χ > ½, Σ ΔvᵀMΔv of blocks first … last.
    pure function loss_range(blocks, step, d, first, last) result(total)
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
       real(wp) :: total(2), change(6)
@@ -145,7 +145,7 @@ contains
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       real(wp) :: part(7, most_pieces), total(7)
       integer :: p
 
@@ -173,7 +173,7 @@ contains
    pure function contact_range(contacts, laws, step, first, last) result(total)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: first, last  !< of the range
       real(wp) :: total(7)
       type(losses_type) :: losses
@@ -195,7 +195,7 @@ contains
       end do
    end function contact_range
 
-   !> The contact does not act as springs alone.
+   !> The contact has dashpots or impacts.
    pure logical function is_damped(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -231,8 +231,8 @@ contains
       end if
    end subroutine add_contact
 
-   !> The same of one contact under a joint law.  What slip lifts it against the normal force is
-   !> given back by slip, so friction has all the work of the shear force.
+   !> Energies of one contact under a joint law.  Slip returns the work of lifting against the
+   !> normal force, so friction has all the work of the shear force.
    pure subroutine add_joint_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -243,7 +243,7 @@ contains
       logical :: breaks
 
       associate (law => laws%slot(contacts%joint(c))%law)
-         state = state_of(contacts, c)
+         state = state_of(contacts, law, c)
          closure = closure_of(contacts, law, c, contacts%gap(c))
          before = joint_energy(law, state, closure, contacts%stretch(c), contacts%was_closed(c) &
             .or. contacts%was_bonded(c))
@@ -260,7 +260,7 @@ contains
       total(1) = total(1) + after
       total(2) = total(2) + slipped
       breaks = contacts%was_bonded(c) .and. .not. contacts%bonded(c)
-      breaks = breaks .or. contacts%was_weakened(c) < contacts%weakened(c)
+      breaks = breaks .or. contacts%was_weakened(c) < contacts%memory(weakened, c)
       if (breaks) then
          total(3) = total(3) + loss
       else
@@ -279,7 +279,7 @@ contains
       if (has_bond) has_bond = is_cohesive(contacts, laws%slot(contacts%joint(c))%law, c)
    end function has_bond
 
-   !> The same of one contact with such a bond.
+   !> Energies of one contact with such a bond.
    pure subroutine add_bond(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -288,8 +288,8 @@ contains
       real(wp) :: before, after, losses(2), loss
 
       associate (law => laws%slot(contacts%joint(c))%law)
-         before = joint_energy(law, state_of(contacts, c), -contacts%gap(c), contacts%stretch(c), &
-            .true.)
+         before = joint_energy(law, state_of(contacts, law, c), -contacts%gap(c), &
+            contacts%stretch(c), .true.)
          after = joint_energy(law, bond_after(contacts, law, c), -contacts%new_gap(c), &
             end_stretch(contacts, laws, c), .true.)
          losses = bond_losses(contacts, law, c)
@@ -305,15 +305,15 @@ contains
    !> force is that of a rigid contact, which stores nothing.
    pure real(wp) function stored(laws, gap, closed, bonded, stretch)
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: gap, stretch  !< at the end of the step, m; of the shear spring, m
-      logical, intent(in) :: closed, bonded  !< the step stands; the contact is
+      real(wp), intent(in) :: gap, stretch  !< at the end of the step; of the spring, m
+      logical, intent(in) :: closed, bonded  !< the step is accepted; the contact is bonded
 
       stored = 0.5_wp*laws%shear_stiffness*stretch**2
       if (bonded .or. (closed .and. .not. laws%augmented)) &
          stored = stored + 0.5_wp*laws%normal_stiffness*gap**2
    end function stored
 
-   !> Stored in the springs of all contacts in the present geometry, J per metre of thickness.
+   !> Energy in the springs of all contacts in the present geometry, J per metre of thickness.
    real(wp) function contact_energy(contacts, laws)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -342,7 +342,7 @@ contains
       if (.not. laws%plain) then
          do c = first, last
             associate (law => laws%slot(contacts%joint(c))%law)
-               stored_range = stored_range + joint_energy(law, state_of(contacts, c), &
+               stored_range = stored_range + joint_energy(law, state_of(contacts, law, c), &
                   closure_of(contacts, law, c, contacts%gap(c)), contacts%stretch(c), &
                   contacts%was_closed(c) .or. contacts%bonded(c))
             end associate
@@ -359,7 +359,7 @@ contains
       end do
    end function stored_range
 
-   !> ½ A εᵀDε + A σ₀ᵀε of all blocks, and what bodies that damp store beyond it.
+   !> ½ A εᵀDε + A σ₀ᵀε of all blocks, and the further energy of damping mechanisms.
    real(wp) function strain_energy(blocks)
       type(blocks_type), intent(in) :: blocks  !< in their present state
 

@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Slip and opening of the contacts that touch when counting begins: of the vertex against the point
-!> of the edge where its foot was, which keeps its share of the edge since strains of a block are
-!> uniform.
+!> Slip and opening of the contacts that touch when counting begins, measured between the vertex and
+!> the point of the edge at its first foot.  That point keeps its fraction of the edge, because
+!> strains of a block are uniform.
 !>
-!> Contacts are not looked at in every step.  Since the last look none can have moved by more than
-!> the blocks have, so that none can exceed the largest, or what is worth recording, while that way
-!> is short enough.  Movements of more than 1e-7 of the model's size are worth recording.
+!> Contacts are not scanned in every step.  Since the last scan no contact can have moved farther
+!> than the blocks, so that no value can exceed the largest one, or the smallest that is recorded,
+!> while the blocks have moved little.  Movements of more than 1e-7 of the model's size are
+!> recorded.
 module dda_first_contacts
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -21,20 +22,21 @@ module dda_first_contacts
    !> and feet beyond the ends of an edge add to the two sides of a contact is less than half
    real(wp), parameter :: both_sides = 3.0_wp
 
-   !> The contacts, and what the last look at them found.
+   !> The contacts, and the result of the last scan.
    type :: first_contacts_type
+      ! unsaved, found before it is used: pressed
       integer, allocatable :: vertex(:), edge(:)  !< [contacts]
-      real(wp), allocatable :: share(:)           !< [contacts] of the edge before the foot
+      real(wp), allocatable :: share(:)           !< [contacts] fraction of the edge before the foot
       real(wp), allocatable :: gap(:)             !< [contacts] first distance, of overlaps 0, m
-      integer, allocatable :: pressed(:)          !< [vertices] edge that each presses on, or 0
+      integer, allocatable :: pressed(:)        !< [vertices] edge that each vertex presses on, or 0
       real(wp) :: shortest = 0.0_wp               !< of all edges, m
-      real(wp) :: found(3) = 0.0_wp               !< at the last look, see `scan`
-      real(wp) :: path = 0.0_wp                   !< that the blocks had gone then, m
+      real(wp) :: found(3) = 0.0_wp               !< at the last scan, see `scan`
+      real(wp) :: path = 0.0_wp                   !< displacement of the blocks at that time, m
    end type first_contacts_type
 
 contains
 
-   !> Room for n contacts.
+   !> Allocate n contacts.
    subroutine reserve_first_contacts(first, n, vertices)
       type(first_contacts_type), intent(out) :: first  !< not yet set
       integer, intent(in) :: n, vertices               !< contacts; vertices of the model
@@ -44,12 +46,12 @@ contains
       allocate (first%pressed(vertices), source=0)
    end subroutine reserve_first_contacts
 
-   !> Keep the contacts that touch now.
+   !> Store the contacts that touch now.
    subroutine begin_first_contacts(first, contacts, blocks, touching)
       type(first_contacts_type), intent(out) :: first  !< the contacts
       type(contacts_type), intent(in) :: contacts      !< of the present state
       type(blocks_type), intent(in) :: blocks          !< in their present state
-      real(wp), intent(in) :: touching                 !< distance up to which they do, m
+      real(wp), intent(in) :: touching                 !< distance up to which contacts touch, m
       real(wp) :: apart(2)
       logical :: touch(contacts%n)
       integer :: c
@@ -71,7 +73,7 @@ contains
       end do
    end subroutine begin_first_contacts
 
-   !> Take out contacts of blocks that are no longer part of the model.
+   !> Remove contacts of blocks that are no longer part of the model.
    pure subroutine drop_removed(first, blocks)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(blocks_type), intent(in) :: blocks            !< in their present state
@@ -86,29 +88,30 @@ contains
       first%edge = pack(first%edge, stays)
    end subroutine drop_removed
 
-   !> A look at the contacts could find what is more than the largest so far and worth recording.
-   pure logical function may_exceed(first, largest, path, least)
+   !> A scan of the contacts could find a value that exceeds the largest so far and is recorded.
+   pure logical function may_exceed(first, largest, path, least)  ! total
       type(first_contacts_type), intent(in) :: first   !< the contacts
       type(largest_type), intent(in) :: largest(:)     !< [maxima] so far
       real(wp), intent(in) :: path                     !< sum of the farthest moves of all steps, m
-      real(wp), intent(in) :: least                    !< movement that is worth recording, m
+      real(wp), intent(in) :: least                    !< smallest movement that is recorded, m
       real(wp) :: way
 
       may_exceed = .false.
       if (size(first%vertex) == 0) return
       way = both_sides*(path - first%path)
-      way = way*(1.0_wp + (first%found(3) + way)/first%shortest)  ! edges turn as well
+      way = way*(1.0_wp + (first%found(3) + way)/first%shortest)  ! edges rotate as well
       may_exceed = any(first%found(:2) + way > max(least, largest([of_slip, of_opening])%value))
    end function may_exceed
 
-   !> Look at all contacts.
+   !> Scan all contacts.
    subroutine add_movement(first, largest, contacts, blocks, time, path)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
       type(contacts_type), intent(in) :: contacts        !< of the last step
       type(blocks_type), intent(in) :: blocks            !< in their present state
       real(wp), intent(in) :: time                       !< s
-      !> sum of the farthest moves of all steps, m; without it, later looks do not count from this
+      !> sum of the farthest moves of all steps, m; if absent, later scans do not count from this
+      !> one
       real(wp), intent(in), optional :: path
       real(wp) :: most(3, most_pieces), found(3)
       integer :: p, n
@@ -133,7 +136,8 @@ contains
       first%found = found
    end subroutine add_movement
 
-   !> The largest slip, growth of the distance, and way from the foot, of contacts begin … end.
+   !> The largest slip, increase of the distance, and distance from the foot, of contacts begin …
+   !> end.
    pure subroutine scan(first, blocks, begin, end, most)
       type(first_contacts_type), intent(in) :: first  !< the contacts
       type(blocks_type), intent(in) :: blocks         !< in their present state
@@ -161,7 +165,7 @@ contains
       most = [slip, growth, slip + max(growth, -least)]
    end subroutine scan
 
-   !> The same with the contacts, one by one: slip and opening.
+   !> Scan the contacts one by one, with positions: slip and opening.
    subroutine take_all(first, largest, contacts, blocks, time)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
@@ -181,22 +185,22 @@ contains
       end do
    end subroutine take_all
 
-   !> Slip and opening of contact c: one that presses is lifted by dilation at most.
+   !> Slip and opening of contact c; a pressing contact opens by dilation only.
    pure function movement(first, blocks, c) result(moved)
       type(first_contacts_type), intent(in) :: first  !< with the edges that vertices press on
       type(blocks_type), intent(in) :: blocks         !< in their present state
-      integer, intent(in) :: c                        !< one of them
+      integer, intent(in) :: c                        !< number of the contact
       real(wp) :: moved(2)
 
       moved = foot_movement(first, blocks, c)
       if (first%pressed(first%vertex(c)) == first%edge(c)) moved(2) = min(moved(2), 0.0_wp)
    end function movement
 
-   !> Way of the vertex of contact c along the edge, and growth of its distance, m.
+   !> Displacement of the vertex of contact c along the edge, and increase of its distance, m.
    pure function foot_movement(first, blocks, c) result(moved)
       type(first_contacts_type), intent(in) :: first  !< the contacts
       type(blocks_type), intent(in) :: blocks         !< in their present state
-      integer, intent(in) :: c                        !< one of them
+      integer, intent(in) :: c                        !< number of the contact
       real(wp) :: moved(2)
 
       associate (v => first%vertex(c), e => first%edge(c))
@@ -208,7 +212,7 @@ contains
       end associate
    end function foot_movement
 
-   !> The edge that each vertex presses on (of two, the last in order).
+   !> Find the edge that each vertex presses on (of two, the last in order).
    pure subroutine find_pressed(first, contacts)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(contacts_type), intent(in) :: contacts        !< of the last step

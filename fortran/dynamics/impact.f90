@@ -1,20 +1,20 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Impacts: restitution as a property of the joint, at any stiffness and any Δt.
 !>
-!> The step is first solved with the contacts as `damp_contacts` left them, which stops what closes.
-!> Contacts that closed in it at more than the velocity that gravity gives in a step are hit: the
+!> The step is first solved with the dashpots of `damp_contacts`, which stop closing contacts.
+!> Contacts that closed faster than the velocity that gravity gives in a step are struck, and the
 !> step is solved again with
 !>
 !>     v⁺ = v_free + M̂⁻¹ (N p + T t),  0 ≤ p ⊥ Nᵀ(v⁺ + e v⁻) ≥ 0,  |t| ≤ μ p,  Tᵀv⁺ = 0 if stuck,
 !>
-!> in the form of contacts that are rigid on velocities, by the same open–close iteration.  In such
-!> a step the blocks that are hit are rigid, and neither their other closed contacts nor their
-!> supports yield; bonds are springs as in other steps.  Where that hits further contacts they join,
-!> until none is left.  Contacts that the impact opens, like the corner about which a block has
-!> rocked, keep their force for the share of the step before the impact.
+!> as contacts that are rigid in velocity, by the same open–close iteration.  In such a step struck
+!> blocks are rigid, and neither their other closed contacts nor their supports yield; bonds are
+!> springs as in other steps.  Further contacts that this strikes are added until none is left.
+!> Contacts that the impact opens, like the corner about which a block has rocked, keep their force
+!> for the fraction of the step before the impact.
 !>
-!> With e = 0 the contact first goes to its touch, v⁺ = −z₀/Δt, and stops in the step after; both
-!> steps together take the impact that one would.
+!> With e = 0 the contact first closes its gap, v⁺ = −z₀/Δt, and stops in the next step; both steps
+!> together have the impulse of a single impact.
 module dda_impact
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type
@@ -32,23 +32,23 @@ module dda_impact
    private
    public :: impacts_type, prepare_impacts, resolve_impacts, count_impacts
 
-   !> of the velocity that gravity gives in a step: what is slower is stopped by the dashpots
+   !> of the velocity that gravity gives in a step: dashpots stop slower contacts
    real(wp), parameter :: slow = 2.0_wp
-   real(wp), parameter :: short_way = 0.01_wp   !< of a step's way, not worth going to the touch
-   real(wp), parameter :: rigid = 1.0e8_wp      !< strains of a block that is hit, over their K̂
-   real(wp), parameter :: unyielding = 1.0e5_wp !< its supports, over the inertia in K̂
-   integer, parameter :: most_rounds = 20       !< in which further contacts are hit
+   real(wp), parameter :: short_way = 0.01_wp   !< of a step's path: smallest gap closed first
+   real(wp), parameter :: rigid = 1.0e8_wp  !< stiffness of strains of a struck block, over their K̂
+   real(wp), parameter :: unyielding = 1.0e5_wp !< stiffness of its supports, over the inertia in K̂
+   integer, parameter :: most_rounds = 20       !< rounds in which further contacts are struck
    real(wp), parameter :: gain_allowed = 1.0e-6_wp  !< of the energies in play: rounding
 
-   !> Impacts of a step, and how many there have been.
+   !> Impacts of a step, and their counts.
    type :: impacts_type
-      logical, allocatable :: hit(:)      !< [blocks] in this step
-      logical, allocatable :: stiff(:)    !< [blocks] their part of K̂ has been made so
-      real(wp), allocatable :: before(:)  !< [blocks] share of the step before they are hit
+      logical, allocatable :: hit(:)      !< [blocks] struck in this step
+      logical, allocatable :: stiff(:)    !< [blocks] their part of K̂ has been made rigid
+      real(wp), allocatable :: before(:)  !< [blocks] fraction of the step before the impact
       logical :: lifting = .true.         !< contacts that open keep their force until the impact
-      real(wp) :: share = 1.0_wp          !< of the restitution, that gains no energy
-      real(wp) :: work = 0.0_wp           !< of the supports that do not yield, J per metre
-      real(wp) :: lost = 0.0_wp           !< to the strains that are kept, J per metre
+      real(wp) :: share = 1.0_wp          !< factor of the restitution that gains no energy
+      real(wp) :: work = 0.0_wp           !< work of rigid supports, J per metre
+      real(wp) :: lost = 0.0_wp           !< energy of keeping strains, J per metre
       integer :: struck = 0               !< contacts, in this step
       integer(long) :: steps = 0          !< accepted ones with impacts
       integer(long) :: contacts = 0       !< struck in them
@@ -66,7 +66,7 @@ contains
       allocate (impacts%before(n), source=0.0_wp)
    end subroutine prepare_impacts
 
-   !> After the step has been solved: find what was hit in it, and solve it again by the impact law.
+   !> After the step has been solved: find impacts and solve the step again by the impact law.
    subroutine resolve_impacts(impacts, iteration, system, solver, contacts, laws, blocks, step, &
       gravity, error)
       type(impacts_type), intent(inout) :: impacts  !< of this step
@@ -76,7 +76,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: gravity  !< m/s²
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: round, found, lifted
@@ -127,7 +127,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: slowest  !< velocity of an impact, m/s
       logical, intent(in) :: first  !< nothing has been struck in this step
       integer, intent(out) :: found  !< contacts struck
@@ -137,7 +137,7 @@ contains
       do c = 1, contacts%n
          if (contacts%damping(c) /= is_damped) cycle
          if (contacts%normal_force(c) <= iteration%tolerance) cycle
-         if (contacts%gap_rate(c) >= -slowest .or. .not. is_approached(contacts, step, c)) cycle
+         if (contacts%rate(1, c) >= -slowest .or. .not. is_approached(contacts, step, c)) cycle
          if (laws%restitution(contacts%joint(c)) < 0.0_wp) cycle
          if (first .and. found == 0) impacts%hit = .false.
          found = found + 1
@@ -147,7 +147,7 @@ contains
       end do
    end subroutine strike_closing
 
-   !> A block is hit after a share of the step.
+   !> A block is struck after a fraction of the step.
    pure subroutine record_hit(impacts, b, share)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       integer, intent(in) :: b  !< number of the block
@@ -158,14 +158,14 @@ contains
       impacts%before(b) = max(impacts%before(b), share)
    end subroutine record_hit
 
-   !> Share of the step before contact c touches at its present velocity; 0 if it touched before.
+   !> Fraction of the step before contact c touches at its present velocity; 0 if it touched before.
    pure real(wp) function share_before(contacts, step, c) result(share)
       type(contacts_type), intent(in) :: contacts  !< this step's list
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
 
       share = 0.0_wp
-      associate (way => -step%time_step*contacts%gap_rate(c))
+      associate (way => -step%time_step*contacts%rate(1, c))
          if (contacts%spring_gap(c) > short_way*way) share = min(1.0_wp, contacts%gap(c)/way)
       end associate
    end function share_before
@@ -192,28 +192,28 @@ contains
       end do
    end subroutine lift_opened
 
-   !> Velocity at which a contact that is hit opens, m/s.
+   !> Velocity at which a struck contact opens, m/s.
    pure real(wp) function target_of(impacts, contacts, laws, step, c) result(target)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
 
-      associate (rate => contacts%gap_rate(c), ahead => contacts%spring_gap(c))
+      associate (rate => contacts%rate(1, c), ahead => contacts%spring_gap(c))
          target = -impacts%share*laws%restitution(contacts%joint(c))*rate
          if (target > 0.0_wp .or. impacts%share < 1.0_wp) return
          if (ahead > -short_way*step%time_step*rate) target = -ahead/step%time_step
       end associate
    end function target_of
 
-   !> The other closed contacts of the blocks that are hit do not yield.
+   !> Make the other closed contacts of struck blocks rigid.
    pure subroutine carry_neighbours(impacts, contacts, laws, blocks, step)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer :: c
 
       do c = 1, contacts%n
@@ -224,8 +224,8 @@ contains
       end do
    end subroutine carry_neighbours
 
-   !> Blocks that are hit keep their strains in this step, and their places in supports.  A velocity
-   !> that they kept would carry them away where they are hit in step after step.
+   !> Struck blocks keep their strains in this step, and their positions at supports.  If supports
+   !> kept the velocity instead, blocks that are struck in many successive steps would drift.
    pure subroutine stiffen(impacts, system, first)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -253,7 +253,7 @@ contains
       end do
    end subroutine stiffen
 
-   !> A support of a block that is hit, which has not been made rigid in this step.
+   !> A support of a struck block that has not been made rigid in this step.
    pure logical function yields_else(impacts, term)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
@@ -263,8 +263,8 @@ contains
          .not. impacts%stiff(term%block_a)
    end function yields_else
 
-   !> The term holds a block to ground that stays along its row, at the end of the step.  What
-   !> follows a motion acts as ever: a block that kept its place would fall behind.
+   !> The term supports a block along its row on ground that does not move, at the end of the step.
+   !> Supports with a motion act as usual; a block that kept its position would lag behind.
    pure logical function is_support(term)
       type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
 
@@ -272,18 +272,18 @@ contains
          term%block_b == 0 .and. .not. any(term%motion > 0 .and. abs(term%row_a(:2)) > 0.0_wp)
    end function is_support
 
-   !> Stiffness that makes a support rigid beside the inertia of its block, N/m.
+   !> Stiffness that makes a support rigid compared to the inertia of its block, N/m.
    pure real(wp) function unyielding_spring(system, b, row) result(stiffness)
       type(system_type), intent(in) :: system  !< equations of the step
       integer, intent(in) :: b  !< number of the block
-      real(wp), intent(in) :: row(6)  !< of the support
+      real(wp), intent(in) :: row(6)  !< number of the support
       real(wp) :: own(6)
 
       own = main_diagonal(system%constant(:, b))
       stiffness = unyielding/sum(row(:3)**2/own(:3))
    end function unyielding_spring
 
-   !> Energy that keeping the strains of the blocks that are hit has taken, J per metre.
+   !> Energy taken by keeping the strains of struck blocks, J per metre.
    pure real(wp) function loss_of_strains(impacts, system) result(loss)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
@@ -300,7 +300,7 @@ contains
       end do
    end function loss_of_strains
 
-   !> Work that the supports of blocks that are hit do in a step, by not yielding, J per metre.
+   !> Work of the rigid supports of struck blocks in a step, J per metre.
    pure real(wp) function work_of_supports(impacts, system) result(work)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
@@ -318,7 +318,7 @@ contains
       end do
    end function work_of_supports
 
-   !> The open–close iteration with the contacts as they now act.
+   !> Repeat the open–close iteration with the present dashpots and impacts.
    subroutine solve_again(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -339,11 +339,11 @@ contains
       iteration%broken = iteration%broken + broken
    end subroutine solve_again
 
-   !> The impacts of the solution give more energy than they take: with friction, Newton's law may.
-   pure logical function gains_energy(contacts, laws, step)
+   !> The impacts of the solution gain energy, which is possible for Newton's law with friction.
+   pure logical function gains_energy(contacts, laws, step)  ! total
       type(contacts_type), intent(in) :: contacts  !< this step's list, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       type(losses_type) :: losses
       real(wp) :: lost, scale
       integer :: c
@@ -354,19 +354,20 @@ contains
          if (contacts%damping(c) < is_struck) cycle
          losses = losses_of(contacts, laws, step, c)
          lost = lost + losses%impact
-         scale = scale + step%time_step*(abs(contacts%normal_force(c)*contacts%gap_rate(c)) &
-            + abs(contacts%shear_force(c)*contacts%slip_rate(c)))
+         scale = scale + step%time_step*(abs(contacts%normal_force(c)*contacts%rate(1, c)) &
+            + abs(contacts%shear_force(c)*contacts%rate(2, c)))
       end do
       gains_energy = lost < -gain_allowed*scale
    end function gains_energy
 
-   !> No forces until the impact; then half the restitution, or none, for all that are struck.
+   !> First drop the forces until the impact; then halve the restitution, or set it to zero, for all
+   !> struck contacts.
    pure subroutine reduce(impacts, contacts, laws, blocks, step)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer :: c
 
       if (.not. impacts%lifting) &

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bonded joints with two contact points that bend: these are three times as stiff and as strong as
-!> a joint whose stress is linear, and nothing in the results tells.
+!> Doubts on bonded joints with two contact points that bend: they are three times as stiff and as
+!> strong as a joint with linear stress, which the results do not show.
 !>
 !> Two contacts with half of an overlap each have the stresses σ ± s; a linear stress of the same
 !> moment has σ ± 3 s at the ends.
@@ -17,13 +17,13 @@ module dda_joint_ends
 
    character(len=*), parameter :: bending_topic = 'bending'  !< of doubts
 
-   real(wp), parameter :: most_bending = 0.2_wp   !< of the mean, off the mean at an end
+   real(wp), parameter :: most_bending = 0.2_wp   !< of the mean: smallest reported difference
    real(wp), parameter :: least_bending = 0.01_wp !< of the strength: less is rounding
-   real(wp), parameter :: linear = 3.0_wp         !< end of a linear stress, of that of two contacts
+   real(wp), parameter :: linear = 3.0_wp         !< end stress over that of two contacts
 
 contains
 
-   !> Each joint of which a bonded overlap bends.
+   !> Report each joint with a bonded overlap that bends.
    pure function bending_doubts(simulation) result(doubts)
       type(simulation_type), intent(in) :: simulation  !< evaluated in its present state
       type(doubt_type), allocatable :: doubts(:)
@@ -50,8 +50,8 @@ contains
       end associate
    end function bending_doubts
 
-   !> Mean tension of the overlap that contact c is the first of, and how far off it a linear stress
-   !> is at its ends, Pa; 0 if the contact is not bonded at both ends.
+   !> Mean tension of the overlap whose first contact is c, and the difference of a linear stress at
+   !> its ends, Pa; 0 if the overlap is not bonded at both ends.
    pure subroutine find_bending(simulation, c, mean, bending)
       type(simulation_type), intent(in) :: simulation  !< evaluated in its present state
       integer, intent(in) :: c                         !< bonded contact
@@ -72,7 +72,7 @@ contains
       end associate
    end subroutine find_bending
 
-   !> Mean tension over what contact c is bonded along, Pa.
+   !> Mean tension over the bonded length of contact c, Pa.
    pure real(wp) function tension_of(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< evaluated
       integer, intent(in) :: c                     !< bonded contact
@@ -97,11 +97,11 @@ contains
       edges = [minval(edges), maxval(edges)]
    end function edges_of
 
-   !> Words on the overlap of contact c.
+   !> Text on the overlap of contact c.
    pure function words(simulation, c, found) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< bonded contact
-      real(wp), intent(in) :: found(2)                 !< mean, off the mean at an end, Pa
+      real(wp), intent(in) :: found(2)                 !< mean, and difference at an end, Pa
       character(len=:), allocatable :: text, share
 
       share = ''

@@ -1,56 +1,107 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Contacts under joint laws in the open–close iteration: the lines that stand for their normal
-!> forces, and their breaking.
+!> Contacts under joint laws in the open–close iteration: linearised normal forces, and breaking.
 module dda_joint_lines
    use dda_kinds, only: wp
-   use dda_contact, only: contacts_type, contact_open
-   use dda_contact_evaluation, only: assumed_normal
-   use dda_friction, only: acting_gap, find_response, laws_type
-   use dda_joint_contact, only: closure_of, line_of, response_type, state_of, touch_law
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_contact_evaluation, only: assumed_normal, assumed_shear
+   use dda_friction, only: acting, find_response, laws_type
+   use dda_joint_contact, only: closure_of, line_of, slip_lifts, state_of, tilt_line, touch_law, &
+      touch_shear
+   use dda_joint_law, only: joint_law_type, joint_state_type, response_type, weakened
    implicit none
    private
-   public :: begin_lines, renew_lines, break_joint, has_bond, stiffest_contact
+   public :: begin_lines, renew_lines, drop_friction, break_joint, has_bond
 
 contains
 
-   !> Lines that touch the laws at the closures of the start of the step.
+   !> Set lines tangent to the laws at the closures at the start of the step.
    pure subroutine begin_lines(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp) :: slip
       integer :: c
 
       if (contacts%with_net_slip) contacts%past_centre(:contacts%n) = .false.
       do c = 1, contacts%n
          associate (law => laws%slot(contacts%joint(c))%law)
             call touch_law(contacts, law, c, max(0.0_wp, closure_of(contacts, law, c, &
-               contacts%gap(c))), contacts%tangent(c), contacts%normal_free(c))
+               contacts%gap(c))), contacts%tangent(1, c), contacts%line(1, c))
+            call begin_rise(contacts, law, c)
+            if (law%flows .and. contacts%state(c) == contact_slide) &
+               contacts%state(c) = contact_stick  ! linear along a line
+            slip = law%expected_slip(state_of(contacts, law, c))
+            call touch_shear(contacts, law, c, contacts%line(1, c) - contacts%tangent(1, c) &
+               *contacts%gap(c), contacts%stretch(c) + slip)
          end associate
       end do
    end subroutine begin_lines
 
-   !> Lines for the next iteration, where the law is farther from the present one than allowed.
+   !> A contact that slid in the last step is assumed to rise in the same direction.
+   pure subroutine begin_rise(contacts, law, c)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      class(joint_law_type), intent(in) :: law        !< of the contact
+      integer, intent(in) :: c                        !< number of the contact
+      type(joint_state_type) :: state
+      real(wp) :: share, shear
+
+      contacts%tilt(1, c) = 0.0_wp
+      if (contacts%state(c) /= contact_slide) return
+      if (.not. slip_lifts(contacts, law, c)) return
+      state = state_of(contacts, law, c)
+      state%way = contacts%slip_sign(c)
+      shear = law%shear_spring(state)
+      contacts%tilt(1, c) = state%way*law%rise(state, 0.0_wp)
+      share = shear/(shear + contacts%tangent(1, c)*contacts%tilt(1, c)**2)
+      contacts%tangent(1, c) = share*contacts%tangent(1, c)
+      contacts%line(1, c) = share*contacts%line(1, c) - contacts%tangent(1, c) &
+         *contacts%tilt(1, c)*contacts%slide_force(c)/shear
+   end subroutine begin_rise
+
+   !> Set lines for the next iteration of contacts whose law differs too much from the present line.
    pure subroutine renew_lines(contacts, laws, allowed)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: allowed  !< difference of normal forces, N/m
       type(response_type) :: response
-      real(wp) :: gap, off
+      real(wp) :: off, trial(2), at(2)
       integer :: c
 
+      if (laws%plain) return
       do c = 1, contacts%n
-         off = abs(contacts%normal_force(c) - assumed_normal(contacts, c))
-         if (off <= allowed .and. .not. passes_centre(contacts, c)) cycle
-         if (contacts%with_net_slip) contacts%past_centre(c) = contacts%trial_past_centre(c)
-         gap = acting_gap(contacts, laws, c, contacts%new_gap(c))
-         call find_response(contacts, laws, c, contacts%new_gap(c), &
-            contacts%stretch(c) + contacts%slip(c), response)
-         call line_of(contacts, laws%slot(contacts%joint(c))%law, c, gap, response, &
-            contacts%tangent(c), contacts%normal_free(c))
+         associate (law => laws%slot(contacts%joint(c))%law)
+            off = abs(contacts%normal_force(c) - assumed_normal(contacts, c))
+            if (law%flows) off = max(off, abs(contacts%shear_force(c) - assumed_shear(contacts, c)))
+            if (off <= allowed .and. .not. (law%dilates .or. passes_centre(contacts, c))) cycle
+            if (contacts%with_net_slip) contacts%past_centre(c) = contacts%trial_past_centre(c)
+            trial = [contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c)]
+            at = acting(contacts, laws, c, trial)
+            call find_response(contacts, laws, c, trial(1), trial(2), response)
+            call line_of(contacts, law, c, at(1), response, contacts%tangent(1, c), &
+               contacts%line(1, c))
+            if (law%flows) call touch_shear(contacts, law, c, response%bound, at(2))
+            if (law%dilates) call tilt_line(contacts, law, c, at, response)
+         end associate
       end do
    end subroutine renew_lines
 
-   !> The law lets contact c slip from its centre, or back to it, other than was assumed.
-   pure logical function passes_centre(contacts, c)
+   !> Set lines of contacts that rise, without their assumed friction; contact c does not rise.
+   pure subroutine drop_friction(contacts, laws, c)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+
+      if (.not. laws%dilating) return
+      associate (n => contacts%n)
+         contacts%line(1, :n) = contacts%line(1, :n) + contacts%tangent(1, :n) &
+            *contacts%tilt(1, :n)*contacts%slide_force(:n)/contacts%tangent(2, :n)
+      end associate
+      contacts%tilt(1, c) = 0.0_wp
+      call touch_law(contacts, laws%slot(contacts%joint(c))%law, c, 0.0_wp, &
+         contacts%tangent(1, c), contacts%line(1, c))
+   end subroutine drop_friction
+
+   !> Contact c slips from its centre or back to it, contrary to the assumption.
+   pure logical function passes_centre(contacts, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
       integer, intent(in) :: c  !< number of the contact
 
@@ -59,39 +110,38 @@ contains
          contacts%trial_past_centre(c)
    end function passes_centre
 
-   !> Contact c would resist shear or tension without a normal force.
+   !> Contact c can resist shear or tension without a normal force.
    pure logical function has_bond(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
-      associate (law => laws%slot(contacts%joint(c))%law, state => state_of(contacts, c))
-         has_bond = law%strength(state, 0.0_wp) > 0.0_wp .or. law%tension(state) > 0.0_wp
+      has_bond = laws%plain
+      if (has_bond) return
+      associate (law => laws%slot(contacts%joint(c))%law)
+         associate (state => state_of(contacts, law, c))
+            has_bond = law%strength(state, 0.0_wp) > 0.0_wp .or. law%tension(state) > 0.0_wp
+         end associate
       end associate
    end function has_bond
 
-   !> The contact loses its peak strength; its bond goes on only where the residual tension holds.
+   !> Remove the peak strength of a contact; its bond remains only if the residual tension suffices.
    pure subroutine break_joint(contacts, laws, c)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: tension
 
-      contacts%weakened(c) = 1.0_wp
-      tension = laws%slot(contacts%joint(c))%law%tension(state_of(contacts, c))
+      if (laws%plain) then
+         contacts%bonded(c) = .false.
+         return
+      end if
+      contacts%memory(weakened, c) = 1.0_wp
+      associate (law => laws%slot(contacts%joint(c))%law)
+         tension = law%tension(state_of(contacts, law, c))
+      end associate
       contacts%bonded(c) = contacts%bonded(c) .and. tension > 0.0_wp .and. &
          -contacts%normal_force(c) <= tension
    end subroutine break_joint
-
-   !> Largest normal stiffness of a closed contact, N/m; 0 if there is none.
-   pure real(wp) function stiffest_contact(contacts) result(stiffest)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
-      integer :: c
-
-      stiffest = 0.0_wp
-      do c = 1, contacts%n
-         if (contacts%state(c) /= contact_open) stiffest = max(stiffest, contacts%tangent(c))
-      end do
-   end function stiffest_contact
 
 end module dda_joint_lines

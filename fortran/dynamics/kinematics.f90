@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The coordinates of the blocks from step to step: see `dda_scheme`.
+!> Advance the coordinates of the blocks from step to step, see `dda_scheme`.
 module dda_kinematics
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, momentum_of, update_geometry
@@ -12,7 +12,7 @@ module dda_kinematics
 
 contains
 
-   !> Multiply the velocity at the start of a step by the dynamic factor; the energy that takes.
+   !> Multiply the velocity at the start of a step by the dynamic factor; return the energy removed.
    subroutine damp_velocity(blocks, dynamic_factor, loss)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
       real(wp), intent(in) :: dynamic_factor  !< of the velocity
@@ -26,13 +26,13 @@ contains
       loss = before - kinetic_energy(blocks)
    end subroutine damp_velocity
 
-   !> A first guess of the step for solvers that iterate, from the mean velocities of the last
-   !> four: z⁴ = 2z³ − 2z + 1, that is (z − 1)³(z + 1) = 0.  It is exact while the acceleration
-   !> changes uniformly, and for stiff modes, whose velocities change their signs every step.
+   !> A first guess of the step for iterative solvers, from the mean velocities of the last four
+   !> steps: z⁴ = 2z³ − 2z + 1, that is (z − 1)³(z + 1) = 0.  It is exact while the acceleration
+   !> changes uniformly, and for stiff modes, whose velocity changes sign every step.
    subroutine predict(blocks, d, step)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(out) :: d(6, blocks%n)  !< increments of the coordinates
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer :: p
 
       if (blocks%n < parallel_from) then
@@ -49,7 +49,7 @@ contains
    pure subroutine predict_range(blocks, d, step, first, last)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(inout) :: d(6, blocks%n)  !< increments of the coordinates
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: first, last  !< of the range
       integer :: b
 
@@ -64,7 +64,7 @@ contains
    subroutine integrate(blocks, d, step)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
       real(wp), intent(in) :: d(:,:)      !< [6,n] increments of the coordinates
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer :: p
 
       if (blocks%damps) call keep_memories(blocks, step, d)
@@ -83,7 +83,7 @@ contains
    pure subroutine integrate_range(blocks, d, step, first, last)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
       real(wp), intent(in) :: d(6, blocks%n)  !< increments of the coordinates
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: first, last  !< of the range
       integer :: b
 
@@ -93,9 +93,9 @@ contains
       end do
    end subroutine integrate_range
 
-   !> One block; the compiler sees how long its vectors are.
+   !> One block, with vectors of a length known to the compiler.
    pure subroutine integrate_block(step, d, position, velocity, acceleration, mean_velocity)
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(6)         !< increments of its coordinates
       real(wp), intent(inout) :: position(6), velocity(6), mean_velocity(6, 4)
       real(wp), intent(out) :: acceleration(6)
@@ -128,7 +128,7 @@ contains
       kinetic_energy = sum(part(:pieces(blocks%n)))
    end function kinetic_energy
 
-   !> The same of some blocks.
+   !> Kinetic energy of some blocks.
    pure real(wp) function kinetic_of(blocks, first, last)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       integer, intent(in) :: first, last  !< of the range

@@ -1,35 +1,35 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Line search of the open–close iteration on the energy of the step from the previous iterate.
 !>
-!> With frozen bounds of friction the step's solution is the least of a convex function: inertia,
+!> With frozen friction bounds the solution of the step minimises a convex function: inertia,
 !> elasticity and loads are quadratic, each contact adds ½ k min(gap, 0)² and a slider whose
 !> potential is quadratic up to its bound and linear beyond.  The slope of that function from the
-!> previous d to the new one grows monotonically; its zero is the share of the step to take.
+!> previous d to the new one grows monotonically; its zero is the step length α.
 !>
-!> A contact that is in one branch of its law at both ends is in it all the way: its slope is linear
-!> between the ends and added up once.  Only the others are evaluated at each length that is tried.
+!> A contact in the same branch of its law at both ends stays in it between them: its slope is
+!> linear and summed once.  Only the others are evaluated at each trial length.
 module dda_line_search
    use dda_block_vectors, only: multiply_and_add
    use dda_growth, only: grow
    use dda_kinds, only: wp
    use dda_system, only: system_type, multiply_diagonal
-   use dda_contact, only: capacity_of, contacts_type, contact_slide
+   use dda_contact, only: capacity_of, contacts_type
    use dda_contact_gradients, only: relative_motion
-   use dda_friction, only: find_response, laws_type
-   use dda_joint_contact, only: response_type
+   use dda_friction, only: find_response, laws_type, same_branch
+   use dda_joint_law, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
    public :: descend, other_slope_type
 
-   !> Slope of forces that are in none of system and contacts.
+   !> Slope of forces that are neither in the system nor in the contacts.
    type, abstract :: other_slope_type
    contains
       procedure(slope_interface), deferred :: at
    end type other_slope_type
 
    abstract interface
-      !> Slope at a share of the step, J/m.
+      !> Slope at a fraction of the step, J/m.
       real(wp) function slope_interface(self, share)
          import :: other_slope_type, wp
          class(other_slope_type), intent(in) :: self  !< of a step
@@ -37,25 +37,25 @@ module dda_line_search
       end function slope_interface
    end interface
 
-   !> bisections after which an interval is rounding
+   !> bisections until the interval is at the level of rounding
    integer, parameter :: most_steps = digits(1.0_wp)
-   !> a slope below this share of the first one is none; of the curvature, which the first one is
-   !> where it ends at none, likewise
+   !> slope relative to the first one that counts as zero; also curvature relative to the first
+   !> slope
    real(wp), parameter :: zero_slope = 1.0e-2_wp
 
 contains
 
-   !> Shorten system%d towards system%previous_d where the function has its least before; `alpha` is
-   !> the share of the step that is left.
+   !> Shorten system%d towards system%previous_d if the minimum is nearer; `alpha` is the remaining
+   !> fraction of the step.
    !>
    !> On entry the contacts are evaluated at the new d; the slope of other forces is 0 at the
-   !> previous one.  Regula falsi on the slope; halving the slope of an end that stays (Illinois)
-   !> makes it converge faster than linearly.
+   !> previous one.  Regula falsi on the slope; halving the slope of an end that does not move
+   !> (Illinois) gives superlinear convergence.
    subroutine descend(system, contacts, laws, alpha, other)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(out) :: alpha  !< share of the step
+      real(wp), intent(out) :: alpha  !< fraction of the step
       class(other_slope_type), intent(in), optional :: other  !< forces that are not linear
       real(wp) :: start, growth, slope_lo, slope_hi, alpha_lo, alpha_hi, slope, first, linear(2)
       integer :: i
@@ -74,7 +74,7 @@ contains
       alpha_lo = 0.0_wp
       alpha_hi = 1.0_wp
       do i = 1, most_steps
-         ! rounding may leave slopes that are equal or the wrong change round: bisect
+         ! bisect if rounding makes slopes equal or reverses their order
          alpha = alpha_lo
          if (slope_hi > slope_lo) &
             alpha = alpha_lo - slope_lo*(alpha_hi - alpha_lo)/(slope_hi - slope_lo)
@@ -93,16 +93,16 @@ contains
          end if
       end do
       associate (n => size(system%d, 2))
-         ! d − d₀ with the other sign, then d₀ + α (d − d₀)
+         ! first d₀ − d, then d₀ + α (d − d₀)
          call multiply_and_add(n, system%previous_d, -1.0_wp, system%d)
          call multiply_and_add(n, system%previous_d, -alpha, system%d)
       end associate
    end subroutine descend
 
-   !> Slope of the quadratic part at the previous d, and how much it grows up to the new one.
+   !> Slope of the quadratic part at the previous d, and its increase up to the new one.
    subroutine quadratic_slope(system, start, growth)
       type(system_type), intent(in) :: system  !< equations of the step
-      !> slope at the previous d; of the slope up to the new d
+      !> slope at the previous d; increase of the slope up to the new d
       real(wp), intent(out) :: start, growth
       real(wp) :: part(2, most_pieces), total(2)
       integer :: p, n
@@ -122,7 +122,7 @@ contains
       growth = total(2)
    end subroutine quadratic_slope
 
-   !> Start and growth of blocks first … last, from the diagonal of the linear part.
+   !> Slope and increase of blocks first … last, from the diagonal of the linear part.
    pure function quadratic_range(system, first, last) result(slope)
       type(system_type), intent(in) :: system  !< equations of the step
       integer, intent(in) :: first, last  !< of the range
@@ -139,7 +139,7 @@ contains
       end do
    end function quadratic_range
 
-   !> Start and growth by the blocks that elements couple.
+   !> Slope and increase by blocks that elements couple.
    pure function coupled_slope(system) result(slope)
       type(system_type), intent(in) :: system  !< equations of the step
       real(wp) :: slope(2), change_i(6), change_j(6)
@@ -159,8 +159,8 @@ contains
       end do
    end function coupled_slope
 
-   !> How much each contact opens and slips from the previous d to the new one, and the slope of all
-   !> at the new one.
+   !> Changes of gap and slip of each contact from the previous d to the new one, and the slope of
+   !> all contacts at the new one.
    subroutine measure_changes(system, contacts, slope)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
@@ -203,16 +203,16 @@ contains
       end do
    end subroutine change_range
 
-   !> Add up the contacts whose slope is linear between the ends; they do not change any more.
+   !> Sum the contacts whose slope is linear between the ends, once.
    subroutine take_out_linear(contacts, laws, linear)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(out) :: linear(2)  !< slope at the previous d and its growth, J/m
+      real(wp), intent(out) :: linear(2)  !< slope at the previous d and its increase, J/m
       real(wp) :: piece(2, most_pieces)
       integer :: p
 
       linear = 0.0_wp
-      if (.not. laws%plain .or. allocated(contacts%held_bound)) return
+      if (allocated(contacts%held_bound)) return
       if (contacts%n < parallel_from) then
          call linear_range(contacts, laws, 1, contacts%n, linear)
          return
@@ -230,7 +230,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
-      real(wp), intent(out) :: linear(2)  !< slope at the previous d and its growth, J/m
+      real(wp), intent(out) :: linear(2)  !< slope at the previous d and its increase, J/m
       type(response_type) :: before, after
       real(wp) :: slope
       integer :: c
@@ -239,8 +239,7 @@ contains
       do c = first, last
          call respond_at(contacts, laws, c, 0.0_wp, before)
          call respond_at(contacts, laws, c, 1.0_wp, after)
-         if (before%state /= after%state .or. (before%state == contact_slide .and. &
-            before%shear_force*after%shear_force < 0.0_wp)) cycle
+         if (.not. same_branch(contacts, laws, c, before, after)) cycle
          slope = slope_of(contacts, c, before)
          linear = linear + [slope, slope_of(contacts, c, after) - slope]
          contacts%gap_change(c) = 0.0_wp
@@ -248,11 +247,11 @@ contains
       end do
    end subroutine linear_range
 
-   !> Slope of all contacts at a share of the step from the previous d to the new one.
+   !> Slope of all contacts at a fraction of the step from the previous d to the new one.
    real(wp) function contact_slope(contacts, laws, alpha) result(slope)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: alpha  !< share of the step
+      real(wp), intent(in) :: alpha  !< fraction of the step
       real(wp) :: piece(most_pieces)
       integer :: p
 
@@ -272,7 +271,7 @@ contains
    pure real(wp) function slope_range(contacts, laws, alpha, first, last) result(slope)
       type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: alpha  !< share of the step
+      real(wp), intent(in) :: alpha  !< fraction of the step
       integer, intent(in) :: first, last  !< of the range
       type(response_type) :: response
       integer :: c
@@ -285,12 +284,12 @@ contains
       end do
    end function slope_range
 
-   !> Forces of contact c at a share of the step.
+   !> Forces of contact c at a fraction of the step.
    pure subroutine respond_at(contacts, laws, c, alpha, response)
       type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp), intent(in) :: alpha  !< share of the step
+      real(wp), intent(in) :: alpha  !< fraction of the step
       type(response_type), intent(out) :: response  !< state and forces
 
       call find_response(contacts, laws, c, &
@@ -303,7 +302,7 @@ contains
    pure real(wp) function slope_of(contacts, c, response) result(slope)
       type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
       integer, intent(in) :: c  !< number of the contact
-      type(response_type), intent(in) :: response  !< what it exerts
+      type(response_type), intent(in) :: response  !< its forces
 
       slope = response%shear_force*contacts%slip_change(c) &
          - response%normal_force*contacts%gap_change(c)

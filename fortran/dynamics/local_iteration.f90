@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Open–close iteration of the regions where contacts change their states, with all else held.
+!> Open–close iteration of the regions in which contacts change states, with all other blocks fixed.
 !>
-!> A few contacts that overshoot shorten the step of the whole model in the line search, and each of
-!> its iterations costs a solve with all blocks.  So after a solve of the whole, the blocks near
-!> changing contacts are iterated first, each connected region as a small model of its own; the next
-!> solve of the whole starts from their states.  What converges is the whole alone.
+!> A few contacts that overshoot shorten the step of the whole model in the line search, and each
+!> iteration of the whole costs a solve with all blocks.  After a solve of the whole, the blocks
+!> near changing contacts are therefore iterated first, each connected region as a small model; the
+!> next solve of the whole starts from their states.  Convergence is judged for the whole only.
 submodule(dda_open_close) dda_local_iteration
    use dda_block_matrix, only: entry_of, set_pattern
    use dda_compact_block, only: compact
@@ -14,15 +14,15 @@ submodule(dda_open_close) dda_local_iteration
    use dda_system, only: prepare_system
    implicit none
 
-   integer, parameter :: reach = 2                  !< contacts from a changing one to what is held
-   real(wp), parameter :: most_blocks = 0.4_wp      !< of all, else regions are not worth it
-   !> stiffness of what is held, N/m: what contacts add is less than its rounding, and its square
-   !> root times theirs does not overflow in single precision
+   integer, parameter :: reach = 2               !< contacts between a changing one and fixed blocks
+   real(wp), parameter :: most_blocks = 0.4_wp     !< of all blocks; larger regions are not iterated
+   !> stiffness of fixed blocks, N/m: contact stiffness is below its rounding, and the product of
+   !> their square roots does not overflow in single precision
    real(wp), parameter :: immovable = 1.0e30_wp
 
 contains
 
-   !> Iterate the regions where states are to change, and leave their d and states.
+   !> Iterate the regions in which states change, and return their d and states.
    recursive module subroutine iterate_regions(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -53,8 +53,8 @@ contains
       if (regions > 0) call evaluate(iteration, system, contacts, laws)
    end subroutine iterate_regions
 
-   !> Contacts alone couple the blocks, and are in one of three states by Coulomb's law; and what
-   !> the first solution changes needs a new factor, and is not too much to go on with.
+   !> Regions are possible: only contacts couple the blocks, all obey Coulomb's law, and the changes
+   !> of the first solution need a new factor but are not too many to continue.
    pure logical function can_be_divided(iteration, system, contacts, laws)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
@@ -72,12 +72,12 @@ contains
       can_be_divided = changes > most_changes .and. changes <= iteration%most_changes
    end function can_be_divided
 
-   !> Number the connected regions of the blocks within reach of a contact that is to change.
+   !> Number the connected regions of the blocks near a changing contact.
    pure subroutine find_regions(contacts, tolerance, region, regions)
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
-      real(wp), intent(in) :: tolerance  !< force difference that is to be reached, N/m
-      integer, intent(out) :: region(:)  !< [blocks] region of each, 0 if it is held
-      integer, intent(out) :: regions  !< how many
+      real(wp), intent(in) :: tolerance  !< tolerance of the force difference, N/m
+      integer, intent(out) :: region(:)  !< [blocks] region of each block, 0 if fixed
+      integer, intent(out) :: regions  !< their number
       logical :: near(size(region)), nearer(size(region))
       integer :: root(size(region)), c, k, b
 
@@ -137,12 +137,12 @@ contains
       end do
    end function root_of
 
-   !> What is in a region, region by region.
+   !> List the items of each region.
    pure subroutine list_by_region(region, regions, items, start)
-      integer, intent(in) :: region(:)  !< [any] of each item, 0 for none
-      integer, intent(in) :: regions    !< how many
+      integer, intent(in) :: region(:)  !< [any] region of each item, 0 for none
+      integer, intent(in) :: regions    !< their number
       integer, allocatable, intent(out) :: items(:)  !< [any]
-      integer, allocatable, intent(out) :: start(:)  !< [regions+1] where each begins
+      integer, allocatable, intent(out) :: start(:)  !< [regions+1] first item of each region
       integer, allocatable :: order(:)
       integer :: i
 
@@ -151,7 +151,7 @@ contains
       items = items(order)
    end subroutine list_by_region
 
-   !> Iterate one region; it stays as it is where that does not converge.
+   !> Iterate one region; leave it unchanged if the iteration does not converge.
    recursive subroutine iterate_region(iteration, system, contacts, laws, blocks, list, v, e)
       type(open_close_type), intent(in) :: iteration  !< of the whole
       type(system_type), intent(inout) :: system  !< of the whole; gets d of the region
@@ -186,7 +186,7 @@ contains
       contacts%slip_sign(order) = part_contacts%slip_sign
    end subroutine iterate_region
 
-   !> The equations of some blocks without contacts; one more block stands for all that is held.
+   !> The equations of some blocks without contacts; one further block represents all fixed ones.
    subroutine take_blocks(system, blocks, part)
       type(system_type), intent(in) :: system  !< of the whole
       integer, intent(in) :: blocks(:)         !< of the region
@@ -215,7 +215,7 @@ contains
       end associate
    end subroutine take_blocks
 
-   !> The contacts of a region, those with held blocks last, pair by pair, and the pattern of K̂.
+   !> The contacts of a region pair by pair, those with fixed blocks last, and the pattern of K̂.
    subroutine take_contacts(system, contacts, list, v, e, part, own, order)
       type(system_type), intent(in) :: system  !< of the whole
       type(contacts_type), intent(in) :: contacts  !< of the whole
@@ -241,12 +241,12 @@ contains
       call lay_out(part, own, held)
    end subroutine take_contacts
 
-   !> What a held block moves is part of the gap and of the stretch.
+   !> The displacement of a fixed block is added to the gap and the stretch.
    pure subroutine add_held_motion(system, contacts, c, holds_v, holds_e, gap, stretch)
       type(system_type), intent(in) :: system  !< of the whole
       type(contacts_type), intent(in) :: contacts  !< of the whole
       integer, intent(in) :: c  !< number of the contact
-      logical, intent(in) :: holds_v, holds_e  !< the block of the vertex or of the edge is held
+      logical, intent(in) :: holds_v, holds_e  !< the block of the vertex or of the edge is fixed
       real(wp), intent(inout) :: gap, stretch  !< m
       real(wp) :: change(2)
 
@@ -257,7 +257,7 @@ contains
       stretch = stretch + change(2)
    end subroutine add_held_motion
 
-   !> Some contacts of a list of Coulomb's law alone.
+   !> Copy some contacts of a list with Coulomb's law only.
    pure subroutine copy_contacts(contacts, list, own)
       type(contacts_type), intent(in) :: contacts  !< of the whole
       integer, intent(in) :: list(:)               !< which
@@ -282,11 +282,11 @@ contains
       allocate (own%close_count(own%n))
    end subroutine copy_contacts
 
-   !> Number the pairs of blocks in contact, and lay out K̂ for them.
+   !> Number the pairs of blocks in contact, and allocate K̂ for them.
    subroutine lay_out(part, own, held)
       type(system_type), intent(inout) :: part  !< gets its pattern
-      type(contacts_type), intent(inout) :: own  !< contacts pair by pair, get these
-      integer, intent(in) :: held  !< block that stands for those that are held
+      type(contacts_type), intent(inout) :: own  !< contacts pair by pair, get the numbers of pairs
+      integer, intent(in) :: held  !< block that represents the fixed ones
       integer :: pairs(2, own%n), n, i
 
       n = 0

@@ -25,7 +25,7 @@ contains
    !> Forces on the strains of all blocks at d = 0, beyond those of elasticity.
    subroutine add_damping_loads(blocks, step, load)
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present step
       real(wp), intent(inout) :: load(:,:)     !< [6,blocks] f̂, N/m …
       integer :: b
 
@@ -39,7 +39,7 @@ contains
    !> metre of thickness.
    function damping_losses(blocks, step, d) result(total)
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present step
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
       real(wp) :: total(2), part(2, most_pieces)
       integer :: p, b
@@ -54,7 +54,7 @@ contains
       total = sum(part(:, :pieces(blocks%n)), 2)
    end function damping_losses
 
-   !> Stored by the bodies of all blocks beyond ½ ε·Kε, J per metre of thickness.
+   !> Energy in the Maxwell bodies of all blocks less ½ ε·Kε, J per metre of thickness.
    real(wp) function damping_energy(blocks) result(energy)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp) :: part(most_pieces)
@@ -70,10 +70,10 @@ contains
       energy = sum(part(:pieces(blocks%n)))
    end function damping_energy
 
-   !> ζ_l of all blocks at the end of a step, before their strains are.
+   !> Update ζ_l of all blocks at the end of a step, before their strains.
    subroutine keep_memories(blocks, step, d)
       type(blocks_type), intent(inout) :: blocks  !< at the start of the step
-      type(step_type), intent(in) :: step         !< the one being taken
+      type(step_type), intent(in) :: step         !< the present step
       real(wp), intent(in) :: d(:,:)              !< [6,blocks] increments of the coordinates
       integer :: b
 
@@ -84,10 +84,10 @@ contains
       end do
    end subroutine keep_memories
 
-   !> Terms of K̂ of block b, constants as long as the step stays.
+   !> Terms of K̂ of block b, constant for a given Δt.
    pure subroutine add_damping_matrix(blocks, step, b, matrix)
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(inout) :: matrix(6, 6)  !< of the block
 
@@ -102,7 +102,7 @@ contains
    !> Factor of the elastic matrix of block b in K̂ beyond θ.
    pure real(wp) function damping_factor(blocks, step, b) result(factor)
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       integer :: l
 
@@ -120,7 +120,7 @@ contains
    !> Forces on the strains of block b at d = 0, beyond those of elasticity.
    pure subroutine add_damping_load(blocks, step, b, load)
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(inout) :: load(3)       !< f̂ of the strains
 
@@ -129,10 +129,10 @@ contains
          damping_strain(blocks, step, b))
    end subroutine add_damping_load
 
-   !> The strain whose elastic stress is that of the memory at d = 0.
+   !> The strain whose elastic stress equals the stress of the memory at d = 0.
    pure function damping_strain(blocks, step, b) result(strain)
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       real(wp) :: strain(3)
       integer :: l
@@ -147,11 +147,11 @@ contains
       end associate
    end function damping_strain
 
-   !> Forces that all of block b would exert on its strains if no face had a share of it, at
-   !> t₀ + θΔt of a step whose increment d is known.
+   !> Forces of block b on its strains if no part of its area belonged to faces, at t₀ + θΔt of a
+   !> step with known increment d.
    pure function force_on_strains(blocks, step, b, d) result(force)
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: d(6)             !< increments of its coordinates
       real(wp) :: force(3), strain(3)
@@ -166,7 +166,7 @@ contains
    !> Losses of block b in a step, before it is taken.
    pure subroutine add_damping_loss(blocks, step, b, d, material, scheme)
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: d(6)             !< increments of its coordinates
       real(wp), intent(inout) :: material      !< loss by damping, J per metre of thickness
@@ -191,7 +191,7 @@ contains
       end associate
    end subroutine add_damping_loss
 
-   !> Stored by the body of block b beyond ½ ε·Kε, J per metre of thickness.
+   !> Energy in the Maxwell body of block b less ½ ε·Kε, J per metre of thickness.
    pure real(wp) function energy_of_block(blocks, b) result(energy)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       integer, intent(in) :: b                 !< number of the block
@@ -216,10 +216,10 @@ contains
       end associate
    end function energy_of_block
 
-   !> ζ_l of block b at the end of a step, before its strains are.
+   !> Update ζ_l of block b at the end of a step, before its strains.
    pure subroutine keep_memory(blocks, step, b, d)
       type(blocks_type), intent(inout) :: blocks  !< at the start of the step
-      type(step_type), intent(in) :: step         !< the one being taken
+      type(step_type), intent(in) :: step         !< the present step
       integer, intent(in) :: b                    !< number of the block
       real(wp), intent(in) :: d(3)                !< increments of its strains
       integer :: l
@@ -234,7 +234,7 @@ contains
       end associate
    end subroutine keep_memory
 
-   !> 2h/(1 + h) (Y e₀ − ζ) of block b: change of ζ within the step at constant strain.
+   !> Change of ζ of block b within the step at constant strain, 2h/(1 + h) (Y e₀ − ζ).
    pure function relaxed(blocks, damping, b, l, time_step)
       type(blocks_type), intent(in) :: blocks    !< at the start of the step
       type(damping_type), intent(in) :: damping  !< of the block

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Line search of Newton's method on the laws of materials.
+!> Line search of Newton's method for the material laws.
 !>
-!> A step is solved, contacts and all, with stresses that are linear about an increment (see
-!> `dda_strain_points`).  Where the energy of the step rises again before that solution, the way to
-!> it is shortened to where it is least.
+!> A step including its contacts is solved with stresses linearised about an increment (see
+!> `dda_strain_points`).  If the energy of the step has a minimum before that solution, the
+!> increment is shortened to the minimum.
 module dda_material_search
    use dda_elements, only: slope_beyond
    use dda_kinds, only: wp
@@ -14,7 +14,7 @@ module dda_material_search
    private
    public :: shorten_step
 
-   !> Slope of what strain points have beyond the linear problem.
+   !> Slope of the nonlinear part of strain points.
    type, extends(other_slope_type) :: law_slope_type
       type(simulation_type), pointer :: simulation => null()
    contains
@@ -23,7 +23,7 @@ module dda_material_search
 
 contains
 
-   !> Shorten the way from the increment that stresses are linear about to the solution.
+   !> Shorten the path from the increment of linearisation to the solution.
    subroutine shorten_step(simulation)
       type(simulation_type), intent(inout), target :: simulation  !< with a solution of the step
       type(law_slope_type) :: slope
@@ -39,7 +39,7 @@ contains
       end associate
    end subroutine shorten_step
 
-   !> Slope at a share of the way, J per metre of thickness.
+   !> Slope at a fraction of the path, J per metre of thickness.
    real(wp) function at(self, share)
       class(law_slope_type), intent(in) :: self  !< of a step
       real(wp), intent(in) :: share              !< 0 … 1

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Open–close iteration: find the contact states that the solution itself calls for.
+!> Open–close iteration: find contact states that agree with the solution.
 !>
 !> Assume states, solve, evaluate the contact laws, change states, repeat.  Both open–closed and
-!> slip–stick changes count.  Convergence is judged by force: the largest difference between the
-!> force that was assumed in a contact and the one that its law gives.
+!> slip–stick changes count.  Convergence is judged by the largest difference between the assumed
+!> force of a contact and the force of its law.
 module dda_open_close
    use dda_kinds, only: wp
    use dda_damage_passes, only: renew_damage
@@ -13,7 +13,7 @@ module dda_open_close
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
    use dda_contact_evaluation, only: evaluate_contacts
-   use dda_friction, only: acting_stretch, laws_type, shear_stiffness_of
+   use dda_friction, only: acting, laws_type, shear_stiffness_of, start_force
    use dda_interrupts, only: fail_if_stopped, fail_within_step, stop_within_step
    use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
    use dda_growth, only: grow
@@ -21,10 +21,9 @@ module dda_open_close
    use dda_linear_solver, only: solver_type, renew
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_rank_one, only: forget_changes, most_changes
-   use dda_residual_cycle, only: residual_cycle_type, record_residual, is_cyclic
    use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
       farthest_off, assume_next
-   use dda_joint_lines, only: break_joint, has_bond, renew_lines
+   use dda_joint_lines, only: break_joint, drop_friction, has_bond, renew_lines
    use dda_stopwatch, only: lap, phase_factorise, phase_solve
    use dda_system, only: system_type
    implicit none
@@ -33,62 +32,77 @@ module dda_open_close
       add_counts, iterate, evaluate, check_strength, take_states, fail_if_given_up, loose, &
       retained_share
 
-   real(wp), parameter :: short_step = 0.5_wp        !< share left of a step that overshot
+   real(wp), parameter :: short_step = 0.5_wp        !< step length α of a step that overshot
    real(wp), parameter :: very_short_step = 0.1_wp
-   integer, parameter :: most_short_steps = 6        !< in a row; then a whole one is taken
-   integer, parameter :: few_solves = 45             !< to less than the noise of places
-   real(wp), parameter :: least_share = 0.1_wp       !< of the tolerance, below which a line stays
-   integer, parameter :: most_friction_solves = 60   !< while the states are held
-   real(wp), parameter :: loose = 1.0e-2_wp          !< of the first residual, before the last solve
-   real(wp), parameter :: friction_share = 0.05_wp   !< of the first difference, likewise
-   !> in a row, before all sliding contacts retain some stiffness: with 2, settling walls take 1.3
-   !> times as many factors; with 8, static stages do not end
+   integer, parameter :: most_short_steps = 6        !< short steps before a whole one
+   integer, parameter :: few_solves = 45            !< solves in which noise of positions is reduced
+   !> rounds, free and then frozen, if Δt cannot be reduced: each finds solutions that the other
+   !> does not
+   integer, parameter :: most_rounds = 4
+   !> of the iterations of a free round: with frozen bounds each iteration lowers the energy, some
+   !> 200 times in a wall of 120 bricks at 20 ms
+   integer, parameter :: patience = 8
+   real(wp), parameter :: least_share = 0.1_wp  !< of the tolerance: smaller differences keep a line
+   integer, parameter :: most_friction_solves = 60   !< solves at fixed states
+   real(wp), parameter :: loose = 1.0e-2_wp         !< of the first residual, before the final solve
+   real(wp), parameter :: friction_share = 0.2_wp !< of the first difference, before the final solve
+   !> short steps in a row before all sliding contacts retain stiffness: with 2, settling walls take
+   !> 1.3 times as many factors; with 8, static stages do not end
    integer, parameter :: most_overshoots = 4
-   real(wp), parameter :: near_whole = 0.9_wp        !< share of a step that has not overshot
-   real(wp), parameter :: many_changes = 0.05_wp     !< of the contacts, which will overshoot
-   !> of a secant shear stiffness, retained at first; then of what was, per iteration
+   real(wp), parameter :: near_whole = 0.9_wp       !< step length α of a step that has not overshot
+   real(wp), parameter :: many_changes = 0.05_wp     !< of the contacts: more changes will overshoot
+   !> of a secant shear stiffness, retained at first; later factor per iteration
    real(wp), parameter :: retained_share = 0.3_wp
-   real(wp), parameter :: first_retained = 0.01_wp   !< by all sliding contacts
-   real(wp), parameter :: least_retained = 0.03_wp   !< of a stiffness; of a normal one at first
+   real(wp), parameter :: first_retained = 0.01_wp   !< of the shear stiffness, if all retain it
+   real(wp), parameter :: least_retained = 0.03_wp   !< smallest fraction; normal, at first
 
    !> Settings and outcome of the iteration of one step.
    type :: open_close_type
+      ! unsaved, each step begins without: region_residual, keeps_states
+      ! unsaved, the input: max_iterations, relative_tolerance, weight, penetration_tolerance
+      ! unsaved, the input; under joint laws set in each step: noise
+      ! unsaved, set in static stages: may_stop, relaxes
+      ! unsaved, set in each step: last_resort, converged, unbalanced_work, rounding
+      ! unsaved, counted in each step: passes
+      ! unsaved, set in static steps: most_changes
+      ! unsaved, listed in each iteration: slides
+      ! unsaved, found in each iteration: reversed
       integer :: max_iterations = 400
-      integer :: most_changes = huge(1)               !< of the first iteration, to go on
+      integer :: most_changes = huge(1)   !< changes of the first iteration up to which it continues
       logical :: last_resort = .false.                !< no shorter step can be taken
       real(wp) :: relative_tolerance = 1.0e-9_wp      !< of the largest force
       real(wp) :: penetration_tolerance = 0.0_wp      !< m; > 0: augmented Lagrangian
       real(wp) :: weight = 0.0_wp                     !< largest block weight, N/m
-      real(wp) :: noise = 0.0_wp                      !< contact force of rounding in places, N/m
-      !> share of the noise that is asked for at first: in a step increments round, places do not;
-      !> less than 1 for bodies, whose friction would else lag behind at each corner of a cell
+      real(wp) :: noise = 0.0_wp                      !< contact force of rounding of positions, N/m
+      !> fraction of the noise required at first: within a step increments are rounded, positions
+      !> are not; less than 1 for bodies, whose friction would otherwise lag at each corner of a
+      !> cell
       real(wp) :: rounding = 1.0_wp
-      logical :: may_stop = .false.                   !< a signal ends it: the step is begun anew
+      logical :: may_stop = .false.             !< a signal ends the iteration: the step is repeated
       integer :: iterations = 0                       !< solves of this step
       integer :: changes = 0                          !< states changed in this step
       integer :: broken = 0                           !< bonds broken in this step
       real(wp) :: residual = 0.0_wp                   !< largest force difference, N/m
-      real(wp) :: tolerance = 0.0_wp                  !< that it had to reach, N/m
+      real(wp) :: tolerance = 0.0_wp                  !< its tolerance, N/m
       integer :: worst = 0                            !< its contact, 0 within the tolerance
-      integer :: short_steps = 0                      !< very short ones in a row
-      integer :: passes = 0                           !< of the damage of bonds
-      integer :: overshoots = 0                       !< short steps in a row, of sliding contacts
-      logical :: shortened = .false.                  !< the last step has been
-      logical, allocatable :: reversed(:)             !< [contacts] slip of the whole step has
-      !> when regions were iterated last, N/m: again only where it has fallen
+      integer :: short_steps = 0                      !< very short steps in a row
+      integer :: passes = 0                           !< passes of the damage of bonds
+      integer :: overshoots = 0                       !< short steps of sliding contacts in a row
+      logical :: shortened = .false.                  !< the last step was short
+      logical, allocatable :: reversed(:)             !< [contacts] slip of the whole step reverses
+      !> residual at the last iteration of regions, N/m: repeated only if it has decreased
       real(wp) :: region_residual = huge(1.0_wp)
-      type(residual_cycle_type) :: cycle              !< its last residuals
-      logical :: keeps_states = .false.               !< of forces within the tolerance
+      logical :: keeps_states = .false.               !< work of forces within the tolerance
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
-      logical :: relaxes = .false.                    !< static steps do, see dda_static_relaxation
-      logical :: converged = .true.                   !< the last of these has, as rest asks
-      real(wp) :: unbalanced_work = 0.0_wp            !< of forces that it left unbalanced, J/m
-      real(wp) :: reduction = 0.0_wp                  !< `loose` unless the solve may be the last
+      logical :: relaxes = .false.                  !< static steps relax, see dda_static_relaxation
+      logical :: converged = .true.       !< the last relaxation has converged, as required for rest
+      real(wp) :: unbalanced_work = 0.0_wp            !< work of its unbalanced forces, J/m
+      real(wp) :: reduction = 0.0_wp                  !< `loose` except in a final solve
       type(slides_type) :: slides                     !< sliding contacts and their forces
    end type open_close_type
 
    interface
-      !> Iterate the regions where states are to change, with all else held.
+      !> Iterate the regions in which states change, with all other blocks fixed.
       recursive module subroutine iterate_regions(iteration, system, contacts, laws)
          type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
          type(system_type), intent(inout) :: system  !< equations of the step; d changes
@@ -99,11 +113,10 @@ module dda_open_close
 
 contains
 
-   !> Iterate until every contact exerts what was assumed of it.
+   !> Iterate until the assumed force of each contact equals that of its law.
    !>
-   !> Where that does not converge and no shorter step can be taken, the bounds of friction are
-   !> found from outside: after a quarter of the iterations, since each way finds what the other
-   !> does not, and then after all.
+   !> If this does not converge in a quarter of the iterations and Δt cannot be reduced, rounds with
+   !> frozen friction bounds alternate with free ones.
    subroutine solve_contacts(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -112,42 +125,48 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical :: converged, by_bounds
-      integer :: before(3), most
+      integer :: before(3), most, rounds, round
 
       iteration%keeps_states = .false.
-      by_bounds = iteration%last_resort .and. laws%plain
+      by_bounds = iteration%last_resort .and. laws%convex
       before = 0
       most = iteration%max_iterations
-      if (by_bounds .and. most/4 > few_solves) iteration%max_iterations = most/4
-      do
+      rounds = 1
+      if (by_bounds .and. most/4 > few_solves) then  ! a smaller limit is kept
+         rounds = most_rounds
+         iteration%max_iterations = most/4
+      end if
+      do round = 1, rounds
          call iterate(iteration, system, solver, contacts, laws, converged, error)
          call add_counts(iteration, before)
          if (by_bounds .and. .not. (converged .or. allocated(error))) &
-            call find_bounds(iteration, system, solver, contacts, laws, converged, error)
-         if (converged .or. allocated(error) .or. iteration%max_iterations == most) exit
+            call find_bounds(iteration, system, solver, contacts, laws, &
+            merge(patience, 1, rounds > 1)*iteration%max_iterations, converged, error)
+         if (converged .or. allocated(error)) exit
          before = counts_of(iteration)
-         iteration%max_iterations = most
       end do
       iteration%max_iterations = most
       if (.not. (converged .or. allocated(error))) call fail(error, error_convergence, &
          'the open–close iteration does not converge')
    end subroutine solve_contacts
 
-   !> Iterate with held bounds of friction until they are those of the normal forces.
-   subroutine find_bounds(iteration, system, solver, contacts, laws, converged, error)
+   !> Iterate with frozen friction bounds until they equal those of the normal forces.
+   subroutine find_bounds(iteration, system, solver, contacts, laws, limit, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(out) :: converged  !< they are, and all contacts exert what was assumed
+      integer, intent(in) :: limit  !< iterations with the same bounds; of all twice as many
+      logical, intent(out) :: converged  !< the bounds and all contact forces have converged
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(bounds_type) :: bounds
-      integer :: before(3), most
+      integer :: before(3), most, own
 
       call hold_bounds(bounds, contacts, laws)
-      ! for the first solution with frozen bounds, and for the bounds
-      most = iteration%iterations + 2*iteration%max_iterations
+      own = iteration%max_iterations
+      most = iteration%iterations + 2*limit
+      iteration%max_iterations = limit
       do while (iteration%iterations < most)
          before = counts_of(iteration)
          call iterate(iteration, system, solver, contacts, laws, converged, error)
@@ -159,23 +178,28 @@ contains
          iteration%worst = bounds%worst
          iteration%residual = bounds%difference
       end do
+      iteration%max_iterations = own
       call release_bounds(contacts)
    end subroutine find_bounds
 
-   !> Assume, solve, evaluate and change states until every contact exerts what was assumed of it.
+   !> Assume, solve, evaluate and change states until assumed forces equal those of the laws.
    recursive subroutine iterate(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(out) :: converged  !< every contact does
+      logical, intent(out) :: converged  !< converged
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: changed, diverged, i
       logical :: exactly
 
       call begin_iteration(iteration, contacts)
       converged = .false.
+      if (allocated(contacts%held_bound)) then  ! the energy decreases from here on
+         call evaluate(iteration, system, contacts, laws)
+         call adopt_states(iteration, contacts, laws, changed)
+      end if
       exactly = .not. any(contacts%state(:contacts%n) == contact_slide)
       if (.not. exactly) iteration%reduction = loose
       do i = 1, iteration%max_iterations
@@ -187,7 +211,7 @@ contains
          call find_forces(iteration, system, solver, contacts, laws, exactly, diverged, error)
          if (allocated(error)) return
          if (diverged > 0) then
-            call force_to_stick(system, contacts, diverged)
+            call force_to_stick(system, contacts, laws, diverged)
             exactly = .false.
             cycle
          end if
@@ -199,7 +223,6 @@ contains
             call check_strength(iteration, contacts, laws, converged)
             if (converged) return
          end if
-         if (goes_round(iteration, contacts, laws)) return
          call iterate_regions(iteration, system, contacts, laws)
          call globalise(iteration, system, contacts, laws)
          call adopt_states(iteration, contacts, laws, changed)
@@ -209,23 +232,9 @@ contains
       end do
    end subroutine iterate
 
-   !> The iteration goes round in a cycle, and there is another one that may converge.
-   !>
-   !> Not before the noise of places is allowed for, at which residuals stand still, too.
-   logical function goes_round(iteration, contacts, laws)
-      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
-      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-
-      goes_round = .false.
-      if (.not. laws%plain .or. allocated(contacts%held_bound)) return
-      call record_residual(iteration%cycle, iteration%residual)
-      if (iteration%iterations > few_solves) goes_round = is_cyclic(iteration%cycle, loose)
-   end function goes_round
-
-   !> An error if the step is not to be finished.
+   !> Return an error if the step must not be finished.
    subroutine fail_if_given_up(may_stop, error)
-      logical, intent(in) :: may_stop  !< the step can be begun anew
+      logical, intent(in) :: may_stop  !< the step can be repeated
       type(error_type), allocatable, intent(inout) :: error  !< allocated if so
 
       if (may_stop) then
@@ -235,7 +244,7 @@ contains
       end if
    end subroutine fail_if_given_up
 
-   !> Nothing has been iterated in this step.
+   !> Reset the iteration for a new step.
    pure subroutine begin_iteration(iteration, contacts)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -249,7 +258,6 @@ contains
       iteration%overshoots = 0
       iteration%shortened = .false.
       iteration%region_residual = huge(1.0_wp)
-      iteration%cycle = residual_cycle_type()
       iteration%retained = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_steps = 0
@@ -266,7 +274,7 @@ contains
       counts = [iteration%iterations, iteration%changes, iteration%broken]
    end function counts_of
 
-   !> Add what had been counted when the iteration was begun anew within the step.
+   !> Add earlier counts after the iteration was restarted within the step.
    pure subroutine add_counts(iteration, before)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       integer, intent(in) :: before(3)  !< from `counts_of`
@@ -298,9 +306,8 @@ contains
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
-   !> The slide forces of the assumed states, and what the laws give at that solution.
-   !>
-   !> Where no state is to change, the solution that was to be loose is followed to the tolerance.
+   !> Find the slide forces of the assumed states, and evaluate the laws at that solution.  If no
+   !> state changes, a loose solution is iterated to the tolerance.
    subroutine find_forces(iteration, system, solver, contacts, laws, exactly, diverged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -312,7 +319,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: pass
 
-      call list_slides(iteration%slides, contacts, laws%dilating)
+      call list_slides(iteration%slides, contacts)
       do pass = 1, 2
          call solve_friction(iteration, system, solver, contacts, laws, &
             exactly .or. pass == 2, diverged, error)
@@ -320,20 +327,19 @@ contains
          call lap(system%watch, phase_solve)
          if (diverged > 0) return
          call evaluate(iteration, system, contacts, laws)
-         if (exactly .or. .not. laws%plain .or. iteration%slides%n == 0 .or. &
-            will_change(contacts)) return
+         if (exactly .or. iteration%slides%n == 0 .or. will_change(contacts)) return
       end do
    end subroutine find_forces
 
-   !> A state is another than the law calls for, or a contact retains more than it has.
-   pure logical function will_change(contacts)
+   !> A state differs from that of the law, or a contact retains stiffness.
+   pure logical function will_change(contacts)  ! total
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
 
       will_change = any(contacts%trial_state(:contacts%n) /= contacts%state(:contacts%n) &
          .or. contacts%retained(:contacts%n) > 0.0_wp)
    end function will_change
 
-   !> Evaluate the laws at d, and what the iteration is judged by.
+   !> Evaluate the laws and the residual at d.
    subroutine evaluate(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step, solved
@@ -343,19 +349,52 @@ contains
 
       largest = iteration%weight
       call evaluate_contacts(contacts, laws, system%d, largest, iteration%residual)
-      iteration%tolerance = max(iteration%relative_tolerance*largest, &
-         noise_after(iteration, iteration%iterations))
+      iteration%tolerance = tolerance_of(iteration, system, contacts, laws, largest)
       iteration%worst = 0
       if (iteration%residual > iteration%tolerance) &
          iteration%worst = maxloc(contacts%force_residual(:contacts%n), 1)
       if (system%contact_terms%by_state) call keep_states(iteration, contacts)
    end subroutine evaluate
 
-   !> Contacts whose forces differ by no more than is tolerated keep their states for the rest of
-   !> the step, once they are more than a low-rank update takes.
+   !> Tolerance of the force difference at an iterate, N/m.  It is relative to the largest force.
+   !> When an iterate is to be accepted, that force is bounded by the applied forces of the step,
+   !> because a distant iterate has forces that would permit any difference.
+   pure real(wp) function tolerance_of(iteration, system, contacts, laws, largest) result(tolerance)
+      type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(in) :: system  !< equations of the step
+      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(in) :: largest  !< force of the iterate, N/m
+      real(wp) :: noise
+
+      noise = noise_after(iteration, iteration%iterations)
+      tolerance = max(iteration%relative_tolerance*largest, noise)
+      if (iteration%residual > tolerance .or. .not. tolerance > noise) return
+      if (iteration%residual > noise .or. allocated(contacts%held_bound)) &
+         tolerance = max(noise, iteration%relative_tolerance*min(largest, &
+         max(iteration%weight, given_force(system, contacts, laws))))
+   end function tolerance_of
+
+   !> Applied forces of the step: sum of loads and inertia of all blocks, plus the largest contact
+   !> force at the start, N/m.
+   pure real(wp) function given_force(system, contacts, laws) result(given)
+      type(system_type), intent(in) :: system  !< equations of the step
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer :: c
+
+      given = 0.0_wp
+      do c = 1, contacts%n
+         if (contacts%gap(c) < 0.0_wp) given = max(given, start_force(contacts, laws, c))
+      end do
+      given = given + sum(maxval(abs(system%load(1:2, :)), 1))
+   end function given_force
+
+   !> Contacts whose force difference is within the tolerance keep their states for the rest of the
+   !> step, if they are too many for a low-rank update.
    !>
-   !> Between blocks that fall together gaps are rounding, and the states that they call for chance;
-   !> but each change is one of the matrix, and so many ask for a new factor in each iteration.
+   !> Gaps between blocks that fall together are rounding, and their states are random; but each
+   !> change alters the matrix, and many changes require a new factor in each iteration.
    pure subroutine keep_states(iteration, contacts)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
@@ -370,15 +409,15 @@ contains
          contacts%trial_state(:n) = contacts%state(:n)
    end subroutine keep_states
 
-   !> Noise of the contact forces that has to be allowed after so many solves.
+   !> Noise of the contact forces that is tolerated after a number of solves.
    pure real(wp) function noise_after(iteration, solves) result(noise)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
-      integer, intent(in) :: solves  !< in vain
+      integer, intent(in) :: solves  !< solves without convergence
 
       noise = iteration%noise*merge(iteration%rounding, 1.0_wp, solves <= few_solves)
    end function noise_after
 
-   !> A loose solve has led to forces within the tolerance: solve exactly, and evaluate again.
+   !> Solve exactly and evaluate again after a loose solve whose forces are within the tolerance.
    subroutine finish_solve(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -392,7 +431,7 @@ contains
       if (.not. allocated(error)) call evaluate(iteration, system, contacts, laws)
    end subroutine finish_solve
 
-   !> With the states fixed, find the friction forces that belong to the normal forces of the same
+   !> Find, at fixed states, the friction forces that agree with the normal forces of the same
    !> solution.
    subroutine solve_friction(iteration, system, solver, contacts, laws, exactly, diverged, &
       error)
@@ -401,10 +440,10 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in) :: exactly  !< to the tolerance, else to a share of the first difference
+      logical, intent(in) :: exactly !< to the tolerance, else to a fraction of the first difference
       integer, intent(out) :: diverged !< contact whose friction force does not converge, else 0
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp) :: difference, wanted, reduction
+      real(wp) :: difference, first, wanted, reduction
       integer :: i
 
       diverged = 0
@@ -413,6 +452,8 @@ contains
       do i = 1, most_friction_solves
          call evaluate_slides(iteration%slides, contacts, laws, system%d)
          difference = difference_of(iteration%slides)
+         if (i == 1) first = difference
+         if (.not. difference*epsilon(1.0_wp) <= first) exit  ! all digits are lost
          if (i == 1 .and. .not. exactly) wanted = max(wanted, friction_share*difference)
          wanted = max(wanted, noise_after(iteration, i))
          reduction = loose
@@ -434,49 +475,51 @@ contains
       diverged = farthest_off(iteration%slides)
    end subroutine solve_friction
 
-   !> Stick the contact whose friction force runs away from its normal force: sliding as assumed has
-   !> no solution, which happens where friction is high enough to lock.  The solution is dropped.
-   pure subroutine force_to_stick(system, contacts, diverged)
+   !> Stick the contact whose friction force diverges: sliding has no solution at the assumed
+   !> states, which happens if friction is high enough to lock.  The solution is discarded.
+   pure subroutine force_to_stick(system, contacts, laws, diverged)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: diverged  !< number of the contact
 
+      call drop_friction(contacts, laws, diverged)
       contacts%state(diverged) = contact_stick
       contacts%slide_force(:contacts%n) = 0.0_wp
       system%d = system%previous_d
    end subroutine force_to_stick
 
-   !> Line search where states change.
+   !> Line search if states change.
    !>
-   !> A step that had to be shortened much overshot in contacts that slide freely and are then found
-   !> to stick.  The first of them shorten it so that others still slide at its end; these stick
-   !> as well, or each would shorten a step of its own.  Where steps stay short all the same, all
-   !> that slide retain a growing share of their shear stiffness until whole steps are good again.
+   !> A step that is shortened much has overshot in contacts that slide freely and then stick.  The
+   !> first of them shorten the step, so that others still slide at its end; these are stuck as
+   !> well, because otherwise each would shorten a step.  If steps remain short, all sliding
+   !> contacts retain a growing fraction of their shear stiffness until whole steps succeed.
    subroutine globalise(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: alpha
-      logical :: overshot
+      logical :: overshot, held
       integer :: n
 
-      if (iteration%iterations == 1) return
+      held = allocated(contacts%held_bound)
+      if (iteration%iterations == 1 .and. .not. (laws%curved .or. held)) return
       n = contacts%n
       alpha = 1.0_wp
       call grow(iteration%reversed, n)
       iteration%reversed(:n) = contacts%state(:n) == contact_slide .and. &
          contacts%trial_state(:n) == contact_stick
       overshot = any(iteration%reversed(:n))
-      if (allocated(contacts%held_bound) .or. (iteration%short_steps < most_short_steps .and. &
-         (any(contacts%trial_state(:n) /= contacts%state(:n)) .or. &
-         laws%curved))) then
+      if (held .or. laws%curved .or. &
+         (iteration%short_steps < most_short_steps .and. &
+         any(contacts%trial_state(:n) /= contacts%state(:n)))) then
          call descend(system, contacts, laws, alpha)
          if (alpha < 1.0_wp) call evaluate(iteration, system, contacts, laws)
       end if
-      if (allocated(contacts%held_bound)) return
-      if (alpha < 1.0_wp) where (iteration%reversed(:n) .and. contacts%trial_state(:n) &
-         == contact_slide) contacts%trial_state(:n) = contact_stick
+      if (alpha < 1.0_wp .and. .not. held) where (iteration%reversed(:n) .and. &
+         contacts%trial_state(:n) == contact_slide) contacts%trial_state(:n) = contact_stick
       iteration%short_steps = merge(iteration%short_steps + 1, 0, alpha < very_short_step)
       iteration%shortened = alpha < near_whole
       iteration%overshoots = merge(iteration%overshoots + 1, 0, alpha < short_step .and. overshot)
@@ -486,12 +529,13 @@ contains
       if (iteration%retained < 0.1_wp*first_retained) iteration%retained = 0.0_wp
    end subroutine globalise
 
-   !> A converged step stands unless a bond is overloaded or a contact is not tight enough.
+   !> A converged step is accepted unless a bond is overloaded or a penetration exceeds the
+   !> tolerance.
    subroutine check_strength(iteration, contacts, laws, converged)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(out) :: converged  !< the step stands
+      logical, intent(out) :: converged  !< the step is accepted
       integer :: broken
 
       call break_bonds(iteration, contacts, laws, broken)
@@ -501,7 +545,7 @@ contains
          call renew_damage(contacts, laws, iteration%passes, converged)
    end subroutine check_strength
 
-   !> Break the bonds that the converged solution overloads; the step goes on with these contacts
+   !> Break the bonds that the converged solution overloads; the step continues with these contacts
    !> unilateral.
    subroutine break_bonds(iteration, contacts, laws, broken)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
@@ -515,24 +559,19 @@ contains
       do c = 1, contacts%n
          if (contacts%strength_ratio(c) <= 0.0_wp) cycle
          broken = broken + 1
-         if (laws%plain) then
-            iteration%broken = iteration%broken + 1
-            contacts%bonded(c) = .false.
-         else
-            if (has_bond(contacts, laws, c)) iteration%broken = iteration%broken + 1
-            call break_joint(contacts, laws, c)
-         end if
+         if (has_bond(contacts, laws, c)) iteration%broken = iteration%broken + 1
+         call break_joint(contacts, laws, c)
       end do
    end subroutine break_bonds
 
-   !> Closed contacts must neither penetrate nor gape beyond the tolerance, if there is one; where
-   !> they do, the multipliers take over the forces.
+   !> Closed contacts must neither penetrate nor open beyond the tolerance, if there is one;
+   !> otherwise the multipliers are set to the contact forces.
    !>
-   !> Augmented Lagrangian by Uzawa's iteration: the next solve starts from contacts that press.
+   !> Augmented Lagrangian by Uzawa's iteration: the next solve starts with closed contacts.
    subroutine tighten(iteration, contacts, converged)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
-      logical, intent(out) :: converged  !< the multipliers stay
+      logical, intent(out) :: converged  !< no multiplier has changed
       integer :: c
 
       converged = .true.
@@ -557,10 +596,9 @@ contains
       integer :: n, p
 
       n = contacts%n
-      if (.not. laws%plain) call renew_lines(contacts, laws, least_share*iteration%tolerance)
+      call renew_lines(contacts, laws, least_share*iteration%tolerance)
       changed = count(contacts%trial_state(:n) /= contacts%state(:n))
-      by_contact = (iteration%shortened .or. changed > many_changes*n) .and. &
-         .not. allocated(contacts%held_bound)
+      by_contact = iteration%shortened .or. changed > many_changes*n
       if (n < parallel_from) then
          call adopt_range(iteration, contacts, laws, by_contact, 1, n)
          return
@@ -576,7 +614,7 @@ contains
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in) :: by_contact  !< the iteration overshoots, or will
+      logical, intent(in) :: by_contact  !< the iteration overshoots, or is expected to
       integer, intent(in) :: first, last  !< of the range
       integer :: c
 
@@ -596,19 +634,21 @@ contains
       contacts%state(first:last) = contacts%trial_state(first:last)
       contacts%slide_force(first:last) = contacts%shear_force(first:last)
       if (contacts%with_net_slip) contacts%slide_force(first:last) = contacts%slider(first:last)
+      if (contacts%with_laws) contacts%slide_force(first:last) = contacts%slide_force(first:last) &
+         - contacts%tilt(1, first:last)*contacts%normal_force(first:last)
       contacts%slip_sign(first:last) = sign(1.0_wp, contacts%slide_force(first:last))
    end subroutine take_states
 
-   !> What contact c retains of a spring that the state to come does without.
+   !> Stiffness that contact c retains of a spring that its next state lacks.
    !>
-   !> Only inertia resists a contact that has just lost a spring, so that the next solution
-   !> overshoots.  It retains a fraction for one iteration, of the secant stiffness to its friction
-   !> bound if it slides, and less and less of that while the iteration goes on to overshoot.
+   !> Only inertia resists a contact that has just lost a spring, so that the next solution would
+   !> overshoot.  It retains a fraction for one iteration; if it slides, of the secant stiffness to
+   !> its friction bound, decreasing while the iteration overshoots.
    pure subroutine retain(iteration, contacts, laws, by_contact, c)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in) :: by_contact  !< the iteration overshoots, or will
+      logical, intent(in) :: by_contact  !< the iteration overshoots, or is expected to
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: share
 
@@ -629,16 +669,16 @@ contains
       end associate
    end subroutine retain
 
-   !> Shear force of a sliding contact, over that of its spring if nothing slipped.
+   !> Shear force of a sliding contact over that of its spring without slip.
    pure real(wp) function secant_share(contacts, laws, c) result(share)
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: trial
+      real(wp) :: at(2)
 
-      trial = shear_stiffness_of(contacts, laws, c) &
-         *acting_stretch(contacts, laws, c, contacts%stretch(c) + contacts%slip(c))
-      share = min(1.0_wp, abs(contacts%shear_force(c))/max(abs(trial), tiny(1.0_wp)))
+      at = shear_stiffness_of(contacts, laws, c)*acting(contacts, laws, c, &
+         [contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c)])
+      share = min(1.0_wp, abs(contacts%shear_force(c))/max(abs(at(2)), tiny(1.0_wp)))
    end function secant_share
 
 end module dda_open_close

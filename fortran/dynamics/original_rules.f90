@@ -3,8 +3,8 @@
 !>
 !> As the lineage of Shi's code applies them: an open contact closes only past a dead band, at full
 !> stiffness; changes between slip and stick do not count for convergence; friction while sliding is
-!> that of the iteration before.  What the dead band creates appears in the audit as a negative
-!> algorithmic loss.
+!> that of the iteration before.  Energy created by the dead band is a negative algorithmic loss in
+!> the audit.
 module dda_original_rules
    use dda_kinds, only: wp
    use dda_system, only: system_type
@@ -37,7 +37,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: half_size    !< w0, m
-      logical, intent(in) :: first_step    !< of the run: one iteration is never enough
+      logical, intent(in) :: first_step    !< of the run: it has at least two iterations
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: i, c, switched
 
@@ -109,7 +109,7 @@ contains
       end if
    end function next_state
 
-   !> Take over the states; the friction of the next iteration comes from this one's normal force.
+   !> Adopt the states; the friction of the next iteration follows from this one's normal force.
    pure subroutine adopt(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -129,7 +129,7 @@ contains
       end do
    end subroutine adopt
 
-   !> Cohesion and tension are lost for good the first time a step ends otherwise than stuck.
+   !> Cohesion and tension are lost for good when a step first ends in a state other than stuck.
    pure subroutine lose_bonds(iteration, contacts)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The whole state of a run in one derived type.  No input, no output.
+!> The whole state of a run in one derived type, without input and output.
 module dda_simulation
    use dda_kinds, only: wp, long
    use dda_base_motion, only: base_type
@@ -32,7 +32,7 @@ module dda_simulation
    type :: counters_type
       integer(long) :: iterations = 0      !< open–close iterations
       integer(long) :: searches = 0        !< neighbour searches
-      integer(long) :: repeated = 0        !< steps taken again with a smaller Δt
+      integer(long) :: repeated = 0        !< steps repeated with a smaller Δt
       integer(long) :: too_far = 0         !< steps beyond the maximum displacement ratio
       integer(long) :: broken = 0          !< bonds broken
       integer(long) :: unsettled = 0       !< steps in which the damage of bonds did not converge
@@ -41,47 +41,55 @@ module dda_simulation
       integer :: most_iterations = 0       !< in one step
    end type counters_type
 
-   !> State of the rule of &stop; without one, only a blank reason.
+   !> State of the rule of &stop; if there is none, only a blank reason.
    type :: stop_state_type
-      character(len=:), allocatable :: reason   !< why the run has ended early; blank: it has not
-      real(wp), allocatable :: first(:,:)       !< [3, blocks] places that movement counts from
-      real(wp), allocatable :: window(:,:)      !< [3, blocks] places that rest is judged by
-      real(wp) :: since = 0.0_wp                !< time of the latter, s
+      character(len=:), allocatable :: reason   !< why the run has ended early; blank if it has not
+      real(wp), allocatable :: first(:,:)       !< [3, blocks] positions from which movement counts
+      real(wp), allocatable :: window(:,:)      !< [3, blocks] positions by which rest is judged
+      real(wp) :: since = 0.0_wp                !< time of the positions for rest, s
    end type stop_state_type
 
    !> The largest values of all steps since counting began (`dda_running_maxima`).
    type :: maxima_type
+      ! unsaved, taken before it is written: last, moved
+      ! unsaved, the input: size_of, least_size, below
       logical :: counting = .false.
       type(largest_type) :: largest(number_of_maxima)  !< so far
       type(largest_type) :: last(number_of_maxima)     !< of the present state, see `take_residuals`
-      integer :: moved(3) = 0                   !< contacts that touched; slipped; opened; likewise
-      type(base_type) :: base                   !< that displacements and rates count from
-      type(first_contacts_type) :: contacts     !< that slip and opening are of
-      real(wp), allocatable :: first(:,:)       !< [3,blocks] places that displacements count from
+      integer :: moved(3) = 0                !< numbers of contacts that touched, slipped and opened
+      type(base_type) :: base                   !< base from which displacements and rates count
+      type(first_contacts_type) :: contacts     !< contacts of slip and opening
+      real(wp), allocatable :: first(:,:)     !< [3,blocks] positions from which displacements count
       real(wp), allocatable :: size_of(:)       !< [blocks] root of the area, or of its body, m
       real(wp) :: least_size = 0.0_wp           !< of these
       integer, allocatable :: below(:)          !< [points] the point below each, or 0
-      !> displacement of the base that those of points count from, m
+      !> displacement of the base when those of points began to count, m
       real(wp) :: points_from(2) = 0.0_wp
    end type maxima_type
 
-   !> Runs beside a run (`dda_columns`).
+   !> Runs of the free-field columns (`dda_columns`).
    type, abstract :: companions_type
    end type companions_type
 
-   !> Everything a run is made of.
+   !> All data of a run.
    type :: simulation_type
-      type(model_type) :: model                !< what does not change
+      ! unsaved, the input: model, detection, laws
+      ! unsaved, the input, by the stage: scheme
+      ! unsaved, where old contacts are: made in each step: history
+      ! unsaved, only within a static stage, between whose steps nothing is saved: resting
+      ! unsaved, set at the start of each round of a step: linear_about
+      ! unsaved, set at the end of each round, before it is used: solution
+      type(model_type) :: model                !< constant data
       type(blocks_type) :: blocks              !< coordinates, velocities, vertices
       type(contacts_type) :: contacts(2)       !< this step's list and the last one's
-      integer :: now = 1                       !< which of them is this step's
+      integer :: now = 1                       !< index of this step's list
       type(neighbours_type) :: neighbours
       type(detection_type) :: detection
       type(point_list_type) :: points
       type(history_type) :: history
       type(laws_type) :: laws
       type(elements_type) :: elements          !< supports, loads, body forces …
-      !> [6,blocks] increment that laws of materials are linear about, and the solution then
+      !> [6,blocks] increment at which material laws are linearised, and its solution
       real(wp), allocatable :: linear_about(:,:), solution(:,:)
       type(scheme_type) :: scheme              !< time integration
       type(system_type) :: system
@@ -103,24 +111,24 @@ module dda_simulation
       !> bound on the farthest move of a vertex in the last step / Δt, m/s
       real(wp) :: speed = 0.0_wp
       real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
-      logical :: resting = .false.             !< it is being brought to rest
+      logical :: resting = .false.             !< a static stage is running
       character(len=:), allocatable :: statics  !< static stages so far in words; blank: none
-      !> what the check says against the model, and what static stages have found
+      !> doubts of the check and of static stages
       type(doubt_type), allocatable :: doubts(:)
-      !> input with the changes made between steps, and these in words; blank: none
+      !> input including changes between steps, and their description; blank: none
       character(len=:), allocatable :: changed_text, changes
    end type simulation_type
 
 contains
 
-   !> The step to come.
+   !> The next step.
    pure type(step_type) function next_step(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
       next_step = step_type(simulation%scheme, simulation%time, simulation%time_step)
    end function next_step
 
-   !> This step's list of contacts becomes the last one's, and the other way round.
+   !> Exchange the lists of contacts of this step and of the last one.
    pure subroutine exchange_lists(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
@@ -142,7 +150,7 @@ contains
    end function end_of_run
 
    !> All stages are done, or the rule of &stop has ended the run.
-   pure logical function finished(simulation)
+   pure logical function finished(simulation)  ! total
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
       finished = simulation%stop%reason /= ''
@@ -150,8 +158,8 @@ contains
          stage_finished(simulation)
    end function finished
 
-   !> The present stage is done: a static one as soon as it has been entered.
-   pure logical function stage_finished(simulation) result(done)
+   !> The present stage is done; a static one is done when it has been entered.
+   pure logical function stage_finished(simulation) result(done)  ! total
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
       done = simulation%stage == 0
@@ -167,7 +175,7 @@ contains
       end associate
    end function stage_finished
 
-   !> Words on what step control did; counts where they are not zero.
+   !> Text on step control, with counts that are not zero.
    pure function summary(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
@@ -195,11 +203,11 @@ contains
       if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
    end function summary
 
-   !> A count and of what, behind a comma; blank of nothing.
+   !> A comma, a count and its noun; blank if the count is zero.
    pure function more_of(count, one, many, what) result(text)
       integer(long), intent(in) :: count         !< of it
       character(len=*), intent(in) :: one, many  !< see `counted`
-      character(len=*), intent(in), optional :: what  !< is said of them
+      character(len=*), intent(in), optional :: what  !< verb of the sentence
       character(len=:), allocatable :: text
 
       text = ''
@@ -208,7 +216,7 @@ contains
       if (present(what)) text = text//what
    end function more_of
 
-   !> Why the run has ended; blank while it has not.
+   !> Why the run has ended; blank until then.
    pure function ending(simulation) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: words
@@ -221,8 +229,8 @@ contains
       end if
    end function ending
 
-   !> Gravity acts on a model that neither is brought to rest nor begins with stresses.
-   pure logical function comes_suddenly(model)
+   !> Gravity acts suddenly: there is neither a static stage nor initial stress.
+   pure logical function comes_suddenly(model)  ! total
       type(model_type), intent(in) :: model  !< as read from the input
 
       comes_suddenly = norm2(model%control%gravity) > 0.0_wp .and. &

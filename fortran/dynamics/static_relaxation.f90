@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The contacts of a static step, where many of them change their states.
+!> Solve the contacts of a static step in which many of them change states.
 !>
 !> In statics inertia hardly restrains a block whose contacts all slide, so that the open–close
-!> iteration overshoots there.  Here one matrix S serves all iterations (modified Newton), in which
-!> such contacts keep a fraction of their springs:
+!> iteration overshoots.  Here one matrix S serves all iterations (modified Newton), in which such
+!> contacts keep a fraction of their springs:
 !>
 !>     S (d' − d) = f̂ + Σ [N(d) ∂g − T(d) ∂s] − K d ,
 !>
-!> K and f̂ without contacts, N and T by the laws.  Anderson acceleration corrects for S being too
-!> stiff.  The step need not converge: its slip stays, and the next one begins with shear forces at
-!> their bounds, where a contact whose slip would reverse sticks.  So blocks between contacts that
-!> slide opposite ways have springs again.
+!> with K and f̂ without contacts, and N and T of the laws.  Anderson acceleration compensates for
+!> the excess stiffness of S.  The step need not converge: its slip is kept, and the next step
+!> begins with shear forces at their bounds.  There a contact whose slip would reverse sticks, so
+!> that blocks between contacts that slide in opposite directions have springs again.
 module dda_static_relaxation
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, accelerate
@@ -31,7 +31,7 @@ module dda_static_relaxation
 
    integer, parameter :: many_changes = 2000     !< of the first iteration: the step is relaxed
    integer, parameter :: most_iterations = 21    !< of a relaxed step
-   real(wp), parameter :: ascent = 10.0_wp       !< that the last iterate may have, over the best
+   real(wp), parameter :: ascent = 10.0_wp       !< correction of the last iterate over the best
    real(wp), parameter :: nearly = 1.0e3_wp      !< tolerances: bonds are checked, rest is judged
 
    !> Iterates of a step, scaled by the square roots of the diagonal of S.
@@ -47,8 +47,8 @@ module dda_static_relaxation
 
 contains
 
-   !> Iterate until every contact exerts what was assumed of it, or relax, if many change; so are
-   !> the steps of the stage that follow.
+   !> Iterate until assumed forces equal those of the laws; if many contacts change, relax this step
+   !> and the following ones of the stage.
    subroutine solve_statics(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -70,14 +70,14 @@ contains
       call add_counts(iteration, before)
    end subroutine solve_statics
 
-   !> Iterate by states; in vain where too many change at once.
+   !> Iterate by states; give up if too many change at once.
    subroutine attempt_states(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< plain, not damped
-      logical, intent(out) :: converged  !< else the contacts have the states of before
+      logical, intent(out) :: converged  !< else the contacts have their former states
       type(error_type), allocatable, intent(out) :: error  !< allocated where the step has failed
       integer, allocatable :: states(:)
 
@@ -92,7 +92,7 @@ contains
       contacts%state(:contacts%n) = states
    end subroutine attempt_states
 
-   !> Take the contacts nearer to their laws, from d = 0 and the states of the step before.
+   !> Relax the contacts towards their laws, from d = 0 and the states of the last step.
    subroutine relax(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -125,9 +125,8 @@ contains
       deallocate (contacts%imposed_spring, contacts%imposed_force)
    end subroutine relax
 
-   !> Springs of S, by the states before the step and the gaps and forces at d = 0.
-   !>
-   !> The share of an open contact falls with its gap, as the secant stiffness does.
+   !> Set the springs of S from the states before the step and the gaps and forces at d = 0.  The
+   !> fraction of an open contact decreases with its gap, as its secant stiffness does.
    subroutine impose_springs(iteration, contacts, laws)
       type(open_close_type), intent(in) :: iteration  !< of the step
       type(contacts_type), intent(inout) :: contacts  !< gets springs; all count as assumed stuck
@@ -148,7 +147,7 @@ contains
       end do
    end subroutine impose_springs
 
-   !> The contacts assume the forces of their laws at the last evaluation, linear in d by S.
+   !> Assume the forces of the laws at the last evaluation, linear in d with the springs of S.
    subroutine impose_forces(contacts)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       integer :: c
@@ -161,8 +160,9 @@ contains
       end do
    end subroutine impose_forces
 
-   !> The next d by S, and whether the present one is the best so far.  The first, d = 0, never is:
-   !> that would be no step.  The last may be somewhat worse than the best, since it has slipped on.
+   !> Compute the next d with S, and compare the present one with the best so far.  The first, d =
+   !> 0, never counts as best.  The last one is accepted even if it is somewhat worse, because its
+   !> slip has progressed.
    subroutine correct(iterates, i, iteration, system, solver, contacts, laws, error)
       type(iterate_type), intent(inout) :: iterates  !< of the step
       integer, intent(in) :: i  !< iteration
@@ -189,7 +189,7 @@ contains
       if (i == 1) iterates%best = system%d
    end subroutine correct
 
-   !> Square roots of the diagonal of S: corrections in N and in N m count alike.
+   !> Square roots of the diagonal of S, so that corrections in N and in N m are comparable.
    subroutine scale_by(iterates, matrix)
       type(iterate_type), intent(inout) :: iterates  !< of the step
       type(block_matrix_type), intent(in) :: matrix  !< S
@@ -198,7 +198,7 @@ contains
       iterates%scale = [((sqrt(matrix%diagonal(j, j, b)), j=1, 6), b=1, matrix%n)]
    end subroutine scale_by
 
-   !> Force by which contacts are off in a correction of this size, N/m.
+   !> Unbalanced contact force of a correction of this size, N/m.
    pure real(wp) function force_of(correction, laws) result(force)
       real(wp), intent(in) :: correction   !< J/m
       type(laws_type), intent(in) :: laws  !< stiffness of the contacts
@@ -206,8 +206,7 @@ contains
       force = sqrt(correction*laws%normal_stiffness)
    end function force_of
 
-   !> Accept the best d with the forces that the laws give there, and the work of what these leave
-   !> unbalanced.
+   !> Accept the best d with the forces of the laws there, and book the work of unbalanced forces.
    subroutine accept_best(iterates, iteration, system, contacts, laws)
       type(iterate_type), intent(in) :: iterates  !< of the step
       type(open_close_type), intent(inout) :: iteration  !< of the step

@@ -1,14 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The equations of one step, K̂ d = f̂ (paper eqs. 5–7), and their linear part.
 !>
-!> K̂ is the sum of a linear part that no contact state changes (inertia, elasticity, elements) and
-!> of the springs of the contacts in their assumed states, which `dda_contact_assembly` puts on top.
+!> K̂ is the sum of a linear part that does not depend on contact states (inertia, elasticity,
+!> elements) and of the springs of the contacts in their assumed states, which
+!> `dda_contact_assembly` adds.
 module dda_system
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, multiply_block
    use dda_blocks, only: blocks_type, mass_matrix, momentum_of
    use dda_compact_block, only: compact_size, compact, expand
-   use dda_contact_terms, only: contact_terms_type, prepare_contact_terms
+   use dda_contact_terms, only: contact_terms_type, is_dirty_stiffness
    use dda_elements, only: elements_type, linear_terms_of, add_forces
    use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, blocks_in, &
       block_of, coupled_blocks
@@ -24,15 +25,27 @@ module dda_system
 
    !> Matrix, right-hand side and unknowns of a step.
    type :: system_type
+      ! unsaved, its pattern follows from the neighbours, its numbers are made in each step: matrix
+      ! unsaved, the pattern: pair_of_entry, linear_entry
+      ! unsaved, listed in each step: first_contact
+      ! unsaved, made anew in each step: contact_terms
+      ! unsaved, made for a new time step: constant, constant_step
+      ! unsaved, made with constant: constant_damps
+      ! unsaved, made in each step: linear, has_terms, terms, load, rhs
+      ! unsaved, guessed at the start of each step: d
+      ! unsaved, set before it is used: previous_d
+      ! unsaved, a clock for those who measure: watch
+      ! unsaved, set in each step: drifts
+      ! unsaved, set in each step, where drifts: drift, drift_load
       type(block_matrix_type) :: matrix            !< K̂
       !> [entries] near pair of each lower entry; beyond the last pair where only elements couple
       integer, allocatable :: pair_of_entry(:)
       integer, allocatable :: first_contact(:)     !< [pairs+2] first contact of each near pair
-      type(contact_terms_type) :: contact_terms    !< what K̂ and f̂ have of the contacts
+      type(contact_terms_type) :: contact_terms    !< assembled terms of the contacts
       type(linear_terms_type) :: terms             !< springs and dashpots of the elements
       !> [compact_size,n] M/(χΔt²) + θ elasticity, damping, see dda_compact_block
       real(wp), allocatable :: constant(:,:)
-      !> linear part of K̂; diagonal blocks, of those that elements act on: of others, `constant`
+      !> linear part of K̂; diagonal blocks only of blocks with elements, for others see `constant`
       type(block_matrix_type) :: linear
       logical, allocatable :: has_terms(:)         !< [n] elements act on the block
       !> [entries] the entry of the linear part at each lower entry of K̂, or 0; empty if there is
@@ -42,17 +55,17 @@ module dda_system
       real(wp), allocatable :: rhs(:,:)            !< [6,n] f̂
       real(wp), allocatable :: d(:,:)              !< [6,n] unknowns (paper eq. 2)
       real(wp), allocatable :: previous_d(:,:)     !< [6,n] those of the iteration before
-      logical :: drifts = .false.                  !< bodies move on in this step
-      !> [6,n] d₀ of bodies that do, K̂d₀ of the linear part, and memory, see dda_body_drift
+      logical :: drifts = .false.                  !< moving bodies in this step
+      !> [6,n] d₀ of moving bodies, K̂d₀ of the linear part, and work space, see dda_body_drift
       real(wp), allocatable :: drift(:,:), drift_load(:,:), reduced(:,:)
-      type(step_type) :: constant_step             !< that `constant` was made for
-      logical :: constant_damps = .false.          !< it has the damping of the materials
-      type(stopwatch_type) :: watch                !< over the phases of the steps
+      type(step_type) :: constant_step             !< Δt for which `constant` was computed
+      logical :: constant_damps = .false.        !< `constant` includes the damping of the materials
+      type(stopwatch_type) :: watch                !< stopwatch of the phases of the steps
    end type system_type
 
 contains
 
-   !> Arrays for n blocks.
+   !> Allocate arrays for n blocks.
    subroutine prepare_system(system, n)
       type(system_type), intent(out) :: system  !< equations of the step
       integer, intent(in) :: n  !< blocks
@@ -61,17 +74,17 @@ contains
       allocate (system%has_terms(n), source=.false.)
       allocate (system%load(6, n), system%rhs(6, n), system%d(6, n), system%previous_d(6, n), &
          source=0.0_wp)
-      call prepare_contact_terms(system%contact_terms, n)
+      allocate (system%contact_terms%dirty(n), source=is_dirty_stiffness)  ! nothing is assembled
    end subroutine prepare_system
 
-   !> Lay out K̂ for all near pairs and all that elements couple, so that the pattern lasts as long
-   !> as the neighbours do.
+   !> Allocate K̂ for all near pairs and all coupling elements, so that its pattern is valid as long
+   !> as the list of neighbours.
    subroutine set_matrix_pattern(system, blocks, neighbours, elements, step)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(neighbours_type), intent(in) :: neighbours  !< near pairs of blocks
       type(elements_type), intent(in) :: elements  !< of the model
-      type(step_type), intent(in) :: step  !< the one to come
+      type(step_type), intent(in) :: step  !< the next step
       integer, allocatable :: pairs(:,:)
       integer :: p
 
@@ -94,7 +107,7 @@ contains
       call index_linear(system)
    end subroutine set_matrix_pattern
 
-   !> Where the lower entries of the linear part stand in K̂.
+   !> Positions of the lower entries of the linear part in K̂.
    subroutine index_linear(system)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer :: row, k
@@ -109,11 +122,11 @@ contains
       end do
    end subroutine index_linear
 
-   !> M/(χΔt²) + θ elasticity and damping, constants of a block as long as step and scheme stay.
+   !> M/(χΔt²) + θ elasticity and damping, constant while Δt and scheme do not change.
    subroutine set_constant(system, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       real(wp) :: weight
       real(wp) :: block(6, 6)
       integer :: b
@@ -135,12 +148,12 @@ contains
       system%constant_damps = blocks%damps
    end subroutine set_constant
 
-   !> All of K̂ and f̂ that does not depend on contact states.
+   !> Assemble the part of K̂ and f̂ that does not depend on contact states.
    subroutine assemble_linear(system, elements, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer :: p
 
       call set_constant(system, blocks, step)
@@ -174,7 +187,7 @@ contains
       end do
    end subroutine begin_terms
 
-   !> Diagonal block b of the linear part, before its first term is added.
+   !> Initialise diagonal block b of the linear part, before its first term is added.
    pure subroutine begin_diagonal(system, b)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer, intent(in) :: b  !< block
@@ -204,7 +217,7 @@ contains
    pure subroutine assemble_blocks(system, blocks, step, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: first, last  !< of the range
       integer :: b
 
@@ -215,14 +228,14 @@ contains
       end do
    end subroutine assemble_blocks
 
-   !> weight × Mv, less the forces of stress on the strains, of one block.
+   !> weight × Mv less the forces of stress, for the strains of one block.
    pure subroutine set_load(weight, inertia, velocity, stiffness, strain, area, initial_stress, &
       share, load)
       real(wp), intent(in) :: weight  !< 1/s
       real(wp), intent(in) :: inertia(4), velocity(6)     !< as in `blocks_type`
       real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N/m; strains
       real(wp), intent(in) :: area, initial_stress(3)     !< m²; Pa
-      real(wp), intent(in) :: share                       !< of the area that has this strain
+      real(wp), intent(in) :: share                     !< fraction of the area that has this strain
       real(wp), intent(out) :: load(6)
 
       load = weight*momentum_of(inertia, velocity)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One time step: search, assemble, solve, open–close, integrate; with a smaller Δt if it must be
-!> and may.
+!> One time step: search, assemble, solve, iterate open–close, integrate; repeat with a smaller Δt
+!> if necessary and permitted.
 module dda_time_step
    use dda_kinds, only: wp
    use dda_breaking, only: break_faces
@@ -18,6 +18,7 @@ module dda_time_step
    use dda_errors, only: error_type, error_convergence, error_interrupted, error_memory, &
       fail
    use dda_impact, only: count_impacts, resolve_impacts
+   use dda_joint_law, only: weakened
    use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
    use dda_body_drift, only: begin_drift
    use dda_model, only: half_size
@@ -34,9 +35,9 @@ module dda_time_step
    private
    public :: advance
 
-   real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< of Δt when adaptive
+   real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< factors of an adaptive Δt
    integer, parameter :: most_attempts = 40                  !< at one step
-   integer, parameter :: most_rounds = 60  !< of bolts' states, or of Newton's method, in a step
+   integer, parameter :: most_rounds = 60  !< of bolt states, or Newton, in a step
    integer, parameter :: most_searches = 3                   !< at one step of the same Δt
 
 contains
@@ -81,7 +82,8 @@ contains
 
       associate (contacts => simulation%contacts(simulation%now), counters => simulation%counters)
          contacts%was_bonded(:contacts%n) = contacts%bonded(:contacts%n)
-         if (contacts%with_laws) contacts%was_weakened(:contacts%n) = contacts%weakened(:contacts%n)
+         if (contacts%with_laws) &
+            contacts%was_weakened(:contacts%n) = contacts%memory(weakened, :contacts%n)
          call predict(simulation%blocks, simulation%system%d, next_step(simulation))
          call prepare_elements(simulation%elements, simulation%blocks, next_step(simulation), &
             simulation%system%d)
@@ -93,7 +95,7 @@ contains
                next_step(simulation))
             call lap(simulation%system%watch, phase_assemble)
             if (simulation%laws%damped .and. round > 1) call damp_contacts(contacts, &
-               simulation%laws, simulation%blocks, next_step(simulation))  ! nothing is hit yet
+               simulation%laws, simulation%blocks, next_step(simulation))  ! no impacts yet
             if (simulation%elements%nonlinear) simulation%linear_about = simulation%system%d
             call close_step(simulation, error)
             call add_counts(simulation%iteration, before)
@@ -110,7 +112,7 @@ contains
       end associate
    end subroutine solve_step
 
-   !> Words on an iteration that has not converged in a step.
+   !> Text on an iteration that has not converged in a step.
    pure function unsettled(simulation) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: words
@@ -122,8 +124,8 @@ contains
          to_text(block)
    end function unsettled
 
-   !> Solve the step of the columns of free fields first, and hand it to the sides of the model.  On
-   !> the way to rest they are at rest already.
+   !> Solve the step of the free-field columns first, and pass it to the sides of the model.  In
+   !> statics the columns are already at rest.
    subroutine solve_columns(simulation, again, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       logical, intent(in) :: again  !< another attempt at the same step
@@ -140,7 +142,7 @@ contains
       if (.not. allocated(error)) call take_over_columns(simulation)
    end subroutine solve_columns
 
-   !> Solve the step of a column, with a wider search where it moves too far for the first.
+   !> Solve the step of a column; widen the search if it moves too far.
    subroutine solve_column(run, time_step, again, error)
       type(simulation_type), intent(inout) :: run  !< of the column
       real(wp), intent(in) :: time_step            !< of the model, s
@@ -162,7 +164,7 @@ contains
       call fail(error, error_convergence, 'a vertex moves too far in one step')
    end subroutine solve_column
 
-   !> Make the solutions of the columns their new states.
+   !> Accept the solutions of the columns.
    subroutine accept_columns(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -177,7 +179,7 @@ contains
       end do
    end subroutine accept_columns
 
-   !> Iterate the contacts by the rules that the input asks for.
+   !> Iterate the contacts by the rules that the input requires.
    subroutine close_step(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -206,9 +208,9 @@ contains
       end associate
    end subroutine close_step
 
-   !> The largest displacement that a vertex may have in a step, m: on the way to rest no more than
-   !> what contacts are listed for.
-   pure real(wp) function allowed_move(simulation)
+   !> The largest displacement of a vertex in a step, m; in statics at most the distance for which
+   !> contacts are listed.
+   pure real(wp) function allowed_move(simulation)  ! total
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
       allowed_move = simulation%model%control%max_displacement_ratio &
@@ -216,7 +218,7 @@ contains
       if (simulation%resting) allowed_move = min(allowed_move, simulation%detection%least)
    end function allowed_move
 
-   !> Keep the speed that the next search is made for, and count steps beyond the maximum.
+   !> Store the speed for the next search, and count steps beyond the maximum displacement.
    pure subroutine record_move(simulation, move)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
@@ -226,7 +228,8 @@ contains
          simulation%counters%too_far = simulation%counters%too_far + 1
    end subroutine record_move
 
-   !> A vertex moves beyond the maximum displacement, or beyond what contacts were listed for.
+   !> A vertex moves beyond the maximum displacement, or beyond the distance for which contacts were
+   !> listed.
    pure logical function is_too_far(simulation, move)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
@@ -239,14 +242,14 @@ contains
    !> Prepare another attempt at the step: a smaller Δt if it is allowed to shrink, else a wider
    !> search.
    !>
-   !> On the way to rest a step beyond the maximum displacement is shortened: far from where its
-   !> contacts were listed, what it solves is not the model.
+   !> In statics a step beyond the maximum displacement is shortened, because its list of contacts
+   !> is valid only near the start.
    subroutine retry(simulation, attempt, searches, move, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer, intent(in) :: attempt  !< number, from 1
       integer, intent(inout) :: searches  !< of the same Δt
       real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       character(len=:), allocatable :: reason
       logical :: shorter
 
@@ -270,11 +273,11 @@ contains
          call explain(simulation, reason, error)
          return
       end if
-      ! The next attempt starts from the contacts of the last good step, not from what went wrong.
+      ! The next attempt starts from the contacts of the last accepted step.
       call exchange_lists(simulation)
    end subroutine retry
 
-   !> Make the solution of the step the new state.
+   !> Accept the solution of the step as the new state.
    subroutine accept(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp) :: path
@@ -306,8 +309,8 @@ contains
       if (.not. simulation%resting) call break_faces(simulation)
    end subroutine accept
 
-   !> Count broken bonds, steps in which damage or bounds did not converge and, once the first step
-   !> has closed what touches, changes of state.
+   !> Count broken bonds, steps in which damage or bounds did not converge and, after the first
+   !> step, changes of state.
    pure subroutine record_changes(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
@@ -321,7 +324,7 @@ contains
       end associate
    end subroutine record_changes
 
-   !> Bonds that the last step has damaged altogether.
+   !> Number of bonds that the last step has fully damaged.
    pure integer function spent_bonds(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 

@@ -6,7 +6,7 @@
 !> (Joyner and Chen 1975): a dashpot exerts c (Δu − T d)/Δt over a step.  Its loss is
 !> |Δu − T d|² c/Δt, the work of the half-space that force on Δu.
 !>
-!> Static stages hold the edges in place by springs.  At the change of stage the reactions of the
+!> Static stages fix the edges by springs.  At the change of stage the reactions of the
 !> springs become forces on the blocks that stay, and the dashpots take over.  What is left out of
 !> balance then would move the model for ever, since nothing but dashpots holds it: the reactions
 !> take it, too, so that nothing moves.
@@ -29,7 +29,7 @@ module dda_absorbing
 
    !> Gauss points of all absorbing boundaries.
    type, extends(element_type) :: absorbing_type
-      type(fixed_point_type), allocatable :: point(:)  !< [points] place, and how statics hold it
+      type(fixed_point_type), allocatable :: point(:)  !< [points] position, and support in statics
       real(wp), allocatable :: axes(:,:,:)             !< [2,2,points] normal and edge, in columns
       real(wp), allocatable :: dashpot(:,:)            !< [2,points] along these, N s/m per m
       integer, allocatable :: motion(:,:)              !< [2,points] of the half-space; 0: none
@@ -38,7 +38,7 @@ module dda_absorbing
       real(wp), allocatable :: reaction(:,:)           !< [6,any] force on each that stays, N/m …
       real(wp) :: stiffness = 0.0_wp                   !< of a static support, N/m per m
       integer :: kind = term_boundary                  !< of its terms
-      type(fixed_points_type), allocatable :: support  !< while a static stage holds them
+      type(fixed_points_type), allocatable :: support  !< in static stages
    contains
       procedure :: add_linear
       procedure :: add_force
@@ -82,8 +82,8 @@ contains
       allocate (self%reaction(6, size(self%block)), source=0.0_wp)
    end function new_absorbing_boundaries
 
-   !> Rows of the displacement of a point along the normal and along the edge; none of a block that
-   !> has been removed.
+   !> Rows of the displacement of a point along the normal and along the edge; zero for a removed
+   !> block.
    pure function rows_of(self, i, blocks) result(t)
       class(absorbing_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                   !< point
@@ -102,7 +102,7 @@ contains
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                     !< point
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp) :: increment(2)
 
       increment = self%factor(i)*(displacement_of(motions, self%motion(:, i), end_time(step)) &
@@ -114,7 +114,7 @@ contains
    subroutine add_linear(self, blocks, step, terms)
       class(absorbing_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< in their present state
-      type(step_type), intent(in) :: step              !< the one being taken
+      type(step_type), intent(in) :: step              !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       real(wp) :: t(2, 6)
@@ -145,7 +145,7 @@ contains
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
       real(wp) :: force(2)
       integer :: i
@@ -173,7 +173,7 @@ contains
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the one to come
+      type(step_type), intent(in) :: step          !< the next one
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
 
       if (allocated(self%support)) call self%support%add_stored(blocks, motions, step, energy)
@@ -184,7 +184,7 @@ contains
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
       real(wp) :: moved(2), increment(2), force(2)
@@ -227,7 +227,7 @@ contains
       self%support = new_fixed_points(held, motions, self%stiffness, time)
    end subroutine freeze
 
-   !> Reactions stay; those of springs that held the points are added.
+   !> Reactions stay; those of the springs of statics are added.
    subroutine inherit(self, before, blocks)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before     !< those of the same type

@@ -26,11 +26,11 @@ module dda_body_force
 
 contains
 
-   !> Acceleration in place of the base's, m/s²; zero where the base does not move.
+   !> Acceleration instead of the base's, m/s²; zero where the base does not move.
    pure function base_force(self, motions, step) result(force)
       class(body_force_type), intent(in) :: self  !< elements of this kind
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp) :: force(2)
       integer :: axis
 
@@ -47,7 +47,7 @@ contains
       class(body_force_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       real(wp) :: force(2)
       integer :: b
@@ -63,7 +63,7 @@ contains
       class(body_force_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       real(wp) :: part(2, most_pieces), moved(2)

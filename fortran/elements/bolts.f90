@@ -3,9 +3,9 @@
 !>
 !> Along the axis the force is F = k (s − s_p), with the stretch s at the end of the step and the
 !> stretch s_p at which the bolt is free of force; that of a cable is the length of all its legs,
-!> with one force throughout.  A bolt that takes no compression is slack below s_p.  Beyond the
+!> with one force throughout.  A bolt without compression is slack below s_p.  Beyond the
 !> yield force s_p follows, which loses F Δs_p.  In a step a component is assumed elastic, yielding
-!> or slack; where the converged step says otherwise, it is solved again (`revise`).  The energy of
+!> or slack; if the converged step contradicts, it is solved again (`revise`).  The energy of
 !> an elastic bolt is ½ k (s − s_p)², with the loss of `dda_energy`.
 !>
 !> The tension N of the step before stiffens a bolt across its legs as well, by N ∂²s/∂q² of the
@@ -21,13 +21,14 @@ module dda_bolts
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, set_rows, &
       stretch_of, term_bolt, at_end
    use dda_motion, only: motion_type
+   use dda_output_schema, only: columns_of, in_bolts
    use dda_scheme, only: step_type
    implicit none
    private
    public :: bolts_type, new_bolts, bolt_columns
 
    integer, parameter :: absent = 0, elastic = 1, yielding = 2, slack = 3, broken = 4
-   integer, parameter :: bolt_columns = 4  !< axial and shear force, stretch, state
+   integer, parameter :: bolt_columns = columns_of(in_bolts)  !< numbers of a bolt in the output
 
    !> All bolts of a model and their state.
    type, extends(element_type) :: bolts_type
@@ -200,12 +201,12 @@ contains
       acts = self%mode(axial, i) /= absent .and. self%mode(axial, i) /= broken
    end function acts
 
-   !> A spring for each elastic component.  Others keep their place in the list, without stiffness,
-   !> so that the pattern of the matrix lasts.
+   !> A spring for each elastic component.  Others keep their position in the list, without
+   !> stiffness, so that the pattern of the matrix lasts.
    subroutine add_linear(self, blocks, step, terms)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       real(wp) :: row(6, most_points)
@@ -278,7 +279,7 @@ contains
          self%bolt(i)%reference(:, k)))
    end function arm_of
 
-   !> Energy of these springs in the increment d, J per metre of thickness: half of what they take.
+   !> Energy of these springs in the increment d, J per metre of thickness.
    pure real(wp) function curvature_energy(self, i, blocks, d) result(energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
@@ -311,7 +312,7 @@ contains
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       real(wp) :: row(6, most_points), force
       integer :: i, c, k
@@ -335,7 +336,7 @@ contains
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i, c
 
@@ -365,7 +366,7 @@ contains
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       real(wp) :: before, after, start, force, flow, curvature
@@ -410,11 +411,11 @@ contains
          abs(self%stretch(across, i) - self%first(across, i)) > self%bolt(i)%rupture(across)
    end function breaks
 
-   !> Stretches of the converged increment d, and the modes that they ask for.
+   !> Stretches of the converged increment d, and the modes that they imply.
    subroutine revise(self, blocks, step, d, changed)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
-      type(step_type), intent(in) :: step           !< the one being taken
+      type(step_type), intent(in) :: step           !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed  !< components that must be assumed otherwise
       real(wp) :: row(6, most_points)
@@ -436,12 +437,12 @@ contains
       end do
    end subroutine revise
 
-   !> The stretch that is free of force follows what has yielded; what has broken acts no more.
+   !> Update the stretch without force after yielding; broken bolts no longer act.
    subroutine accept(self, blocks, motions, step, d)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: i, c
 
@@ -457,7 +458,7 @@ contains
       end do
    end subroutine accept
 
-   !> Take over the state of bolts that were there before, but for those that are taken away.
+   !> Inherit the state of earlier bolts, except removed ones.
    subroutine inherit(self, before, blocks)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before  !< those of the same type
@@ -498,7 +499,7 @@ contains
       call archive_values(archive, self%force)
    end subroutine serialise
 
-   !> Values of each bolt in the output: forces, stretch since it was put in, state.
+   !> Values of each bolt in the output: forces, stretch since installation, state.
    pure function columns(self) result(values)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       real(wp) :: values(bolt_columns, size(self%bolt))  !< N/m, N/m, m, 0 … 4

@@ -74,7 +74,7 @@ contains
       end do
    end subroutine begin_joint
 
-   !> Mean damage of the joint of face i; whether all of its bond is gone.
+   !> Mean damage of the joint of face i; whether its bond is fully broken.
    pure subroutine joint_damage(elements, i, damage, spent)
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: i                     !< broken face

@@ -2,7 +2,7 @@
 !> Law of a point of a broken face: the cohesive joint that it becomes, (1 − D) bond + D contact, as
 !> `dda_joint_bond` has it for contacts.
 !>
-!> In place of strains there are the opening g and the slip s of the face, and tractions of
+!> Instead of strains there are the opening g and the slip s of the face, and tractions of
 !> stresses.  The bond acts at t₀ + θΔt, the contact at the end of the step.  Between the damages D₀
 !> and D₁ of its ends a step has a D* at which it spends just the fracture energy; D* and the
 !> pressure that bounds friction are held in each solution of a step, which then is the least of a
@@ -30,7 +30,7 @@ module dda_crack_law
       procedure :: respond
       procedure :: finish
       procedure :: stored
-      procedure :: held_stress
+      procedure :: frozen_stress
       procedure :: traction_ratio
       procedure :: springs
    end type crack_law_type
@@ -81,7 +81,7 @@ contains
    !> Motion of a point in a step, with the frozen pressure.
    pure type(motion_type) function motion_of(self, point, state, strain, change) result(motion)
       class(crack_law_type), intent(in) :: self     !< law
-      type(strain_point_type), intent(in) :: point  !< where it acts
+      type(strain_point_type), intent(in) :: point  !< at its position
       real(wp), intent(in) :: state(:)              !< [any] at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start, their change, m
       real(wp) :: elastic, most
@@ -95,22 +95,22 @@ contains
       if (.not. motion%sticks) motion%slider(2) = motion%slip(2) - sign(most, elastic)
    end function motion_of
 
-   !> D* of a point, as it is held.
+   !> Frozen D* of a point.
    pure real(wp) function acting_damage(self, point, state) result(share)
       class(crack_law_type), intent(in) :: self     !< law
-      type(strain_point_type), intent(in) :: point  !< where it acts
+      type(strain_point_type), intent(in) :: point  !< at its position
       real(wp), intent(in) :: state(:)              !< [any] at the start of the step
 
       share = max(state(damaged), min(1.0_wp, point%bounding(2)/self%joint%strengths(1)))
    end function acting_damage
 
    !> Frozen values: the pressure that bounds friction, and D* times the tensile strength.
-   pure function held_stress(self, point, state, strain, change, step) result(stress)
+   pure function frozen_stress(self, point, state, strain, change, step) result(stress)
       class(crack_law_type), intent(in) :: self     !< law
-      type(strain_point_type), intent(in) :: point  !< where it acts
+      type(strain_point_type), intent(in) :: point  !< at its position
       real(wp), intent(in) :: state(:)              !< [any] at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start, their change, m
-      type(step_type), intent(in) :: step           !< the one being taken
+      type(step_type), intent(in) :: step           !< the present one
       real(wp) :: stress(3), energy(2), after, share, surplus
       type(motion_type) :: motion
 
@@ -130,15 +130,15 @@ contains
          stress = [joint%normal_stiffness*max(0.0_wp, -opening(2)), share*joint%strengths(1), &
             0.0_wp]
       end associate
-   end function held_stress
+   end function frozen_stress
 
    !> Traction that acts in a step, and its tangent.
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(crack_law_type), intent(in) :: self          !< law
-      type(strain_point_type), intent(in) :: point       !< where it acts
+      type(strain_point_type), intent(in) :: point       !< at its position
       real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
       real(wp), intent(in) :: strain(3), change(3)       !< g and s at the start, their change, m
-      type(step_type), intent(in) :: step                !< the one being taken
+      type(step_type), intent(in) :: step                !< the present one
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa; Pa/m
       type(motion_type) :: motion
       real(wp) :: share, slope(2)
@@ -164,10 +164,10 @@ contains
    !> State at the end of a step, and its losses: by fracture, by friction, by the scheme.
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(crack_law_type), intent(in) :: self      !< law
-      type(strain_point_type), intent(in) :: point   !< where it acts
+      type(strain_point_type), intent(in) :: point   !< at its position
       real(wp), intent(inout) :: state(:)            !< [any] at the start, then of the end
       real(wp), intent(in) :: strain(3), change(3)   !< g and s at the start, their change, m
-      type(step_type), intent(in) :: step            !< the one being taken
+      type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(out) :: loss(losses)          !< J/m²
       type(motion_type) :: motion
       real(wp) :: share, after, rise(2), stretch(2), k(2), pressed(2)
@@ -195,7 +195,7 @@ contains
    !> Energy of bond and contact, J/m².
    pure real(wp) function stored(self, point, state, strain)
       class(crack_law_type), intent(in) :: self     !< law
-      type(strain_point_type), intent(in) :: point  !< where it acts
+      type(strain_point_type), intent(in) :: point  !< at its position
       real(wp), intent(in) :: state(:)              !< [any] of the point
       real(wp), intent(in) :: strain(3)             !< g and s, m
       real(wp) :: k(2)
@@ -207,8 +207,8 @@ contains
       end associate
    end function stored
 
-   !> The bond of a point is gone.
-   pure logical function is_spent(state)
+   !> The bond of a point is broken.
+   pure logical function is_spent(state)  ! total
       real(wp), intent(in) :: state(:)  !< [any] of the point
 
       is_spent = state(damaged) >= 1.0_wp

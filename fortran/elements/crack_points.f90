@@ -83,7 +83,7 @@ contains
       end do
    end subroutine begin_crack
 
-   !> Damage of face i, of its points by their weights; whether its bonds are gone.
+   !> Damage of face i, its points weighted; whether its bonds are broken.
    pure subroutine crack_damage(self, i, damage, spent)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                       !< broken face

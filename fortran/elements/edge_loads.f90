@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Loads on edges at t₀ + θΔt: tractions and water, by exact integrals of ∫ Tᵀ f ds.
 !>
-!> A pressure is linear between the places where an edge meets a level, the phreatic line, or a
+!> A pressure is linear between the positions where an edge meets a level, the phreatic line, or a
 !> point of it; the shape matrix is linear along the edge, so two Gauss points integrate exactly.
 !> Full hydrostatic pressure all round a block is then its buoyancy, to rounding.  What follows
 !> takes ends and normals of the present geometry at the start of the step.
@@ -47,7 +47,7 @@ contains
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       integer :: i, k
 
@@ -67,7 +67,7 @@ contains
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i, k
@@ -83,15 +83,15 @@ contains
       end do
    end subroutine account
 
-   !> The time at which the loads of a step are taken, s.
+   !> The time of the loads of a step, s.
    pure real(wp) function time_of(self, step)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
 
       time_of = merge(self%time, load_time(step), self%frozen)
    end function time_of
 
-   !> Force of a load on piece k, N/m …
+   !> Force of a load on part k, N/m …
    pure function force_on(load, k, blocks, time) result(force)
       type(edge_load_type), intent(in) :: load  !< one of them
       integer, intent(in) :: k  !< piece
@@ -135,7 +135,7 @@ contains
       type(edge_load_type), intent(in) :: load  !< with its line
       integer, intent(in) :: k  !< piece
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(in) :: ends(2, 2)  !< of the piece, m
+      real(wp), intent(in) :: ends(2, 2)  !< of the part, m
       real(wp), intent(in) :: rise, factor  !< of the line, m; of the pressure
       real(wp) :: span(2), head(2), x(2), reach
       integer :: j
@@ -156,7 +156,7 @@ contains
       end associate
    end subroutine add_below_line
 
-   !> Shares of an edge between two abscissae; the first is larger where there are none.
+   !> Fractions of an edge between two abscissae; the first is larger where there are none.
    pure function shares_between(x, low, high) result(span)
       real(wp), intent(in) :: x(2)       !< of the ends of the edge, m
       real(wp), intent(in) :: low, high  !< m
@@ -173,8 +173,8 @@ contains
       real(wp), intent(inout) :: force(6)  !< N/m …
       type(edge_piece_type), intent(in) :: piece  !< of an edge
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(in) :: ends(2, 2)  !< of the piece, m
-      real(wp), intent(in) :: span(2)  !< shares of the piece at which the stretch begins and ends
+      real(wp), intent(in) :: ends(2, 2)  !< of the part, m
+      real(wp), intent(in) :: span(2)  !< fractions of the part at which the stretch begins and ends
       real(wp), intent(in) :: pressure(2)  !< there, Pa
       real(wp), intent(in) :: factor  !< of the pressure
       real(wp) :: wet(2), dry
@@ -193,8 +193,8 @@ contains
       real(wp), intent(inout) :: force(6)  !< N/m …
       type(edge_piece_type), intent(in) :: piece  !< of an edge
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(in) :: ends(2, 2)  !< of the piece, m
-      real(wp), intent(in) :: span(2)  !< shares of the piece at which the stretch begins and ends
+      real(wp), intent(in) :: ends(2, 2)  !< of the part, m
+      real(wp), intent(in) :: span(2)  !< fractions of the part at which the stretch begins and ends
       real(wp), intent(in) :: pressure(2)  !< there, Pa
       real(wp), intent(in) :: shear  !< in the counter-clockwise sense, Pa
       real(wp) :: along(2), at, p

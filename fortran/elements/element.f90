@@ -3,7 +3,7 @@
 !> bolt.
 !>
 !> Its terms are read by the assembly, the energy budget, the checks and the transfer function
-!> alike.  An object holds all elements of its kind.  A new kind is one file that extends
+!> alike.  An object contains all elements of its kind.  A new kind is one file that extends
 !> `element_type` and one line of registration in `dda_elements`; it overrides what it has.
 module dda_element
    use dda_kinds, only: wp
@@ -42,17 +42,17 @@ module dda_element
          class(element_type), intent(in) :: self  !< elements of this kind
          type(blocks_type), intent(in) :: blocks       !< at the start of the step
          type(motion_type), intent(in) :: motions(:)   !< prescribed ones
-         type(step_type), intent(in) :: step  !< the one being taken
+         type(step_type), intent(in) :: step  !< the present one
          real(wp), intent(inout) :: load(:,:)          !< [6,blocks] N/m …
       end subroutine force_interface
 
-      !> Add work, losses and stored energy of the converged increment d, before it is taken.
+      !> Add work, losses and stored energy of the converged increment d, before the update.
       subroutine budget_interface(self, blocks, motions, step, d, energy)
          import :: element_type, blocks_type, motion_type, step_type, energy_type, wp
          class(element_type), intent(in) :: self  !< elements of this kind
          type(blocks_type), intent(in) :: blocks       !< at the start of the step
          type(motion_type), intent(in) :: motions(:)   !< prescribed ones
-         type(step_type), intent(in) :: step  !< the one being taken
+         type(step_type), intent(in) :: step  !< the present one
          real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
          type(energy_type), intent(inout) :: energy    !< J per metre of thickness
       end subroutine budget_interface
@@ -64,7 +64,7 @@ contains
    subroutine add_no_linear(self, blocks, step, terms)
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
    end subroutine add_no_linear
 
@@ -73,7 +73,7 @@ contains
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
-      type(step_type), intent(in) :: step           !< the one to come
+      type(step_type), intent(in) :: step           !< the next one
       type(energy_type), intent(inout) :: energy    !< J per metre of thickness
    end subroutine add_no_stored
 
@@ -82,7 +82,7 @@ contains
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at the start of the step
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine accept_nothing
 
@@ -91,7 +91,7 @@ contains
    subroutine prepare_nothing(self, blocks, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at the start of the step
-      type(step_type), intent(in) :: step           !< the one being taken
+      type(step_type), intent(in) :: step           !< the present one
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine prepare_nothing
 
@@ -100,38 +100,38 @@ contains
    subroutine revise_nothing(self, blocks, step, d, changed)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at the start of the step
-      type(step_type), intent(in) :: step           !< the one being taken
+      type(step_type), intent(in) :: step           !< the present one
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed             !< states that have changed
    end subroutine revise_nothing
 
-   !> Work on the way from one increment to another, at a share of the way, of what forces have
-   !> beyond the linear problem, J per metre of thickness; here: none.
+   !> Work of the nonlinear part of the forces on a path between two increments, at a fraction of
+   !> it, J per metre of thickness; here: none.
    real(wp) function no_slope(self, blocks, step, from, to, share)
       class(element_type), intent(in) :: self     !< elements of this kind
       type(blocks_type), intent(in) :: blocks     !< at the start of the step
-      type(step_type), intent(in) :: step         !< the one being taken
+      type(step_type), intent(in) :: step         !< the present one
       real(wp), intent(in) :: from(:,:), to(:,:)  !< [6,blocks] increments of the coordinates
       real(wp), intent(in) :: share               !< 0 … 1
 
       no_slope = 0.0_wp
    end function no_slope
 
-   !> Project initial velocities onto what a stiff element admits; here: all are admitted.
+   !> Project initial velocities onto those that a stiff element admits; here: all are admitted.
    subroutine match_nothing(self, blocks, motions, step, velocity)
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
-      type(step_type), intent(in) :: step           !< the one to come
+      type(step_type), intent(in) :: step           !< the next one
       real(wp), intent(inout) :: velocity(:,:)      !< [6,blocks] per s
    end subroutine match_nothing
 
-   !> Keep loads and prescribed places constant from a time on; here: none depends on time.
+   !> Keep loads and prescribed positions constant from a time on; here: none depends on time.
    subroutine freeze_nothing(self, blocks, motions, time)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< in their present state
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
-      real(wp), intent(in) :: time                  !< whose loads and places stay, s
+      real(wp), intent(in) :: time          !< at which loads and prescribed positions are frozen, s
    end subroutine freeze_nothing
 
    !> Take over the state of those that stood in its place before the model changed, or before a
@@ -142,7 +142,7 @@ contains
       type(blocks_type), intent(in) :: blocks       !< in their present state
    end subroutine inherit_nothing
 
-   !> After statics: take what is left out of balance into reactions that stay; here: none.
+   !> After statics: add the unbalanced forces to the permanent reactions; here: none.
    subroutine balance_nothing(self, blocks, unbalanced)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at rest

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The elements of a model: registration, and what all of them together give.
+!> The elements of a model: registration, and sums over all of them.
 module dda_elements
    use dda_kinds, only: wp
    use dda_absorbing, only: new_absorbing_boundaries
@@ -47,7 +47,7 @@ module dda_elements
 
 contains
 
-   !> The elements that a model asks for.  Here a new kind is registered.
+   !> The elements that a model requires.  Here a new kind is registered.
    subroutine set_elements(elements, model, blocks, time)
       type(elements_type), intent(inout) :: elements  !< replaced; states of their own stay
       type(model_type), intent(in) :: model  !< as the stages up to now have changed it
@@ -137,7 +137,7 @@ contains
    subroutine linear_terms_of(elements, blocks, step, terms)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       integer :: i
 
@@ -151,7 +151,7 @@ contains
    subroutine add_forces(elements, blocks, step, load)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       integer :: i
 
@@ -164,7 +164,7 @@ contains
    subroutine update_stored(elements, blocks, step, energy)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step         !< the one to come
+      type(step_type), intent(in) :: step         !< the next one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
 
@@ -174,11 +174,11 @@ contains
       end do
    end subroutine update_stored
 
-   !> Work, losses and stored energy of the converged increment d, before it is taken.
+   !> Work, losses and stored energy of the converged increment d, before the update.
    subroutine account_elements(elements, blocks, step, d, energy)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)              !< [6,blocks]
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
@@ -189,11 +189,11 @@ contains
       end do
    end subroutine account_elements
 
-   !> Before a step: what is not linear is made so about an increment.
+   !> Before a step: linearise nonlinear terms about an increment.
    subroutine prepare_elements(elements, blocks, step, d)
       type(elements_type), intent(inout) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present one
       real(wp), intent(in) :: d(:,:)           !< [6,blocks]
       integer :: i
 
@@ -206,7 +206,7 @@ contains
    subroutine revise_elements(elements, blocks, step, d, changed)
       type(elements_type), intent(inout) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present one
       real(wp), intent(in) :: d(:,:)           !< [6,blocks]
       integer, intent(out) :: changed          !< states that have changed
       integer :: i
@@ -217,12 +217,12 @@ contains
       end do
    end subroutine revise_elements
 
-   !> Slope of the energy of a step on the way from one increment to another, beyond that of the
-   !> linear problem, J per metre of thickness.
+   !> Slope of the nonlinear part of the energy of a step on a path between two increments, J per
+   !> metre of thickness.
    real(wp) function slope_beyond(elements, blocks, step, from, to, share) result(slope)
       type(elements_type), intent(in) :: elements  !< prepared for the step
       type(blocks_type), intent(in) :: blocks      !< at the start of the step
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: from(:,:), to(:,:)   !< [6,blocks]
       real(wp), intent(in) :: share                !< of the way, 0 … 1
       integer :: i
@@ -283,7 +283,7 @@ contains
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: face                  !< of each tie and weld, 1 or 2
       type(blocks_type), intent(in) :: blocks      !< at the start of the step
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks]
       real(wp) :: force(6, blocks%n)               !< N/m …
       integer :: i
@@ -377,8 +377,8 @@ contains
       end do
    end subroutine add_up_jumps
 
-   !> Of bodies: what estimates the error of their stresses, and what they store in both of them, J
-   !> per metre of thickness.
+   !> Energies of bodies, J per metre of thickness: that of the jumps, which estimates the error of
+   !> stresses, and the total.
    function body_energies(elements, blocks) result(energies)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -396,7 +396,7 @@ contains
       end do
    end function body_energies
 
-   !> Sides take over the step of the column of a free field.
+   !> Sides inherit the step of the column of a free field.
    subroutine follow_free_field(elements, number, block, column, d, force)
       type(elements_type), intent(inout) :: elements  !< of the model
       integer, intent(in) :: number                   !< of the free field
@@ -418,7 +418,7 @@ contains
    subroutine accept_elements(elements, blocks, step, d)
       type(elements_type), intent(inout) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: i
 
@@ -427,11 +427,11 @@ contains
       end do
    end subroutine accept_elements
 
-   !> Project initial velocities onto what stiff elements admit.
+   !> Project initial velocities onto those that stiff elements admit.
    subroutine match_velocities(elements, blocks, step)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(inout) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step         !< the one to come
+      type(step_type), intent(in) :: step         !< the next one
       real(wp) :: velocity(6, blocks%n)
       integer :: i
 
@@ -442,7 +442,8 @@ contains
       blocks%velocity = velocity
    end subroutine match_velocities
 
-   !> For statics: loads and prescribed places keep their values at a time, base motions do not act.
+   !> For statics: loads and prescribed positions keep their values at a time, base motions do not
+   !> act.
    subroutine freeze_elements(elements, blocks, time)
       type(elements_type), intent(inout) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -454,7 +455,7 @@ contains
       end do
    end subroutine freeze_elements
 
-   !> After statics: reactions that stay take what is left out of balance.
+   !> After statics: permanent reactions include the unbalanced forces.
    subroutine balance_elements(elements, blocks, unbalanced)
       type(elements_type), intent(inout) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< at rest

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Fixed points: material points held to a prescribed motion by a spring and a dashpot at the end of
+!> Fixed points: material points tied to a prescribed motion by a spring and a dashpot at the end of
 !> the step (`dda_spring_element`).
 module dda_fixed_points
    use dda_kinds, only: wp
@@ -10,7 +10,7 @@ module dda_fixed_points
    use dda_scheme, only: step_type
    use dda_small_matrix, only: invert
    use dda_spring_element, only: spring_element_type, spring_type, dashpots_of, &
-      wanted_rate
+      target_rate
    use dda_support, only: fixed_point_type
    implicit none
    private
@@ -18,6 +18,7 @@ module dda_fixed_points
 
    !> All fixed points of a model.
    type, extends(spring_element_type) :: fixed_points_type
+      ! unsaved, the input: point
       type(fixed_point_type), allocatable :: point(:)
       real(wp), allocatable :: rate(:,:)      !< [2,points] velocity of their motions, m/s
    contains
@@ -49,7 +50,7 @@ contains
       end do
    end function new_fixed_points
 
-   !> Springs along the directions in which point i is held.
+   !> Springs along the fixed directions of point i.
    pure subroutine get_spring(self, i, blocks, spring)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                 !< number, from 1
@@ -89,12 +90,12 @@ contains
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: i
 
       do i = 1, size(self%point)
-         self%rate(:, i) = wanted_rate(self%point(i)%motion, self%rate(:, i), motions, step)
+         self%rate(:, i) = target_rate(self%point(i)%motion, self%rate(:, i), motions, step)
       end do
    end subroutine accept
 
@@ -104,7 +105,7 @@ contains
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] per s
       type(spring_type) :: spring
       real(wp) :: wanted(2, size(self%point))
@@ -129,7 +130,7 @@ contains
    pure subroutine match_block(self, blocks, step, b, wanted, velocity)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       integer, intent(in) :: b  !< number of the block
       real(wp), intent(in) :: wanted(:,:)  !< [2,points] m/s
       real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] per s
@@ -156,7 +157,7 @@ contains
       velocity(:, b) = matmul(inverse, impulse)
    end subroutine match_block
 
-   !> Keep the prescribed places constant at their values at a time.
+   !> Keep the prescribed positions constant at their values at a time.
    subroutine freeze(self, blocks, motions, time)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state

@@ -70,7 +70,7 @@ contains
       class(free_sides_type), intent(in) :: self   !< elements of this kind
       integer, intent(in) :: i                     !< point
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp) :: increment(2)
 
       increment = self%carried(:, i)
@@ -86,7 +86,7 @@ contains
       self%dashpot = 0.0_wp
    end subroutine freeze
 
-   !> The forces of the neighbours are what they are.
+   !> The forces of the neighbours are given.
    subroutine balance(self, blocks, unbalanced)
       class(free_sides_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< at rest

@@ -35,10 +35,10 @@ contains
    !> Force that acts in a step beyond that at the start of the law, and its tangent.
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(jump_law_type), intent(in) :: self           !< law
-      type(strain_point_type), intent(in) :: point       !< where it acts
+      type(strain_point_type), intent(in) :: point       !< at its position
       real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
       real(wp), intent(in) :: strain(3), change(3)       !< jump at the start, its change, m
-      type(step_type), intent(in) :: step                !< the one being taken
+      type(step_type), intent(in) :: step                !< the present one
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< N/m; N/m²
       real(wp) :: force(2), slope(2, 2)
 
@@ -54,10 +54,10 @@ contains
    !> State at the end of a step, and its losses.
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(jump_law_type), intent(in) :: self       !< law
-      type(strain_point_type), intent(in) :: point   !< where it acts
+      type(strain_point_type), intent(in) :: point   !< at its position
       real(wp), intent(inout) :: state(:)            !< [any] at the start, then of the end
       real(wp), intent(in) :: strain(3), change(3)   !< jump at the start, its change, m
-      type(step_type), intent(in) :: step            !< the one being taken
+      type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(out) :: loss(losses)          !< J/m
       real(wp) :: trial(2), force(2), slope(2, 2), flow(2)
 
@@ -75,7 +75,7 @@ contains
    !> ψ, J/m.
    pure real(wp) function stored(self, point, state, strain)
       class(jump_law_type), intent(in) :: self      !< law
-      type(strain_point_type), intent(in) :: point  !< where it acts
+      type(strain_point_type), intent(in) :: point  !< at its position
       real(wp), intent(in) :: state(:)              !< [any] of the point
       real(wp), intent(in) :: strain(3)             !< jump, m
 

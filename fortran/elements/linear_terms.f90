@@ -5,7 +5,7 @@
 !> A term acts on row_a·x_a − row_b·x_b of two blocks, or of one block and the ground (block b = 0);
 !> that of a cable also on the further blocks that it passes.  Its instant says on what: on the
 !> stretch at t₀ + θΔt or at the end of the step, on the mean velocity d/Δt or on the velocity at
-!> the end.  What a closed contact gives has the same form.
+!> the end.  Terms of a closed contact have the same form.
 module dda_linear_terms
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of
@@ -183,7 +183,7 @@ contains
 
    !> Factor of a term of each instant in K̂: θ, 1, 1/Δt, 1/(χΔt), 1.
    pure function step_weights(step) result(weights)
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp) :: weights(instants)  !< 1, 1, 1/s, 1/s, 1
 
       weights = [step%scheme%theta, 1.0_wp, 1.0_wp/step%time_step, momentum_weight(step), 1.0_wp]
@@ -233,9 +233,10 @@ contains
       end do
    end function coupled_blocks
 
-   !> Add weight × c u uᵀ of all terms to a matrix whose pattern holds them.
+   !> Add weight × c u uᵀ of all terms to a matrix whose pattern contains them.
    !>
-   !> The springs of a welded face follow each other: their place in the matrix is looked for once.
+   !> The springs of a welded face follow each other: their position in the matrix is looked for
+   !> once.
    pure subroutine add_to_matrix(terms, weights, matrix)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       real(wp), intent(in) :: weights(instants)  !< by the instant of a term; 0 leaves it out

@@ -102,7 +102,7 @@ contains
    end subroutine set_points
 
    !> A material has a law of its own.
-   pure logical function has_law(self, material)
+   pure logical function has_law(self, material)  ! total
       class(material_points_type), intent(in) :: self  !< with its laws
       integer, intent(in) :: material                !< number
 
@@ -123,7 +123,7 @@ contains
          self%rest_energy(n), self%strain(3, n), source=0.0_wp)
    end subroutine reserve
 
-   !> Points of blocks, and of what welded faces leave of cells.
+   !> Points of blocks, and of the remainders of cells beside welded faces.
    subroutine set_block_points(self, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< with its arrays
       type(blocks_type), intent(in) :: blocks           !< in their present state
@@ -309,7 +309,7 @@ contains
       class(material_points_type), intent(in) :: self      !< elements of this kind
       integer, intent(in) :: p                           !< point
       real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
-      type(step_type), intent(in) :: step                !< the one being taken
+      type(step_type), intent(in) :: step                !< the present one
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
 
       stress = self%carried(:, p)
@@ -392,7 +392,7 @@ contains
       integer, intent(in) :: p                       !< point
       real(wp), intent(inout) :: state(:)            !< [any] of its law
       real(wp), intent(in) :: change(3)              !< Δε
-      type(step_type), intent(in) :: step            !< the one being taken
+      type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(out) :: loss(losses)          !< J/m³
 
       loss = 0.0_wp
@@ -404,7 +404,7 @@ contains
          *dot_product(change, matmul(self%point(p)%elasticity, change))
    end subroutine take_step
 
-   !> Point p takes over the state of a point before.
+   !> Point p inherits the state of an earlier point.
    subroutine take_over(self, p, before, old, blocks)
       class(material_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p, old                     !< point, and that before

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Point loads: force histories at material points, taken at t₀ + θΔt.
+!> Point loads: force histories at material points, evaluated at t₀ + θΔt.
 module dda_point_loads
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, motion_of, shape_matrix
@@ -28,7 +28,7 @@ contains
       class(point_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       integer :: i
 
@@ -45,7 +45,7 @@ contains
       class(point_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one being taken
+      type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i

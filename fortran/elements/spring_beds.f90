@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Beds of springs [Winkler, 1867]: points of edges held by springs of a stiffness per area, which
-!> push and pull at t₀ + θΔt, as what is elastic does.
+!> Beds of springs [Winkler, 1867]: points of edges on springs of a stiffness per area, which act in
+!> compression and tension at t₀ + θΔt.
 module dda_spring_beds
    use dda_kinds, only: wp
    use dda_fixed_points, only: fixed_points_type, new_fixed_points

@@ -25,7 +25,7 @@ module dda_spring_element
    use dda_scheme, only: step_type, end_time, end_rate, velocity_weight
    implicit none
    private
-   public :: spring_element_type, spring_type, change_of, dashpots_of, wanted_rate
+   public :: spring_element_type, spring_type, change_of, dashpots_of, target_rate
 
    !> Two springs in the present geometry.
    type :: spring_type
@@ -79,7 +79,7 @@ contains
    pure function dashpots_of(self, spring, step) result(dashpot)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(spring_type), intent(in) :: spring         !< of one of them
-      type(step_type), intent(in) :: step             !< the one being taken
+      type(step_type), intent(in) :: step             !< the present one
       real(wp) :: dashpot(2)
 
       dashpot = 0.0_wp
@@ -87,20 +87,20 @@ contains
          *step%time_step
    end function dashpots_of
 
-   !> Share of a step after which the springs act.
+   !> Fraction of a step after which the springs act.
    pure real(wp) function share_of(self, step) result(share)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
-      type(step_type), intent(in) :: step             !< the one being taken
+      type(step_type), intent(in) :: step             !< the present one
 
       share = merge(1.0_wp, step%scheme%theta, self%instant == at_end)
    end function share_of
 
    !> Velocity of motions at the end of a step, m/s.
-   pure function wanted_rate(motion, before, motions, step) result(rate)
+   pure function target_rate(motion, before, motions, step) result(rate)
       integer, intent(in) :: motion(2)             !< numbers; 0: none
       real(wp), intent(in) :: before(2)            !< velocity at its start, m/s
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp) :: rate(2)
 
       if (step%scheme%chi > 0.5_wp) then
@@ -109,13 +109,13 @@ contains
       else
          rate = velocity_of(motions, motion, end_time(step))
       end if
-   end function wanted_rate
+   end function target_rate
 
    !> A spring each, and its dashpot.  A block on both sides has both rows in one.
    subroutine add_linear(self, blocks, step, terms)
       class(spring_element_type), intent(in) :: self   !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< in their present state
-      type(step_type), intent(in) :: step              !< the one being taken
+      type(step_type), intent(in) :: step              !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       type(spring_type) :: spring
@@ -154,7 +154,7 @@ contains
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< in their present state
       type(motion_type), intent(in) :: motions(:)     !< prescribed ones
-      type(step_type), intent(in) :: step             !< the one being taken
+      type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(inout) :: load(:,:)            !< [6,blocks] N/m …
       type(spring_type) :: spring
       real(wp) :: force(2), wanted(2), c(2)
@@ -169,7 +169,7 @@ contains
          force = -spring%stiffness*(spring%stretch - wanted)
          c = dashpots_of(self, spring, step)
          if (any(c > 0.0_wp)) force = force + c*(velocity_weight(step)*change_of(spring, &
-            blocks%velocity) + wanted_rate(spring%motion, spring%rate, motions, step))
+            blocks%velocity) + target_rate(spring%motion, spring%rate, motions, step))
          associate (row => spring%row, a => spring%block(1), b => spring%block(2))
             load(:, a) = load(:, a) + (force(1)*row(:, 1, 1) + force(2)*row(:, 2, 1))
             if (b > 0) load(:, b) = load(:, b) - (force(1)*row(:, 1, 2) + force(2)*row(:, 2, 2))
@@ -182,7 +182,7 @@ contains
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< in their present state
       type(motion_type), intent(in) :: motions(:)     !< prescribed ones
-      type(step_type), intent(in) :: step             !< the one to come
+      type(step_type), intent(in) :: step             !< the next one
       type(energy_type), intent(inout) :: energy      !< J per metre of thickness
       type(spring_type) :: spring
       integer :: i
@@ -200,7 +200,7 @@ contains
    pure real(wp) function stored(self, spring, step, y, w)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(spring_type), intent(in) :: spring         !< of one of them
-      type(step_type), intent(in) :: step             !< the one being taken
+      type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(in) :: y(2), w(2)              !< m and m/s, relative to the motion
 
       stored = 0.5_wp*sum(spring%stiffness*y**2 + (1.0_wp - step%scheme%chi) &
@@ -212,7 +212,7 @@ contains
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< in their present state
       type(motion_type), intent(in) :: motions(:)     !< prescribed ones
-      type(step_type), intent(in) :: step             !< the one being taken
+      type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(in) :: d(:,:)                  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy      !< J per metre of thickness
       type(spring_type) :: spring
@@ -230,7 +230,7 @@ contains
             change = change_of(spring, d)
             w = 0.0_wp
             if (any(c > 0.0_wp)) then
-               rate = wanted_rate(spring%motion, spring%rate, motions, step)
+               rate = target_rate(spring%motion, spring%rate, motions, step)
                w0 = change_of(spring, blocks%velocity)
                w = end_rate(step, change, w0) - rate
                call add_energy(energy, energy_damping, dt*sum(c*((2.0_wp*chi - 1.0_wp)*w**2 &

@@ -16,7 +16,7 @@ module dda_strain_points
    use dda_crack_law, only: crack_law_type
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_fracture, &
-      energy_friction, energy_law, energy_material, energy_plastic
+      energy_friction, energy_law, energy_material_damping, energy_plastic
    use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_damping, &
       term_point
    use dda_material, only: material_type
@@ -39,8 +39,8 @@ module dda_strain_points
    real(wp), parameter :: rounding = 1.0e-15_wp      !< of the elastic stress of a strain
    real(wp), parameter :: agreed = 1.0e-7_wp         !< of a stress in bounds, over the largest
    real(wp), parameter :: agreed_damage = 1.0e-4_wp  !< of broken faces, whose steps balance at any
-   integer, parameter :: most_held = 15              !< rounds in which bounds are taken anew
-   real(wp), parameter :: no_curvature = 1.0e-13_wp  !< of D: a tangent that is none
+   integer, parameter :: most_held = 15              !< rounds in which bounds are updated
+   real(wp), parameter :: no_curvature = 1.0e-13_wp  !< of D: a tangent that counts as zero
 
    !> The equations of all points in a step.
    type, extends(material_points_type) :: strain_points_type
@@ -106,7 +106,7 @@ contains
    subroutine prepare(self, blocks, step, d)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< at the start of the step
-      type(step_type), intent(in) :: step               !< the one being taken
+      type(step_type), intent(in) :: step               !< the present one
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
       integer :: p
 
@@ -128,18 +128,18 @@ contains
       end do
    end subroutine prepare
 
-   !> Bounds of point p are held at the stress of a change of strain, if they are off.
+   !> Freeze the bounds of point p at the stress of a change of strain, if they differ.
    subroutine hold_bounds(self, p, change, step, allowed)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p                          !< point
       real(wp), intent(in) :: change(3)                 !< Δε
-      type(step_type), intent(in) :: step               !< the one being taken
+      type(step_type), intent(in) :: step               !< the present one
       real(wp), intent(in) :: allowed                   !< that they may be off, Pa
       real(wp) :: stress(3)
 
       if (resting(self, p)) return
       if (.not. has_law(self, self%material(p))) return
-      stress = self%slot(self%material(p))%law%held_stress(self%point(p), self%state(:, p), &
+      stress = self%slot(self%material(p))%law%frozen_stress(self%point(p), self%state(:, p), &
          self%strain(:, p), change, step)
       if (any(abs(stress - self%point(p)%bounding) > allowed)) self%point(p)%bounding = stress
    end subroutine hold_bounds
@@ -149,7 +149,7 @@ contains
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p                          !< point
       type(blocks_type), intent(in) :: blocks           !< at the start of the step
-      type(step_type), intent(in) :: step               !< the one being taken
+      type(step_type), intent(in) :: step               !< the present one
       real(wp) :: g(n_deformations, 6, 2)
       integer :: i, k
 
@@ -182,7 +182,7 @@ contains
    subroutine add_linear(self, blocks, step, terms)
       class(strain_points_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< in their present state
-      type(step_type), intent(in) :: step              !< the one being taken
+      type(step_type), intent(in) :: step              !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       real(wp) :: factor(3), direction(3, 3)
@@ -212,7 +212,7 @@ contains
    !> A symmetric matrix as Σ f u uᵀ, the largest on the diagonal first.
    pure subroutine split(matrix, none, n, factor, direction)
       real(wp), intent(in) :: matrix(3, 3)             !< symmetric
-      real(wp), intent(in) :: none                     !< what is none on its diagonal
+      real(wp), intent(in) :: none                     !< diagonal values that count as zero
       integer, intent(out) :: n                        !< terms
       real(wp), intent(out) :: factor(3), direction(3, 3)
       real(wp) :: rest(3, 3)
@@ -235,7 +235,7 @@ contains
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< in their present state
       type(motion_type), intent(in) :: motions(:)    !< prescribed ones
-      type(step_type), intent(in) :: step            !< the one being taken
+      type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(inout) :: load(:,:)           !< [6,blocks] N/m …
       real(wp) :: force(3)
       integer :: p, k
@@ -251,13 +251,13 @@ contains
       end do
    end subroutine add_force
 
-   !> Add what images exert on the cells of one side beyond elasticity, in a step whose increment d
-   !> is known.
+   !> Add the forces of images on the cells of one side beyond elasticity, in a step whose increment
+   !> d is known.
    subroutine add_face_force(self, side, blocks, step, d, load)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: side                    !< of each face, 1 or 2
       type(blocks_type), intent(in) :: blocks        !< at the start of the step
-      type(step_type), intent(in) :: step            !< the one being taken
+      type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(in) :: d(:,:)                 !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: load(:,:)           !< [6,blocks] N/m …
       real(wp) :: stress(3), tangent(3, 3)
@@ -274,12 +274,12 @@ contains
       end do
    end subroutine add_face_force
 
-   !> Work of c, less what is linear of it, on a way from one increment of the step to another,
-   !> at a share of the way: beyond the slope of the linear problem, J per metre of thickness.
+   !> Work of the nonlinear part of c on a path between two increments of the step, at a fraction of
+   !> it, J per metre of thickness.
    real(wp) function slope_beyond(self, blocks, step, from, to, share) result(slope)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks        !< at the start of the step
-      type(step_type), intent(in) :: step            !< the one being taken
+      type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(in) :: from(:,:), to(:,:)     !< [6,blocks] increments of the coordinates
       real(wp), intent(in) :: share                  !< 0 … 1
       real(wp) :: way(3), stress(3), tangent(3, 3), change(3), part(self%n)
@@ -306,7 +306,7 @@ contains
    subroutine revise(self, blocks, step, d, changed)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks           !< at the start of the step
-      type(step_type), intent(in) :: step               !< the one being taken
+      type(step_type), intent(in) :: step               !< the present one
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed                 !< states that have changed
       real(wp) :: stress(3), tangent(3, 3), change(3), off(self%n), scale(self%n), noise(self%n)
@@ -350,7 +350,7 @@ contains
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
       real(wp), intent(in) :: change(3)              !< Δε
-      type(step_type), intent(in) :: step            !< the one being taken
+      type(step_type), intent(in) :: step            !< the present one
 
       associate (point => self%point(p), strain => self%strain(:, p))
          if (self%crack(p) > 0) then
@@ -376,7 +376,7 @@ contains
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< in their present state
       type(motion_type), intent(in) :: motions(:)    !< prescribed ones
-      type(step_type), intent(in) :: step            !< the one to come
+      type(step_type), intent(in) :: step            !< the next one
       type(energy_type), intent(inout) :: energy     !< J per metre of thickness
       real(wp) :: part(self%n)
       integer :: p
@@ -394,7 +394,7 @@ contains
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks        !< at the start of the step
       type(motion_type), intent(in) :: motions(:)    !< prescribed ones
-      type(step_type), intent(in) :: step            !< the one being taken
+      type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(in) :: d(:,:)                 !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy     !< J per metre of thickness
       real(wp) :: state(size(self%state, 1)), loss(losses), change(3), part(losses + 1, self%n)
@@ -414,7 +414,7 @@ contains
       call add_energy(energy, energy_law, sum(part(losses + 1, :)))
       associate (n => self%first_crack)
          call add_energy(energy, energy_plastic, sum(part(loss_plastic, :n)))
-         call add_energy(energy, energy_material, sum(part(loss_damping, :n)))
+         call add_energy(energy, energy_material_damping, sum(part(loss_damping, :n)))
          call add_energy(energy, energy_fracture, sum(part(loss_plastic, n + 1:)))
          call add_energy(energy, energy_friction, sum(part(loss_damping, n + 1:)))
       end associate
@@ -426,7 +426,7 @@ contains
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks           !< at the start of the step
       type(motion_type), intent(in) :: motions(:)       !< prescribed ones
-      type(step_type), intent(in) :: step               !< the one being taken
+      type(step_type), intent(in) :: step               !< the present one
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
       real(wp) :: loss(losses)
       integer :: p
@@ -446,20 +446,20 @@ contains
       end do
    end subroutine accept
 
-   !> Bounds that are held at the stress of the step were taken anew as often as is allowed, and may
-   !> not agree with it.
+   !> Frozen bounds have been updated as often as allowed, and may not agree with the stress of the
+   !> step.
    pure logical function bounds_are_off(self)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
 
       bounds_are_off = self%round > most_held
    end function bounds_are_off
 
-   !> In static stages laws that rest keep what they have beyond elasticity.
+   !> In static stages laws at rest keep their inelastic part.
    subroutine freeze(self, blocks, motions, time)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< in their present state
       type(motion_type), intent(in) :: motions(:)       !< prescribed ones
-      real(wp), intent(in) :: time                      !< whose loads and places stay, s
+      real(wp), intent(in) :: time          !< at which loads and prescribed positions are frozen, s
       integer :: p
 
       if (self%static) return
@@ -471,8 +471,8 @@ contains
       self%static = .true.
    end subroutine freeze
 
-   !> States pass to the same points.  A law that has rested goes on from the strain at which it
-   !> began to.  Where the law is another one, what its stress had beyond elasticity stays.
+   !> States pass to the same points.  An inactive law continues from the strain at which it
+   !> stopped.  If the law is replaced, the inelastic part of its stress stays.
    subroutine inherit(self, before, blocks)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before         !< those of the same type

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Ties as springs: what a bonded contact of the same geometry exerts (`dda_contact_geometry`), at
-!> t₀ + θΔt, without an end to its strength.
+!> Ties as springs: they exert the forces that a bonded contact of the same geometry exerts
+!> (`dda_contact_geometry`), at t₀ + θΔt, without an end to its strength.
 !>
 !> Where a corner of each face stands at the end of the overlap, the one whose foot lies on the
 !> other face counts, as in the detection of contacts.
@@ -135,13 +135,13 @@ contains
       end associate
    end subroutine set_geometry
 
-   !> Add what the ties exert on the blocks of one face, at t₀ + θΔt of a step whose increment d is
-   !> known.
+   !> Add the forces of the ties on the blocks of one face, at t₀ + θΔt of a step whose increment d
+   !> is known.
    subroutine add_face_force(self, face, blocks, step, d, load)
       class(ties_type), intent(in) :: self     !< elements of this kind
       integer, intent(in) :: face              !< of each tie, 1 or 2
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present one
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: load(:,:)     !< [6,blocks] N/m …
       type(spring_type) :: spring
@@ -165,7 +165,7 @@ contains
       class(ties_type), intent(inout) :: self      !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< at the start of the step
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       type(spring_type) :: spring
       real(wp) :: change(2)

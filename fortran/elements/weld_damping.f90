@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Damping of a spring of a welded face, by the materials of both cells.
 !>
-!> What `dda_material_damping` does with the strains of a block is done here with the stretch of a
-!> spring, e being the stretch since the end of statics.  Between materials each has a share of the
-!> spring: that of the energy that a common traction stores on its side.
+!> The equations are those of `dda_material_damping`, with the stretch of a spring instead of the
+!> strains of a block, e being the stretch since the end of statics.  Between materials each has a
+!> fraction of the spring: that of the energy that a common traction stores on its side.
 module dda_weld_damping
    use dda_kinds, only: wp
    use dda_damping, only: damping_type, is_damped, following, relaxing
@@ -16,7 +16,7 @@ module dda_weld_damping
 
 contains
 
-   !> Shares of both cells of a face in its springs; 0 for a material that does not damp.
+   !> Fractions of both cells of a face in its springs; 0 for a material that does not damp.
    pure function shares_of(weld, material, modulus, damping) result(share)
       type(weld_type), intent(in) :: weld              !< face
       integer, intent(in) :: material(2)               !< of both cells
@@ -34,7 +34,7 @@ contains
    !> Factor of the stiffness of a spring in K̂ beyond θ.
    pure real(wp) function damping_factor(damping, step) result(factor)
       type(damping_type), intent(in) :: damping  !< of the material
-      type(step_type), intent(in) :: step        !< the one being taken
+      type(step_type), intent(in) :: step        !< the present one
       integer :: l
 
       factor = damping%unrelaxed - 1.0_wp
@@ -55,7 +55,7 @@ contains
          - damping%unrelaxed*sum(memory(:damping%n))
    end function memory_stretch
 
-   !> r Σ 2h_l/(1 + h_l) (Y_l e₀ − ζ_l): what the mechanisms relax within a step at rest.
+   !> r Σ 2h_l/(1 + h_l) (Y_l e₀ − ζ_l): relaxation of the mechanisms within a step at rest.
    pure real(wp) function relaxing_stretch(damping, e, memory, time_step) result(stretch)
       type(damping_type), intent(in) :: damping  !< of the material
       real(wp), intent(in) :: e, memory(:)       !< as in `memory_stretch`
@@ -98,7 +98,7 @@ contains
    !> Losses of a step: by damping, and Δσ·Δε beyond elasticity.
    pure subroutine add_damping_loss(damping, stiffness, change, moved, time_step, loss)
       type(damping_type), intent(in) :: damping  !< of the material
-      real(wp), intent(in) :: stiffness          !< its share of that of the spring
+      real(wp), intent(in) :: stiffness          !< its fraction of that of the spring
       real(wp), intent(in) :: change             !< increment of the stretch
       real(wp), intent(in) :: moved(:)           !< [mechanisms] Δζ_l
       real(wp), intent(in) :: time_step          !< Δt, s

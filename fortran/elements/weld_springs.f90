@@ -22,7 +22,7 @@ module dda_weld_springs
 
    integer, parameter :: n_deformations = 10  !< [u], [u]_l, ε_i, ε_j
    integer, parameter :: most_springs = 8
-   !> where the strains of both cells stand among the deformations
+   !> positions of the strains of both cells among the deformations
    integer, parameter :: own_strain(3, 2) = reshape([5, 6, 7, 8, 9, 10], [3, 2])
 
    !> Springs of a face.
@@ -185,7 +185,7 @@ contains
          /(matrix(1, 1)*matrix(2, 2) - matrix(1, 2)*matrix(2, 1))
    end function inverse
 
-   !> Springs on the strains of both sides, of which u* takes two.
+   !> Springs on the strains of both sides, two of which u* eliminates.
    !>
    !> In √c s = B q + C u* the columns of C are made orthonormal; what is orthogonal to them does
    !> not depend on u*, and is the energy at the least over u*.

@@ -11,7 +11,7 @@ module dda_welds
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_blocks, only: blocks_type, place_of, set_axes
    use dda_element, only: element_type
-   use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_material, &
+   use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_material_damping, &
       energy_welded
    use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_damping, &
       at_theta, term_weld
@@ -35,7 +35,7 @@ module dda_welds
       real(wp), allocatable :: force(:,:)                 !< [deformations,faces] f₀
       integer, allocatable :: material(:,:)               !< [2,faces] of both cells
       real(wp), allocatable :: share(:,:)                 !< [2,faces] that they damp in steps
-      real(wp), allocatable :: small_share(:,:)           !< [2,faces] with what laws damp
+      real(wp), allocatable :: small_share(:,:)           !< [2,faces] with the damping of laws
       real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] after statics
       !> [mechanisms,springs,2,faces] ζ_l of both materials; 0 faces: nothing damps
       real(wp), allocatable :: memory(:,:,:,:)
@@ -124,7 +124,7 @@ contains
       integer, intent(in) :: i                 !< face
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: q(n_deformations) !< deformations
-      type(step_type), intent(in), optional :: step  !< the one being taken
+      type(step_type), intent(in), optional :: step  !< the present one
       real(wp) :: force(n_deformations), stretch, e
       integer :: j, k
 
@@ -262,7 +262,7 @@ contains
    pure function derivatives_of(weld, blocks, step) result(g)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present one
       real(wp) :: g(n_deformations, 6, 2)
       type(configuration_type) :: placed
       real(wp) :: turned(2, 2)
@@ -323,7 +323,7 @@ contains
    subroutine add_linear(self, blocks, step, terms)
       class(welds_type), intent(in) :: self            !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< in their present state
-      type(step_type), intent(in) :: step              !< the one being taken
+      type(step_type), intent(in) :: step              !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       real(wp) :: g(n_deformations, 6, 2), factor, damped(2)
@@ -370,7 +370,7 @@ contains
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
       real(wp) :: g(n_deformations, 6, 2), q(n_deformations), force(n_deformations)
       integer :: i, k
@@ -389,13 +389,13 @@ contains
       end do
    end subroutine add_force
 
-   !> Add what images exert on the cells of one side, at t₀ + θΔt of a step whose increment d is
+   !> Add the forces of images on the cells of one side, at t₀ + θΔt of a step whose increment d is
    !> known.
    subroutine add_face_force(self, side, blocks, step, d, load)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: side              !< of each face, 1 or 2
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
-      type(step_type), intent(in) :: step      !< the one being taken
+      type(step_type), intent(in) :: step      !< the present one
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: load(:,:)     !< [6,blocks] N/m …
       real(wp) :: g(n_deformations, 6, 2), q(n_deformations), change(n_deformations)
@@ -434,7 +434,7 @@ contains
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the one to come
+      type(step_type), intent(in) :: step          !< the next one
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
       real(wp) :: q(n_deformations), total, damped(3)
       integer :: i
@@ -454,7 +454,7 @@ contains
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
       real(wp) :: g(n_deformations, 6, 2), q(n_deformations), change(n_deformations)
@@ -477,7 +477,7 @@ contains
          loss = loss + 2.0_wp*energy_of(self%springs(i), none, change)
       end do
       call add_energy(energy, energy_welded, total + damped(1))
-      call add_energy(energy, energy_material, damped(2))
+      call add_energy(energy, energy_material_damping, damped(2))
       call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*(loss + damped(3)))
    end subroutine account
 
@@ -486,7 +486,7 @@ contains
       class(welds_type), intent(inout) :: self     !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< at the start of the step
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       real(wp) :: g(n_deformations, 6, 2), q(n_deformations), change(n_deformations)
       integer :: i, j, k
@@ -547,7 +547,7 @@ contains
       end select
    end subroutine inherit
 
-   !> The forces f₀, and what the springs remember.
+   !> The forces f₀, and the memory of the springs.
    subroutine serialise(self, archive)
       class(welds_type), intent(inout) :: self       !< elements of this kind
       type(archive_type), intent(inout) :: archive   !< written or read

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The engine for programs in Fortran: an input, its check, its run step by step, its histories.
 !>
-!> All that such a program uses is here; what stands below may change from version to version.  An
-!> error is a value, and the program goes on: it may run another analysis.  Several analyses may be
-!> open at once, in one thread.
+!> This module has all procedures for such a program; modules below it may change from version to
+!> version.  An error is a value, and the program goes on: it may run another analysis.  Several
+!> analyses may be open at once, in one thread.
 module sitedda
    use dda_kinds, only: wp, long
    use dda_check_report, only: report_type, report_text, add_notes, verdict_fail
@@ -40,7 +40,7 @@ module sitedda
 
 contains
 
-   !> Read an input file; what was open in the analysis is gone.
+   !> Read an input file; an open analysis is discarded.
    subroutine read_input(analysis, file, error, changes)
       type(analysis_type), intent(out) :: analysis  !< ready to be checked or begun
       character(len=*), intent(in) :: file          !< path of the namelist file
@@ -75,11 +75,11 @@ contains
       passes = found%worst /= verdict_fail
    end subroutine check_input
 
-   !> Begin the run of the input, or go on with one that ended early.
+   !> Begin the run of the input, or continue with one that ended early.
    subroutine begin_analysis(analysis, error, output, resume)
       type(analysis_type), intent(inout) :: analysis  !< whose input has been read
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      !> path of the output in place of the input's; blank: none is written
+      !> path of the output instead of the input's; blank: none is written
       character(len=*), intent(in), optional :: output
       logical, intent(in), optional :: resume  !< from the last checkpoint of the output, if any
       logical :: writes, from_checkpoint
@@ -106,7 +106,7 @@ contains
    !> Take steps, until the run is complete at most.
    subroutine advance_analysis(analysis, steps, error)
       type(analysis_type), intent(inout) :: analysis  !< begun
-      integer, intent(in) :: steps                    !< to take
+      integer, intent(in) :: steps                    !< number of steps
       type(error_type), allocatable, intent(out) :: error  !< names step, contact and blocks
 
       call require(allocated(analysis%run), 'the analysis has not begun', error)
@@ -194,18 +194,18 @@ contains
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=*), intent(in) :: name   !< of the point
       integer, intent(out) :: point          !< from 1
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       point = findloc(model%points%name == name, .true., 1)
       call require(point > 0, model%file//': there is no measured point '//quoted(name)// &
          '; there are '//joined(model%points%name, ', '), error)
    end subroutine find_point
 
-   !> An error unless something holds.
+   !> An error unless a condition is true.
    subroutine require(holds, message, error)
       logical, intent(in) :: holds
       character(len=*), intent(in) :: message  !< of the error
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (.not. (holds .or. allocated(error))) call fail(error, error_input, message)
    end subroutine require

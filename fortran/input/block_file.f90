@@ -154,7 +154,7 @@ contains
       call find_shape(reader, name, rank, .false., shape_of)
       if (allocated(reader%dataset%error)) return
       if (rank == 2 .and. shape_of(1) /= 2) then
-         call refuse(reader, name//' must hold x and y of each, not '//to_text(shape_of(1))// &
+         call refuse(reader, name//' must contain x and y of each, not '//to_text(shape_of(1))// &
             ' numbers')
       else if (shape_of(rank) > most) then
          call refuse(reader, name//' holds '//to_text(shape_of(rank))//' values, more than '// &
@@ -187,7 +187,7 @@ contains
          call refuse(reader, name//' must have '//to_text(rank)//' dimensions, not '// &
             to_text(dimensions))
       else if (text .and. kind /= nf90_char .or. .not. (text .or. any(kind == numeric))) then
-         call refuse(reader, name//' must hold '//trim(merge('characters', 'numbers   ', text)))
+         call refuse(reader, name//' must contain '//trim(merge('characters', 'numbers   ', text)))
       end if
       do i = 1, rank
          if (allocated(reader%dataset%error)) return
@@ -209,7 +209,7 @@ contains
       values = product(real(shape_of, wp))
       if (any(shape_of < 0) .or. values > reader%bytes) then
          call refuse(reader, name//' claims '//to_text(int(values, long))// &
-            ' values, more than a file of '//to_text(reader%bytes)//' bytes can hold')
+            ' values, more than a file of '//to_text(reader%bytes)//' bytes can contain')
       else if (4*bytes_of_number*values > free_memory()) then
          call refuse(reader, name//' holds '//to_text(int(values, long))// &
             ' values, too many for the free memory')
@@ -234,7 +234,7 @@ contains
       call checked(reader%dataset, nf90_inquire_variable(reader%dataset%id, id, xtype=kind), &
          'describe '//name)
       if (any(kind == [nf90_double, nf90_float])) call refuse(reader, name// &
-         ' must hold whole numbers, of an integer type')
+         ' must contain whole numbers, of an integer type')
       if (allocated(reader%dataset%error)) return
       call checked(reader%dataset, nf90_get_var(reader%dataset%id, id, values), 'read '//name)
    end subroutine read_integers
@@ -256,10 +256,10 @@ contains
          first(b + 1) = first(b) + corners(b)
       end do
       if (first(b) - 1 /= vertices) call refuse(reader, 'the blocks have '// &
-         to_text(first(b) - 1)//' corners, but vertices holds '//to_text(vertices))
+         to_text(first(b) - 1)//' corners, but vertices contains '//to_text(vertices))
    end subroutine add_up
 
-   !> Places of the corners, which must be usable numbers.
+   !> Positions of the corners, which must be usable numbers.
    subroutine read_vertices(reader, n, vertices)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       integer, intent(in) :: n  !< number of vertices
@@ -275,7 +275,7 @@ contains
          if (allocated(reader%dataset%error)) return
          if (.not. all(abs(vertices(:, v)) <= usable)) call refuse(reader, 'vertex '//to_text(v)// &
             ' stands at ('//to_text(vertices(1, v))//', '//to_text(vertices(2, v))// &
-            '), which is no place')
+            '), which is not a position')
       end do
    end subroutine read_vertices
 
@@ -309,7 +309,7 @@ contains
    end subroutine read_names
 
    !> The characters of a variable.
-   function text_of(reader, name, id, shape_of) result(names)
+   function text_of(reader, name, id, shape_of) result(names)  ! total
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: id  !< of the variable
@@ -326,7 +326,7 @@ contains
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: n  !< values that it must have
-      character(len=*), intent(in) :: names(:)  !< that it numbers from 1
+      character(len=*), intent(in) :: names(:)  !< its list of names, numbered from 1
       integer, allocatable, intent(out) :: numbers(:)  !< [n]
       integer :: i
 
@@ -338,7 +338,7 @@ contains
       i = findloc(numbers < 0 .or. numbers > size(names), .true., 1)
       if (i > 0) call refuse(reader, name//'('//to_text(i)//') = '//to_text(numbers(i))// &
          ' is not one of the '//to_text(size(names))//' names in '//name(index(name, '_') + 1:)// &
-         '_name; 0 stands for none')
+         '_name; 0 means none')
    end subroutine read_numbers
 
    !> The checksum of all that a run takes from the file.

@@ -13,11 +13,11 @@ module dda_classic_header
 
    integer(long), parameter :: size_of_type(6) = [1, 1, 2, 4, 4, 8]  !< byte, char, …, double
 
-   !> A place in the header.
+   !> A position in the header.
    type :: cursor_type
       integer(int8), allocatable :: bytes(:)
       integer(long) :: at = 5          !< next byte, after the mark and the version
-      integer(long) :: offset_size = 4 !< bytes of the place of a variable
+      integer(long) :: offset_size = 4 !< bytes of the position of a variable
       logical :: good = .true.
    end type cursor_type
 
@@ -48,7 +48,7 @@ contains
       has_known_types = cursor%good
    end function has_known_types
 
-   !> Name, dimensions, attributes, type, size and place of a variable.
+   !> Name, dimensions, attributes, type, size and position of a variable.
    pure subroutine skip_variable(cursor)
       type(cursor_type), intent(inout) :: cursor  !< at a variable, then behind it
       integer(long) :: dimensions, bytes
@@ -75,8 +75,8 @@ contains
       end do
    end subroutine skip_attributes
 
-   !> Kind of a list, which the library checks, and number of its entries: no more than
-   !> the file has bytes.
+   !> Kind of a list, which the library checks, and number of its entries, at most the bytes of the
+   !> file.
    pure subroutine begin_list(cursor, n)
       type(cursor_type), intent(inout) :: cursor  !< at a list, then at its first entry
       integer(long), intent(out) :: n  !< entries
@@ -124,7 +124,7 @@ contains
 
    !> Go on by so many bytes, unless the file ends before.
    pure subroutine skip(cursor, bytes)
-      type(cursor_type), intent(inout) :: cursor  !< goes on
+      type(cursor_type), intent(inout) :: cursor  !< continues
       integer(long), intent(in) :: bytes  !< to leave out
 
       cursor%good = cursor%good .and. cursor%at + bytes <= size(cursor%bytes) + 1

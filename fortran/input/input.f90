@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A namelist file becomes a model: everything it says checked, every name resolved.
+!> A namelist file becomes a model: all values checked, all names resolved.
 module dda_input
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
@@ -13,6 +13,7 @@ module dda_input
    use dda_input_bodies, only: read_bodies
    use dda_input_bolts, only: read_bolts
    use dda_input_boundaries, only: read_boundaries, check_rest
+   use dda_input_in_situ, only: read_in_situ
    use dda_input_joint, only: read_joint
    use dda_input_edge_loads, only: read_edge_loads
    use dda_input_free_field, only: check_columns
@@ -46,7 +47,7 @@ contains
 
    !> Read a model from a file, with changes made to its text.
    subroutine read_model_file(model, file, error, changes)
-      type(model_type), intent(out) :: model  !< as the input says
+      type(model_type), intent(out) :: model  !< of the input
       character(len=*), intent(in) :: file  !< path
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=*), intent(in), optional :: changes(:) !< 'NAME=VALUE' each
@@ -67,7 +68,7 @@ contains
 
    !> Read a model from a text; files that it names are relative to the folder of `file`.
    subroutine read_model(model, file, text, error)
-      type(model_type), intent(out) :: model  !< as the input says
+      type(model_type), intent(out) :: model  !< of the input
       character(len=*), intent(in) :: file   !< where the text comes from
       character(len=*), intent(in) :: text  !< of the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -92,6 +93,7 @@ contains
       if (.not. allocated(error)) call read_substances(model, file, folder, groups, error)
       if (.not. allocated(error)) call resolve_base_motion(model, groups, control, error)
       if (.not. allocated(error)) call read_bodies(model, file, folder, groups, error)
+      if (.not. allocated(error)) call read_in_situ(model, groups, error)
       if (.not. allocated(error)) call resolve_displaced(model, groups, control, error)
       if (.not. allocated(error)) call read_points(model, groups, error)
       if (.not. allocated(error)) call read_measured_joints(model, groups, error)
@@ -114,7 +116,7 @@ contains
    subroutine check_names(file, groups, error)
       character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i, g, seen(size(input_groups))
 
       seen = 0
@@ -136,7 +138,7 @@ contains
 
    !> The error for a group that every input must have.
    subroutine missing(error, file, group)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=*), intent(in) :: file, group  !< path; name of the group
 
       if (.not. allocated(error)) call fail(error, error_input, file//': '//group//' is missing')
@@ -148,7 +150,7 @@ contains
       character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(control_values), intent(out) :: control  !< of &control
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(run_values) :: run
       logical :: staged
       integer :: i
@@ -189,7 +191,7 @@ contains
 
    end subroutine read_settings
 
-   !> The input's name with .nc in place of .nml, in the working folder.
+   !> The input's name with .nc instead of .nml, in the working folder.
    pure function default_output(file) result(name)
       character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable :: name
@@ -208,7 +210,7 @@ contains
       type(model_type), intent(inout) :: model  !< filled group by group
       character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer, allocatable :: own(:)
       integer :: i
 
@@ -250,12 +252,12 @@ contains
       type(group_type), intent(in) :: group  !< of the joint's group
       type(joint_type), intent(in) :: joint  !< as read
       type(contact_settings_type), intent(in) :: contact  !< of the model
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (allocated(error)) return
       if (joint%is_plain()) return
       if (contact%original_rules) call input_error(error, group, "contact_rules = 'original' "// &
-         'know one stiffness, no law but Coulomb friction and contacts at corners: leave out '// &
+         'support one stiffness, Coulomb friction and contacts at corners: leave out '// &
          'law, stiffness per area and contact_points')
       if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, 'a joint with '// &
          'a law, stiffness or contact_points of its own cannot be combined with '// &
@@ -267,7 +269,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(joint_type), intent(in) :: joints(:)  !< so far
       type(contact_settings_type), intent(in) :: contact  !< of the same input
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=:), allocatable :: variable
       integer :: j
 
@@ -290,7 +292,7 @@ contains
    subroutine refuse_velocities(file, model, error)
       character(len=*), intent(in) :: file  !< path
       type(model_type), intent(in) :: model  !< with its materials
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: m
 
       do m = 1, size(model%materials)
@@ -302,7 +304,7 @@ contains
       end do
    end subroutine refuse_velocities
 
-   !> Samples stand at equal times.
+   !> Samples are at equal steps of time.
    pure logical function is_uniform(stages)
       type(stage_type), intent(in) :: stages(:)  !< in order
       real(wp), allocatable :: steps(:)
@@ -317,7 +319,7 @@ contains
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(control_values), intent(in) :: control  !< of &control
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: axis
 
       associate (group => groups(minval(positions(groups, 'control'))), &
@@ -342,7 +344,7 @@ contains
       type(model_type), intent(inout) :: model  !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(control_values), intent(in) :: control  !< of &control
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (control%displaced_block /= '') model%control%displaced = number_of_block( &
          groups(minval(positions(groups, 'control'))), 'displaced_block', model%block_names, &
@@ -353,7 +355,7 @@ contains
    subroutine read_points(model, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(fixed_point_type) :: fixed
       type(load_type) :: load
       type(point_type) :: point
@@ -385,7 +387,7 @@ contains
    subroutine read_ends(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks and stages
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
       do i = 1, size(groups)
@@ -399,7 +401,7 @@ contains
    subroutine read_amplifications(model, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer, allocatable :: own(:)
       integer :: i
 

@@ -22,7 +22,7 @@ contains
       character(len=*), intent(in) :: folder     !< of the input, '' or ending in '/'
       type(model_type), intent(inout) :: model   !< with its materials and joints; keeps the file
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(block_file_type) :: found
       type(error_type), allocatable :: failure
       type(blocks_values) :: own
@@ -52,7 +52,7 @@ contains
       integer, intent(in) :: m, j                    !< material and joint where it names none
       type(model_type), intent(in) :: model          !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer, allocatable :: materials(:), joints(:)
       character(len=:), allocatable :: failure
       integer :: b
@@ -96,7 +96,7 @@ contains
       character(len=*), intent(in) :: known(:)   !< of the model
       integer, intent(in) :: usual               !< position for 0
       integer, allocatable, intent(out) :: positions(:)      !< [0:names]
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=:), allocatable :: hint
       integer :: i, near
 

@@ -36,7 +36,7 @@ contains
       character(len=*), intent(in) :: folder     !< of the input, '' or ending in '/'
       type(model_type), intent(inout) :: model   !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       select case (group%name)
       case ('block')
@@ -56,7 +56,7 @@ contains
    subroutine check_stem(group, name, error)
       type(group_type), intent(in) :: group      !< of the input
       character(len=*), intent(in) :: name       !< as the input has it
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (len_trim(name) > longest_stem) call input_error(error, group, 'name = '//quoted(name)// &
          ' is too long: at most '//to_text(longest_stem)// &
@@ -69,7 +69,7 @@ contains
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(block_values) :: own
       integer, allocatable :: joints(:)
       integer :: m, j
@@ -90,7 +90,7 @@ contains
       type(block_values), intent(in) :: own   !< its values
       integer, intent(in) :: material, joints(:), source !< positions in the model; of the group
       type(outlines_type), intent(inout) :: outlines         !< gets the block
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=:), allocatable :: failure
 
       failure = outline_failure(own%vertices)
@@ -110,7 +110,7 @@ contains
       integer, intent(in) :: joint                   !< of the block, position in the model's list
       character(len=*), intent(in) :: names(:)       !< of the first edges, or blank
       integer, allocatable, intent(out) :: joints(:) !< [edges] positions in the model's list
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
       if (size(names) > edges) call input_error(error, group, 'edge_joints: '// &
@@ -122,18 +122,15 @@ contains
       end do
    end subroutine resolve_edges
 
-   !> The new blocks of a group begin with their weight as stress, if it says so.
+   !> The new blocks of a group start with their weight as stress, if it requests that.
    subroutine begin_at_rest(group, rest, model, outlines, first, error)
       type(group_type), intent(in) :: group      !< of the input
       type(rest_values), intent(in) :: rest      !< what it says of that
       type(model_type), intent(in) :: model      !< with its gravity
       type(outlines_type), intent(inout) :: outlines         !< with the new blocks
       integer, intent(in) :: first               !< of the new blocks
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
-      if (rest%overburden > 0.0_wp .and. .not. rest%geostatic) call input_error(error, group, &
-         'overburden = '//to_text(rest%overburden)//' is part of the stress of geostatic = '// &
-         '.true., which is not set; loads are given by &traction')
       if (allocated(error) .or. .not. rest%geostatic) return
       associate (gravity => model%control%gravity)
          if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call input_error(error, &
@@ -149,7 +146,7 @@ contains
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(layers_values) :: own
       integer :: m, j, first
 
@@ -169,7 +166,7 @@ contains
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(drums_values) :: own
       integer :: m, j
 
@@ -187,7 +184,7 @@ contains
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(wall_values) :: own
       integer :: m, j, first
 

@@ -18,7 +18,7 @@ module dda_input_bodies
    public :: read_bodies
 
    real(wp), parameter :: touching = 1.0e-6_wp     !< of the smaller block: deeper is an overlap
-   real(wp), parameter :: farthest = 1.0e9_wp      !< m; places beyond have no digits left for gaps
+   real(wp), parameter :: farthest = 1.0e9_wp    !< m; positions beyond have no digits left for gaps
    real(wp), parameter :: least_extent = 1.0e-9_wp !< m
    !> size of a block over that of the model: less is rounding
    real(wp), parameter :: least_share = 1.0e-9_wp
@@ -35,7 +35,7 @@ contains
       type(model_type), intent(inout) :: model  !< filled group by group
       character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(outlines_type) :: outlines
       integer :: i
 
@@ -68,7 +68,7 @@ contains
       if (allocated(error)) call name_block_files(error, model)
    end subroutine read_bodies
 
-   !> Blocks that are refused may stand in a block file.
+   !> Refused blocks may be from a block file.
    subroutine name_block_files(error, model)
       type(error_type), intent(inout) :: error  !< of the blocks as a whole
       type(model_type), intent(in) :: model  !< with its block files
@@ -93,12 +93,12 @@ contains
       end associate
    end subroutine stress_by_weight
 
-   !> Places and sizes must be such that rounding leaves the shape of every block, generated ones
+   !> Positions and sizes must be such that rounding leaves the shape of every block, generated ones
    !> too.
    subroutine check_sizes(groups, outlines, error)
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(outlines_type), intent(in) :: outlines  !< of all blocks
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=:), allocatable :: failure
       real(wp) :: extent
       integer :: b
@@ -116,9 +116,9 @@ contains
          block_title(b, outlines%name(b))//failure)
    end subroutine check_sizes
 
-   !> The larger side of the box around places, m.
+   !> The larger side of the box around positions, m.
    pure real(wp) function extent_of(places) result(extent)
-      real(wp), intent(in) :: places(:,:)  !< [2, places] m
+      real(wp), intent(in) :: places(:,:)  !< [2, positions] m
 
       extent = maxval(maxval(places, 2) - minval(places, 2))
    end function extent_of
@@ -145,13 +145,13 @@ contains
       if (own < least_extent) then
          failure = ' measures '//to_text(own)//' m, less than '//to_text(least_extent)//' m'
       else if (own < least_share*extent) then
-         failure = ' measures '//to_text(own)//' m, too little beside the '//to_text(extent)// &
-            ' m of the model'
+         failure = ' measures '//to_text(own)//' m, too little compared with the '// &
+            to_text(extent)//' m of the model'
       else if (.not. area_of(vertices) > least_area*own**2) then
          failure = ' has no area'
       else if (.not. shortest_side(vertices) > least_side*extent) then
          failure = ' has a side of '//to_text(shortest_side(vertices))// &
-            ' m, too little beside the '//to_text(extent)//' m of the model'
+            ' m, too little compared with the '//to_text(extent)//' m of the model'
       end if
    end function size_failure
 
@@ -167,7 +167,7 @@ contains
       type(model_type), intent(in) :: model  !< as read from the input
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       integer, intent(in) :: source(:)  !< [blocks] number of the group of each
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(neighbours_type) :: near
       real(wp) :: depth
       integer :: p

@@ -6,7 +6,7 @@ module dda_input_bolts
    use dda_blocks, only: blocks_type, reference_of
    use dda_bolt, only: bolt_type, across, never
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, given, is_set, positions, &
+   use dda_input_group, only: group_type, input_error, is_set, positions, &
       require_new_name, value_or, name_length
    use dda_input_groups, only: bolt_values, read_values
    use dda_input_points, only: find_block, holds
@@ -22,7 +22,7 @@ contains
    subroutine read_bolts(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(bolt_values) :: own
       type(bolt_type), allocatable :: new(:)
       integer, allocatable :: bolts(:)
@@ -43,22 +43,16 @@ contains
       end do
    end subroutine read_bolts
 
-   !> Variables of grouted bolts must not be given of another.
+   !> Values that go with each other.
    subroutine check_values(own, group, error)
       type(bolt_values), intent(in) :: own   !< as read
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       associate (n => size(own%through, 2))
          if (any(own%through_block(n + 1:) /= '')) call input_error(error, group, &
             'through_block names more blocks than through has points ('//to_text(n)//')')
-         if (n > 0 .and. (own%grouted .or. own%compression)) call input_error(error, group, &
-            'a cable through points is not grouted and takes no compression')
       end associate
-      if (.not. own%grouted .and. (given(group, 'shear_stiffness') .or. &
-         given(group, 'shear_yield_force') .or. given(group, 'rupture_slip'))) &
-         call input_error(error, group, 'shear_stiffness, shear_yield_force and '// &
-         'rupture_slip are those of a bolt with grouted = .true.')
       if (is_set(own%yield_force) .and. own%pretension > own%yield_force) call input_error(error, &
          group, 'pretension = '//to_text(own%pretension)//' is above yield_force = '// &
          to_text(own%yield_force))
@@ -70,7 +64,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(bolt_values), intent(in) :: own   !< as read
       type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(bolt_type) :: bolt
       real(wp) :: point(2, size(own%through, 2) + 2)
       character(len=name_length) :: names(size(point, 2))
@@ -111,7 +105,7 @@ contains
       type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: point(:,:)  !< [2,points] m, in the coordinates of the engine
       integer, intent(in) :: owner(:)     !< [points] block of each
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: k
 
       if (allocated(error)) return
@@ -121,12 +115,12 @@ contains
       do k = 1, size(owner) - 1
          if (norm2(point(:, k + 1) - point(:, k)) > 0.0_wp) cycle
          call input_error(error, group, 'two points of the bolt that follow each other are at '// &
-            'the same place, ('//to_text(point(1, k) + model%origin(1))//', '// &
+            'the same position, ('//to_text(point(1, k) + model%origin(1))//', '// &
             to_text(point(2, k) + model%origin(2))//')')
       end do
    end subroutine check_points
 
-   !> A spring between places of blocks.
+   !> A spring between positions of blocks.
    pure type(bolt_type) function placed(blocks, bolt, owner, places) result(spring)
       type(blocks_type), intent(in) :: blocks  !< of the model
       type(bolt_type), intent(in) :: bolt  !< its law
@@ -151,7 +145,7 @@ contains
       real(wp), intent(in) :: from(2), to(2)  !< ends, m
       integer, intent(in) :: ends(2)  !< blocks that they are in
       type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp), allocatable :: cut(:)
       real(wp) :: at
       integer :: k, b, last
@@ -171,7 +165,7 @@ contains
       if (size(new) == 0) call input_error(error, group, 'the bolt crosses no joint')
    end subroutine grout
 
-   !> Where a segment meets edges, as shares of its length in ascending order.
+   !> Crossings of a segment with edges, as fractions of its length in ascending order.
    pure subroutine find_cuts(blocks, from, to, cut)
       type(blocks_type), intent(in) :: blocks  !< of the model
       real(wp), intent(in) :: from(2), to(2)  !< ends, m

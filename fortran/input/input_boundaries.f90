@@ -32,21 +32,20 @@ module dda_input_boundaries
    type :: kind_type
       character(len=16) :: name
       character(len=16) :: at_rest  !< the kind that acts like it in models of static stages alone
+      character(len=6) :: direction !< in which it acts at rest, if not given; blank: in none
       logical :: holds              !< becomes fixed points
       logical :: absorbs            !< by a half-space with dashpots along the edges
-      logical :: moves              !< may have a motion
-      character(len=24) :: needs = ''  !< a variable that it cannot do without
    end type kind_type
 
    !> Here a new kind is registered.
    type(kind_type), parameter :: boundary_kinds(7) = [ &
-      kind_type('fixed', 'fixed', .true., .false., .true.), &
-      kind_type('roller', 'roller', .true., .false., .false.), &
-      kind_type('springs', 'springs', .true., .false., .true., 'stiffness_per_area'), &
-      kind_type('viscous', 'fixed', .false., .true., .false.), &
-      kind_type('compliant', 'fixed', .false., .true., .true.), &
-      kind_type('tied', 'tied', .false., .false., .false.), &
-      kind_type('free_field', 'roller', .false., .false., .false.)]
+      kind_type('fixed', 'fixed', 'xy', .true., .false.), &
+      kind_type('roller', 'roller', 'normal', .true., .false.), &
+      kind_type('springs', 'springs', 'xy', .true., .false.), &
+      kind_type('viscous', 'fixed', 'xy', .false., .true.), &
+      kind_type('compliant', 'fixed', 'xy', .false., .true.), &
+      kind_type('tied', 'tied', '', .false., .false.), &
+      kind_type('free_field', 'roller', 'normal', .false., .false.)]
 
    !> A group as read.
    type, extends(boundary_values) :: reading_type
@@ -59,7 +58,7 @@ contains
    subroutine read_boundaries(model, groups, error)
       type(model_type), intent(inout) :: model  !< with blocks, motions and fixed points
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(reading_type) :: reading
       type(edge_piece_type), allocatable :: pieces(:)
       integer, allocatable :: own(:)
@@ -92,13 +91,13 @@ contains
    end subroutine read_boundaries
 
    !> It becomes fixed points, which act in one direction or two.
-   pure logical function is_held(reading)
+   pure logical function is_held(reading)  ! total
       type(reading_type), intent(in) :: reading  !< as read
 
       is_held = reading%is%holds .or. reading%motion_is == 'within'
    end function is_held
 
-   !> The kind that a group comes down to: a base that follows its motion 'within' is a fixed one.
+   !> The effective kind of a group: a base that follows its motion 'within' is a fixed one.
    pure function acts_as(group) result(kind)
       type(group_type), intent(in) :: group  !< &boundary, checked
       character(len=:), allocatable :: kind
@@ -110,11 +109,11 @@ contains
       if (own%motion_is == 'within') kind = 'fixed'
    end function acts_as
 
-   !> Models on dashpots would sink for ever under a weight that comes on in a dynamic stage.
+   !> Models on dashpots would sink without end under gravity applied in a dynamic stage.
    subroutine check_rest(model, groups, error)
       type(model_type), intent(in) :: model  !< with boundaries and stages
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
       if (allocated(error)) return
@@ -122,7 +121,7 @@ contains
       if (norm2(model%control%gravity) == 0.0_wp) return
       do i = 1, size(groups)
          if (groups(i)%name /= 'boundary') cycle
-         call input_error(error, groups(i), 'dashpots do not carry '// &
+         call input_error(error, groups(i), 'dashpots do not bear '// &
             'weight: with gravity the model must come to rest first, by settle = .true. of '// &
             '&control or a static stage')
       end do
@@ -132,7 +131,7 @@ contains
    subroutine read_boundary(group, reading, error)
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(out) :: reading  !< as read
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: k
 
       call read_values(group, reading%boundary_values, error)
@@ -143,41 +142,21 @@ contains
          ' is not registered in dda_input_boundaries')
    end subroutine read_boundary
 
-   !> It follows a motion, or one comes in.
-   pure logical function has_motion(reading)
+   !> It follows a motion, or has an incoming one.
+   pure logical function has_motion(reading)  ! total
       class(boundary_values), intent(in) :: reading  !< as read
 
       has_motion = any([reading%motion_x, reading%motion_y] /= '')
    end function has_motion
 
-   !> It says what lies behind it.
-   pure logical function has_half_space(reading)
-      class(boundary_values), intent(in) :: reading  !< as read
-
-      has_half_space = any(is_set([reading%density, reading%shear_velocity, &
-         reading%pressure_velocity]))
-   end function has_half_space
-
-   !> Variables that a kind of boundary does not have must not be given.
+   !> Values that a kind of boundary has, and what it needs of the model.
    subroutine check_words(reading, group, model, error)
       type(reading_type), intent(inout) :: reading  !< as read; defaults are set
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its motions
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
-      if (has_half_space(reading) .and. .not. reading%is%absorbs) &
-         call input_error(error, group, &
-         'density, shear_velocity and pressure_velocity are those of the half-space behind a '// &
-         "boundary of kind = 'viscous' or 'compliant'")
-      if (has_motion(reading) .and. .not. reading%is%moves) call input_error(error, group, &
-         "a motion needs kind = 'compliant', or 'fixed' or 'springs', which follow it")
-      if (reading%is%needs /= '' .and. .not. given(group, trim(reading%is%needs))) &
-         call input_error(error, group, trim(reading%is%needs)//' is missing')
-      if (given(group, 'motion_is') .and. .not. (reading%kind == 'compliant' .and. &
-         has_motion(reading))) call input_error(error, group, 'motion_is says what the motion '// &
-         "of a boundary of kind = 'compliant' is")
-      if (reading%direction == '') reading%direction = merge('normal', 'xy    ', &
-         reading%kind == 'roller')
+      if (reading%direction == '') reading%direction = reading%is%direction
       if (reading%kind == 'roller' .and. reading%direction == 'xy') call input_error(error, group, &
          "a roller is held in one direction: 'normal', 'x' or 'y'; kind = 'fixed' holds both")
       if (reading%direction == 'normal' .and. has_motion(reading) .and. is_held(reading)) &
@@ -187,7 +166,7 @@ contains
       if (reading%is%absorbs .and. model%control%dynamic_factor < 1.0_wp) call input_error(error, &
          group, 'dashpots need velocities: dynamic_factor of &control must be 1')
       if (reading%is%absorbs .and. any(model%control%base_motion > 0)) call input_error(error, &
-         group, 'dashpots stand still in the frame of a base that base_motion_x and '// &
+         group, 'dashpots do not move in the frame of a base that base_motion_x and '// &
          'base_motion_y of '// &
          "&control accelerate: give the motion to a boundary of kind = 'compliant'")
    end subroutine check_words
@@ -198,18 +177,11 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< both sides
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(edge_piece_type), allocatable :: left(:), right(:)
       type(weld_type), allocatable :: welds(:)
       real(wp) :: width
 
-      if (given(group, 'side') .or. given(group, 'along') .or. given(group, 'blocks') .or. &
-         given(group, 'edges')) call input_error(error, group, &
-         "kind = 'tied' takes the left and the right side: "// &
-         'leave out side, along, blocks and edges')
-      if (has_motion(reading) .or. given(group, 'motion_is') .or. reading%direction /= '' .or. &
-         has_half_space(reading)) call input_error(error, group, &
-         "kind = 'tied' has no direction, no motion and no half-space")
       if (are_tied(model)) call input_error(error, group, 'the sides are tied already')
       if (size(model%free_fields) > 0) call refuse_both(group, error)
       if (model%contact%original_rules) call input_error(error, group, &
@@ -238,29 +210,24 @@ contains
    !> Sides are tied to each other, or have a free field.
    subroutine refuse_both(group, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call input_error(error, group, "kind = 'tied' and kind = 'free_field' are two ways to "// &
          'go on with the ground: leave out one of them')
    end subroutine refuse_both
 
-   !> Level ground goes on beyond a side.
+   !> Level ground continues beyond a side.
    subroutine continue_side(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives the free field
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< the side
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(free_field_type) :: field
 
       field%side = reading%edges%side(:len(field%side))
-      if (all(field%side /= ['left ', 'right']) .or. given(group, 'along') .or. &
-         given(group, 'blocks')) call input_error(error, group, &
-         "kind = 'free_field' needs side = 'left' or side = 'right', and takes all of it: "// &
-         'leave out along and blocks')
-      if (has_motion(reading) .or. reading%direction /= '' .or. given(group, 'motion_is')) &
-         call input_error(error, group, "kind = 'free_field' has no direction, and the motion "// &
-         'of the ground from below: give it to the base')
+      if (all(field%side /= ['left ', 'right'])) call input_error(error, group, &
+         "kind = 'free_field' needs side = 'left' or side = 'right', and takes all of it")
       if (are_tied(model)) call refuse_both(group, error)
       if (any(model%free_fields%side == field%side)) call input_error(error, group, &
          'this side has a free field already')
@@ -284,7 +251,7 @@ contains
          field=size(model%free_fields))]
    end subroutine continue_side
 
-   !> The highest corner of pieces of edges.
+   !> The highest corner of parts of edges.
    pure type(point_type) function top_of(blocks, pieces) result(top)
       type(blocks_type), intent(in) :: blocks         !< of the model
       type(edge_piece_type), intent(in) :: pieces(:)  !< one at least
@@ -305,13 +272,13 @@ contains
       if (label == '') label = words
    end function label
 
-   !> Supports or dashpots at the Gauss points of the pieces.
+   !> Supports or dashpots at the Gauss points of the parts.
    subroutine add_boundary(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives it
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), intent(in) :: pieces(:)  !< edges
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(boundary_type) :: new
       type(fixed_point_type), allocatable :: points(:)
       integer :: motion(2), i
@@ -325,12 +292,12 @@ contains
             points(i)%motion = motion
          end do
          if (reading%is%holds .and. any(motion > 0 .and. .not. points(1)%held)) &
-            call input_error(error, group, 'a motion is given in a direction that is not held')
+            call input_error(error, group, 'a motion is given in a direction that is not fixed')
          model%fixed_points = [model%fixed_points, points]
          return
       end if
       if (.not. reading%is%absorbs) call input_error(error, group, 'kind = '// &
-         quoted(reading%kind)//' neither holds nor absorbs: add_boundary does not know it')
+         quoted(reading%kind)//' neither supports nor absorbs: add_boundary rejects it')
       new%name = reading%name
       new%kind = reading%kind
       new%piece = pieces
@@ -344,8 +311,8 @@ contains
          to_text(size(model%boundaries))))]
    end subroutine add_boundary
 
-   !> What comes in through a boundary, half of the motion of its outcrop, and the mean motion of
-   !> its edges.
+   !> The incoming motion of a boundary (half of its outcrop motion), and the mean motion of its
+   !> edges.
    pure type(boundary_motion_type) function mean_motion(blocks, boundary, name) result(mean)
       type(blocks_type), intent(in) :: blocks        !< of the model
       type(boundary_type), intent(in) :: boundary    !< compliant
@@ -361,7 +328,7 @@ contains
       mean%factor = 0.5_wp*boundary%factor
    end function mean_motion
 
-   !> The Gauss points of pieces and the directions in which they are held.
+   !> The Gauss points of parts, and their fixed directions.
    function points_of(model, reading, pieces) result(points)
       type(model_type), intent(in) :: model  !< with its blocks
       type(reading_type), intent(in) :: reading  !< as read
@@ -398,7 +365,7 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks and materials
       type(reading_type), intent(in) :: reading  !< as read
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(material_type) :: own
       real(wp) :: density, speed(2)
       integer :: i

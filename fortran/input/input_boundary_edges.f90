@@ -18,14 +18,14 @@ module dda_input_boundary_edges
 
 contains
 
-   !> Add the pieces of a group; an error if another one has part of them in the same direction.
+   !> Add the parts of a group; an error if another one has part of them in the same direction.
    subroutine claim_edges(model, lines, group, pieces, direction, error)
       type(model_type), intent(inout) :: model  !< receives them
       integer, intent(in) :: lines(:)  !< [groups &boundary up to this one] in the input
       type(group_type), intent(in) :: group  !< of the input
       type(edge_piece_type), intent(in) :: pieces(:)  !< that it takes
       character(len=*), intent(in) :: direction  !< in which it acts, see `boundary_edge_type`
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       logical :: taken(size(model%blocks%owner))
       integer :: i, k
 
@@ -47,10 +47,10 @@ contains
          direction), i=1, size(pieces))]
    end subroutine claim_edges
 
-   !> A piece lies on one that has been taken, and both act in one direction.
+   !> A part overlaps one of another group, and both act in one direction.
    pure logical function overlaps(blocks, piece, direction, other)
       type(blocks_type), intent(in) :: blocks         !< of the model
-      type(edge_piece_type), intent(in) :: piece      !< to take
+      type(edge_piece_type), intent(in) :: piece      !< number of steps
       character(len=*), intent(in) :: direction       !< in which it is to act
       type(boundary_edge_type), intent(in) :: other   !< taken
       real(wp) :: a(2), b(2)

@@ -11,7 +11,7 @@ module dda_input_catalogue
 contains
 
    !> The position of a group in `input_groups`; 0 if there is none of that name.
-   pure integer function find_group(name) result(g)
+   pure integer function find_group(name) result(g)  ! total
       character(len=*), intent(in) :: name            !< in lower case
 
       do g = size(input_groups), 1, -1
@@ -94,10 +94,11 @@ contains
       homes = groups_with(name)
       message = 'there is no variable '//quoted(name)//' in this group; '
       if (size(homes) > 0) then
-         message = message//'it belongs to &'//joined(input_groups(homes)%name, ', &')
-         return
+         message = message//'it belongs to &'//joined(input_groups(homes)%name, ', &')//'; '
+         i = 0
+      else
+         i = closest(name, own%name)
       end if
-      i = closest(name, own%name)
       if (i > 0) message = message//'is '//quoted(own(i)%name)//' meant? '
       message = message//'known are '//joined(own%name, ', ')
    end function unknown_variable

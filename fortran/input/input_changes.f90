@@ -17,7 +17,7 @@ module dda_input_changes
    character, parameter :: newline = achar(10), carriage_return = achar(13)
    integer, parameter :: most_names = 8  !< that a message lists
 
-   !> A variable by its path, and what it becomes.
+   !> A variable by its path, and its new value.
    type :: change_type
       character(len=:), allocatable :: path   !< as written
       character(len=:), allocatable :: value  !< as typed; not allocated: the variable is taken out
@@ -25,7 +25,7 @@ module dda_input_changes
       character(len=:), allocatable, private :: group, which, name  !< which: '' if it is not said
    end type change_type
 
-   !> Where the assignments of a group stand.
+   !> Positions of the assignments of a group.
    type :: spans_type
       type(span_type), allocatable :: list(:)
    end type spans_type
@@ -47,7 +47,7 @@ contains
       character(len=*), intent(in) :: file                  !< path, for messages
       character(len=:), allocatable, intent(inout) :: text  !< of the input
       type(change_type), intent(inout) :: changes(:)        !< find their variables
-      type(error_type), allocatable, intent(inout) :: error !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error !< set on failure, once
       type(group_type), allocatable :: groups(:)
       integer :: i
 
@@ -63,7 +63,7 @@ contains
       type(change_type), intent(in) :: change       !< with its variable
       type(group_type), intent(inout) :: groups(:)  !< of the text; those of its kind get values
       character(len=:), allocatable, intent(inout) :: text   !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer, allocatable :: own(:)
       logical, allocatable :: chosen(:)
       type(spans_type), allocatable :: spans(:)
@@ -83,7 +83,7 @@ contains
       if (allocated(error)) return
       new = ''
       if (allocated(change%value)) new = change%name//' = '//value_text(change)
-      do i = size(own), 1, -1  ! from the end, so that the places of the others stay
+      do i = size(own), 1, -1  ! from the end, so that the positions of the others stay
          if (chosen(i)) call set_in(text, groups(own(i))%last, spans(i)%list, change, new)
       end do
       if (size(own) > 0 .or. new == '') return
@@ -97,7 +97,7 @@ contains
    pure subroutine refuse(change, message, error)
       type(change_type), intent(in) :: change  !< with its path
       character(len=*), intent(in) :: message  !< a sentence without its full stop
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (.not. allocated(error)) call fail(error, error_input, change%path//': '//message)
    end subroutine refuse
@@ -107,7 +107,7 @@ contains
       type(change_type), intent(inout) :: change  !< with its path and value
       type(group_type), intent(in) :: groups(:)   !< of the text
       character(len=*), intent(in) :: text        !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: dot, last
 
       if (change%path == '') then
@@ -142,7 +142,7 @@ contains
       type(change_type), intent(inout) :: change  !< with the name of its variable
       type(group_type), intent(in) :: groups(:)   !< of the text
       character(len=*), intent(in) :: text        !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_entry_type), allocatable :: homes(:)
       character(len=2*len(input_variables%name)), allocatable :: paths(:)
       logical, allocatable :: counts(:)
@@ -182,11 +182,11 @@ contains
       integer :: i
 
       associate (own => variable_of(group, variable))
-         is_meant = own%needs == ''
+         is_meant = own%belongs == ''
          if (is_meant) return
          associate (switch => variable_of(group, trim(own%switch)))
             if (any([(groups(i)%name == group, i=1, size(groups))])) &
-               is_meant = index(own%needs, "'"//trim(switch%usual)//"'") > 0
+               is_meant = index(own%belongs, "'"//trim(switch%usual)//"'") > 0
          end associate
          if (.not. is_meant) is_meant = is_given(text, groups, group, trim(own%switch))
       end associate
@@ -213,7 +213,7 @@ contains
       end do
    end function is_given
 
-   !> A hint at the name that is spelt most like another; otherwise what is said of the known ones.
+   !> A hint at the most similar name; otherwise the known ones.
    pure function meant(word, words, otherwise) result(hint)
       character(len=*), intent(in) :: word, words(:)  !< not known; known ones
       character(len=*), intent(in) :: otherwise       !< words before a list of them, or none
@@ -241,7 +241,7 @@ contains
    !> The variable that is named, in a group that exists.
    subroutine find_variable(change, error)
       type(change_type), intent(inout) :: change  !< with its group
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: g, v
 
       if (allocated(error)) return
@@ -283,7 +283,7 @@ contains
       type(change_type), intent(in) :: change   !< with group and name
       character(len=*), intent(in) :: names(:)  !< of the groups of its kind, or blank
       logical, allocatable, intent(out) :: chosen(:)  !< [groups] none: the group is to be added
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=max(len(names), 16)) :: known(size(names))
       integer :: i
 
@@ -309,8 +309,8 @@ contains
       end if
    end subroutine choose
 
-   !> Set the variable in one group, or take it out; a duration takes the number of steps out, and
-   !> the other way round.
+   !> Set or remove the variable in one group; a duration removes the number of steps, and vice
+   !> versa.
    subroutine set_in(text, last, spans, change, new)
       character(len=:), allocatable, intent(inout) :: text  !< of the input
       integer, intent(in) :: last                !< the slash of the group

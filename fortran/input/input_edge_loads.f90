@@ -26,7 +26,7 @@ contains
    subroutine read_edge_loads(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(edge_load_type) :: new
       integer :: i
 
@@ -49,9 +49,9 @@ contains
       end do
    end subroutine read_edge_loads
 
-   !> Where the pieces end at first.
+   !> Initial ends of the parts.
    pure subroutine mark_ends(blocks, load)
-      type(blocks_type), intent(in) :: blocks  !< in their first state
+      type(blocks_type), intent(in) :: blocks  !< in their initial state
       type(edge_load_type), intent(inout) :: load  !< with its pieces
       integer :: k, i
 
@@ -69,8 +69,8 @@ contains
    subroutine read_traction(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
-      type(edge_load_type), intent(out) :: new  !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(edge_load_type), intent(out) :: new  !< by the group
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       type(traction_values) :: own
 
@@ -80,11 +80,6 @@ contains
       new%unit_weight = own%unit_weight
       if (.not. allocated(error)) call choose_edges(group, own%edges, model, new%piece, &
          error)
-      if (.not. (given(group, 'normal') .or. given(group, 'shear') .or. given(group, 'level'))) &
-         call input_error(error, group, 'there is no load: give normal, shear or level')
-      if (given(group, 'level') .and. (given(group, 'normal') .or. given(group, 'shear'))) &
-         call input_error(error, group, &
-         'level is that of a hydrostatic pressure, without normal and shear')
       new%kind = merge(load_level, load_uniform, given(group, 'level'))
       call set_times(new, own%time, group, error)
       call set_values(new, group, 'normal', own%normal, new%normal, error)
@@ -98,7 +93,7 @@ contains
       type(edge_load_type), intent(inout) :: load  !< its times
       real(wp), intent(in) :: time(:)        !< as given, s
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       load%held = size(time) == 0
       load%time = time
@@ -113,7 +108,7 @@ contains
       character(len=*), intent(in) :: name  !< of the variable
       real(wp), intent(in) :: given_values(:)  !< one at least
       real(wp), allocatable, intent(out) :: values(:)  !< [times]
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       values = given_values
       if (size(values) == 1) values = spread(values(1), 1, size(load%time))
@@ -125,20 +120,16 @@ contains
    subroutine read_water(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
-      type(edge_load_type), intent(out) :: new  !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(edge_load_type), intent(out) :: new  !< by the group
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(water_values) :: own
 
       call read_values(group, own, error)
       new%name = own%name
       new%unit_weight = own%unit_weight
-      if (given(group, 'surface') .eqv. given(group, 'along')) call input_error(error, group, &
-         'give either surface, a phreatic line, or along, with head or pressure at its points')
       call wettable(model, group, own, new%piece, error)
       if (allocated(error)) return
       if (given(group, 'surface')) then
-         if (given(group, 'head') .or. given(group, 'pressure')) call input_error(error, group, &
-            'head and pressure are those of the points of along')
          call set_surface(new, model, group, own%surface, error)
       else
          call set_line(new, model, group, own, error)
@@ -156,7 +147,7 @@ contains
       type(group_type), intent(in) :: group  !< of the group
       type(water_values), intent(in) :: own  !< its values
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< of edges
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       logical :: all_blocks(model%blocks%n), wanted(size(model%joints))
       type(edge_piece_type), allocatable :: free(:)
       integer :: v
@@ -175,7 +166,7 @@ contains
       end associate
    end subroutine wettable
 
-   !> Remainders of whole edges without some pieces of them, which are in the same order.
+   !> Remainders of whole edges without some parts of them, which are in the same order.
    function without(edges, pieces) result(left)
       type(edge_piece_type), intent(in) :: edges(:)   !< whole ones
       type(edge_piece_type), intent(in) :: pieces(:)  !< to leave out
@@ -203,7 +194,7 @@ contains
 
    contains
 
-      !> Take what is there of the rest.
+      !> Read the remaining variables that are given.
       subroutine keep()
          if (rest%to - rest%from <= covered) return
          n = n + 1
@@ -217,7 +208,7 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: points(:,:)    !< [2,points] of the line, m
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp), allocatable :: line(:,:)
       real(wp) :: low, high, rounding
       integer :: j
@@ -240,7 +231,7 @@ contains
       load%line = line
    end subroutine set_surface
 
-   !> A place in words.
+   !> The location of a load in words.
    pure function words_of(point) result(words)
       real(wp), intent(in) :: point(2)  !< m
       character(len=:), allocatable :: words
@@ -254,15 +245,13 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
       type(water_values), intent(in) :: own  !< its values
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp), allocatable :: line(:,:), values(:)
       type(edge_piece_type), allocatable :: all(:), found(:)
       integer :: j, n
 
       load%kind = load_line
       call take_polyline(group, 'along', own%along, model%origin, line, error)
-      if (given(group, 'head') .eqv. given(group, 'pressure')) call input_error(error, group, &
-         'along needs either head or pressure at its points')
       n = size(line, 2)
       values = [own%head, own%pressure]
       if (size(values) /= n) call input_error(error, group, 'head or pressure must have as '// &
@@ -279,10 +268,10 @@ contains
       end do
    end subroutine set_line
 
-   !> Pressures at the ends of pieces on a segment.
+   !> Pressures at the ends of parts on a segment.
    pure subroutine add_pressures(load, blocks, segment, values, pieces)
       type(edge_load_type), intent(inout) :: load  !< with the pieces before
-      type(blocks_type), intent(in) :: blocks  !< in their first state
+      type(blocks_type), intent(in) :: blocks  !< in their initial state
       real(wp), intent(in) :: segment(2, 2), values(2)  !< its ends, m; pressures there, Pa
       type(edge_piece_type), intent(in) :: pieces(:)  !< on it
       real(wp) :: more(2, size(pieces))
@@ -298,9 +287,9 @@ contains
       load%at_ends = reshape([load%at_ends, more], [2, size(load%piece)])
    end subroutine add_pressures
 
-   !> Place of an end of a piece along a segment: 0 at its first point, 1 at its second.
+   !> Position of an end of a part along a segment: 0 at its first point, 1 at its second.
    pure real(wp) function share_of(blocks, piece, i, segment) result(share)
-      type(blocks_type), intent(in) :: blocks     !< in their first state
+      type(blocks_type), intent(in) :: blocks     !< in their initial state
       type(edge_piece_type), intent(in) :: piece  !< of an edge
       integer, intent(in) :: i                    !< 1 or 2, end of the piece
       real(wp), intent(in) :: segment(2, 2)       !< its ends, m
@@ -317,7 +306,7 @@ contains
       type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: segment(2, 2)  !< its ends, m
       type(edge_piece_type), intent(in) :: pieces(:)  !< on it
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp) :: along(2), done, reach, share(2)
       logical :: further
       integer :: k, i

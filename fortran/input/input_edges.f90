@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The edges that a group names: by a side of the model, along a polyline, or by blocks and the
-!> numbers of their edges.  All that is given must hold, and only pieces of the outline count.
+!> numbers of their edges.  All that is given must hold, and only parts of the outline count.
 !>
 !> A group that acts on edges takes the part `edges` of the schema.
 module dda_input_edges
@@ -20,14 +20,14 @@ module dda_input_edges
 
 contains
 
-   !> The pieces of the outline that a group names; none is an input error.
+   !> The parts of the outline that a group names; none is an input error.
    subroutine choose_edges(group, edges, model, pieces, error, side)
       type(group_type), intent(in) :: group          !< of the input
       type(edges_values), intent(in) :: edges        !< what it says of them
       type(model_type), intent(in) :: model          !< with its blocks
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< in the order of the blocks
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=*), intent(in), optional :: side !< in place of that of the group
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      character(len=*), intent(in), optional :: side !< instead of that of the group
       logical :: wanted(model%blocks%n)
       character(len=name_length) :: own
       real(wp), allocatable :: line(:,:)
@@ -58,7 +58,7 @@ contains
       real(wp), intent(in) :: points(:,:)   !< [2,points] its value, m
       real(wp), intent(in) :: origin(2)  !< of the engine's coordinates, m
       real(wp), allocatable, intent(out) :: line(:,:)  !< [2,points] m
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (size(points, 2) < 2) call input_error(error, group, name//' has '// &
          to_text(size(points))//' values; it needs x and y of two points at least')
@@ -69,11 +69,9 @@ contains
    subroutine check_numbers(group, edges, error)
       type(group_type), intent(in) :: group  !< of the input
       type(edges_values), intent(in) :: edges  !< what it says of them
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
-      if (size(edges%edges) > 0 .and. edges%blocks == '') call input_error(error, group, &
-         'edges are numbers of edges of blocks: give blocks too')
       do i = 1, size(edges%edges)
          if (abs(edges%edges(i) - anint(edges%edges(i))) > 0.0_wp) call input_error(error, group, &
             'edges: '//to_text(edges%edges(i))//' is not a whole number')

@@ -8,7 +8,7 @@ module dda_input_group
    use dda_group_values, only: name_length
    use dda_input_catalogue, only: find_variable
    use dda_input_schema, only: input_variables
-   use dda_input_text, only: group_type, input_error
+   use dda_input_text, only: group_type, input_error, given
    use dda_input_variable, only: variable_type, above_zero, unset, usable
    use dda_text, only: to_text, quoted
    implicit none
@@ -39,20 +39,12 @@ contains
       is = value /= -huge(value)
    end function is_set_integer
 
-   !> A value, or what stands for one that is not given.
+   !> A value, or a marker for one that is not given.
    pure elemental real(wp) function value_or(value, otherwise)
       real(wp), intent(in) :: value, otherwise  !< as read, or `unset`; in its place
 
       value_or = merge(value, otherwise, is_set(value))
    end function value_or
-
-   !> A group gives a variable at all.
-   pure logical function given(group, name)
-      type(group_type), intent(in) :: group   !< of the input
-      character(len=*), intent(in) :: name    !< of the variable
-
-      given = any(input_variables(group%values%variable)%name == name .and. group%values%n > 0)
-   end function given
 
    !> Positions of the groups of a name.
    pure function positions(groups, name) result(list)
@@ -64,13 +56,13 @@ contains
       list = pack([(i, i=1, size(groups))], [(groups(i)%name == name, i=1, size(groups))])
    end function positions
 
-   !> Where the values of a variable stand in a group; 0 where it is not given, which is an error
-   !> if it is required.
+   !> Position of the values of a variable in a group; 0 if it is missing, which is an error if it
+   !> is required.
    pure subroutine find(group, v, i, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       integer, intent(out) :: i              !< position in `group%values`
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       do i = size(group%values), 1, -1
          if (group%values(i)%variable == v .and. group%values(i)%n > 0) return
@@ -84,7 +76,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       real(wp), intent(inout) :: value       !< in its unit; as it was where it is not given
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
       call find(group, v, i, error)
@@ -98,7 +90,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       integer, intent(inout) :: value        !< as it was where it is not given
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp) :: number
 
       number = unset
@@ -112,7 +104,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       logical, intent(inout) :: value        !< as it was where it is not given
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
       call find(group, v, i, error)
@@ -124,7 +116,7 @@ contains
       type(group_type), intent(in) :: group     !< of the input
       integer, intent(in) :: v                  !< position in `input_variables`
       character(len=*), intent(inout) :: value  !< as it was where it is not given, or blank
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(variable_type) :: variable
       character(len=:), allocatable :: text
       integer :: i
@@ -146,7 +138,7 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       character(len=:), allocatable, intent(out) :: text  !< its default where it is not given
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
       text = trim(input_variables(v)%usual)
@@ -161,7 +153,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       real(wp), allocatable, intent(out) :: values(:)  !< none, or the default, if it is not given
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(variable_type) :: variable
       integer :: i
 
@@ -173,7 +165,7 @@ contains
       end if
       values = group%values(i)%numbers
       if (.not. all(is_set(values)) .or. (variable%size == 2 .and. size(values) == 1)) &
-         call input_error(error, group, trim(variable%name)//': a value is left out')
+         call input_error(error, group, trim(variable%name)//': a value is missing')
       do i = 1, size(values)
          if (allocated(error)) return
          call check_number(error, group, variable, values(i))
@@ -185,7 +177,7 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       real(wp), intent(inout) :: values(:)    !< as they were where they are not given
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp), allocatable :: own(:)
 
       call take_numbers(group, v, own, error)
@@ -197,12 +189,12 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       real(wp), allocatable, intent(out) :: points(:,:)  !< [2, points] m, none if it is not given
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp), allocatable :: values(:)
 
       call take_numbers(group, v, values, error)
       if (modulo(size(values), 2) == 1) call input_error(error, group, &
-         trim(input_variables(v)%name)//': a value is left out')
+         trim(input_variables(v)%name)//': a value is missing')
       points = reshape(values, [2, size(values)/2])
    end subroutine take_points
 
@@ -211,7 +203,7 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       character(len=name_length), allocatable, intent(out) :: values(:)  !< as given
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=:), allocatable :: text
       integer :: i, k, n
 
@@ -229,7 +221,7 @@ contains
 
    !> Names have at most so many bytes.
    pure subroutine check_length(error, group, name, text)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group     !< of the input
       character(len=*), intent(in) :: name, text  !< of the variable; its value
 
@@ -239,7 +231,7 @@ contains
 
    !> Numbers that must be there and lie within the limits of the schema.
    pure subroutine require(error, group, names, values)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: names                  !< of the variables: 'x y …'
       real(wp), intent(in) :: values(:)                      !< one of each, in their units
@@ -260,7 +252,7 @@ contains
 
    !> A number must lie within the limits of its variable.
    pure subroutine check_number(error, group, variable, value)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input
       type(variable_type), intent(in) :: variable            !< of the schema
       real(wp), intent(in) :: value                          !< in its unit
@@ -283,7 +275,7 @@ contains
 
    !> A word must be one of those that the schema allows.
    pure subroutine check_word(error, group, variable, value)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input
       type(variable_type), intent(in) :: variable            !< of the schema
       character(len=*), intent(in) :: value                  !< as the input has it
@@ -295,7 +287,7 @@ contains
 
    !> A name must not be used twice.
    pure subroutine require_new_name(error, group, name, others)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: name                   !< that it gives
       character(len=*), intent(in) :: others(:)              !< names of its kind before
@@ -306,7 +298,7 @@ contains
 
    !> The position of a name among those it may refer to; 0 and an input error if it is none.
    pure subroutine require_name(error, group, name, value, names, kind, position)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: name                   !< of the variable
       character(len=*), intent(in) :: value                  !< as the input has it

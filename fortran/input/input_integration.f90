@@ -15,23 +15,19 @@ module dda_input_integration
 
 contains
 
-   !> Put what a group asks for into the settings, which have Δt and the dynamic factor.
+   !> Put what a group requires into the settings, which have Δt and the dynamic factor.
    subroutine set_integration(group, integration, theta, ratio, frequency, settings, error)
       type(group_type), intent(in) :: group          !< &control or &stage
       character(len=*), intent(in) :: integration    !< by name
       real(wp), intent(in) :: theta                  !< as given, or its default
-      real(wp), intent(in) :: ratio, frequency       !< –, Hz; in place of θ, or `unset`
+      real(wp), intent(in) :: ratio, frequency       !< –, Hz; instead of θ, or `unset`
       type(control_type), intent(inout) :: settings  !< integration and θ are set
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (allocated(error)) return
-      if (integration /= 'theta' .and. (given(group, 'theta') .or. any(is_set([ratio, &
-         frequency])))) call input_error(error, group, 'theta, damping_ratio and '// &
-         "damping_frequency need integration = 'theta', not "//quoted(integration))
-      if (is_set(ratio) .neqv. is_set(frequency)) call input_error(error, group, &
-         'damping_ratio and damping_frequency must be given together')
-      if (is_set(ratio) .and. given(group, 'theta')) call input_error(error, group, &
-         'give theta, or damping_ratio and damping_frequency, not both')
+      if (integration /= 'theta' .and. (given(group, 'theta') .or. is_set(ratio))) &
+         call input_error(error, group, 'theta, damping_ratio and damping_frequency need '// &
+         "integration = 'theta', not "//quoted(integration))
       settings%integration = integration
       settings%theta = theta
       if (is_set(ratio)) call match_damping(error, group, ratio, frequency, settings)
@@ -44,7 +40,7 @@ contains
 
    !> θ for a damping ratio at a frequency and the Δt of the settings.
    subroutine match_damping(error, group, ratio, frequency, settings)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group
       real(wp), intent(in) :: ratio
       real(wp), intent(in) :: frequency  !< Hz

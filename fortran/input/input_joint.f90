@@ -23,11 +23,10 @@ contains
    subroutine read_joint(group, shear_ratio, new, error)
       type(group_type), intent(in) :: group  !< of the input
       real(wp), intent(in) :: shear_ratio    !< k_n/k_s of contacts without stiffness of their own
-      type(joint_type), intent(out) :: new  !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(joint_type), intent(out) :: new  !< by the group
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(law_slot_type) :: slot
       character(len=:), allocatable :: wrong
-      integer :: k
 
       call read_values(group, new%joint_values, error)
       if (allocated(error)) return
@@ -42,18 +41,13 @@ contains
       if (.not. given(group, 'contact_points')) new%contact_points = slot%law%points
       if (all(new%contact_points /= [2, 3, 5])) call input_error(error, group, &
          'contact_points = '//to_text(new%contact_points)//' must be 2, 3 or 5')
-      do k = 1, count(slot%law%needs /= '')
-         if (.not. given(group, trim(slot%law%needs(k)))) call input_error(error, group, &
-            trim(slot%law%needs(k))//' is missing')
-      end do
       if (allocated(error)) return
       if (.not. given(group, 'friction_angle')) new%friction_angle = 0.0_wp  ! the weaker of two
       call slot%law%complete(new, shear_ratio, wrong)
       if (wrong /= '') call input_error(error, group, wrong)
    end subroutine read_joint
 
-   !> The variables of a group &joint or &material with which all strength is divided by a factor,
-   !> as its law says.
+   !> The variables of a group &joint or &material that divide all strength by a factor, by its law.
    subroutine reduced_strengths(file, text, factor, strengths, error)
       character(len=*), intent(in) :: file  !< path, for messages
       character(len=*), intent(in) :: text  !< one group &joint or &material

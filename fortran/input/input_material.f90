@@ -21,8 +21,8 @@ contains
    !> &material
    subroutine read_material(group, new, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(material_type), intent(out) :: new  !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(material_type), intent(out) :: new  !< by the group
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call read_values(group, new%material_values, error)
       call take_elasticity(error, group, new)
@@ -32,21 +32,16 @@ contains
 
    !> Young's modulus and Poisson's ratio, or the velocities of S and P waves.
    subroutine take_elasticity(error, group, new)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the input
       type(material_type), intent(inout) :: new  !< with its values
 
       associate (shear => new%shear_velocity, pressure => new%pressure_velocity)
-         if (is_set(shear) .neqv. is_set(pressure)) call input_error(error, group, &
-            'shear_velocity and pressure_velocity must be given together')
          if (.not. is_set(shear)) then
             call require(error, group, 'young_modulus poisson_ratio', [new%young_modulus, &
                new%poisson_ratio])
             return
          end if
-         if (any(is_set([new%young_modulus, new%poisson_ratio]))) call input_error(error, group, &
-            'give young_modulus and poisson_ratio, or shear_velocity and pressure_velocity, '// &
-            'not both')
          if (pressure <= shear) call input_error(error, group, 'pressure_velocity = '// &
             to_text(pressure)//' m/s must be above shear_velocity = '//to_text(shear)//' m/s')
          if (allocated(error)) return
@@ -57,7 +52,7 @@ contains
 
    !> Moduli that follow from velocities must be ones that could have been given.
    subroutine check_derived(error, group, new)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the group
       type(material_type), intent(in) :: new  !< with moduli from velocities
       type(error_type), allocatable :: failure
@@ -72,33 +67,19 @@ contains
 
    !> A damping ratio at all frequencies, or Rayleigh damping.
    subroutine take_damping(error, group, own, damping)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the input
       type(material_values), intent(in) :: own  !< its values
-      type(damping_type), intent(inout) :: damping   !< as asked for, not fitted yet
-      logical :: by_ratio, of_body, by_frequencies
+      type(damping_type), intent(inout) :: damping   !< as requested, not fitted yet
 
-      by_ratio = given(group, 'damping_ratio')
-      of_body = given(group, 'reference_frequency') .or. given(group, 'damping_band') .or. &
-         given(group, 'mechanisms')
-      by_frequencies = given(group, 'rayleigh_frequencies')
       if (given(group, 'rayleigh_alpha') .or. given(group, 'rayleigh_beta')) then
-         if (by_ratio .or. by_frequencies .or. of_body) call input_error(error, group, &
-            'give rayleigh_alpha and rayleigh_beta, or damping_ratio, not both')
          damping%alpha = own%rayleigh_alpha
          damping%beta = own%rayleigh_beta
-      else if (.not. by_ratio .and. own%law /= 'hysteretic') then
-         if (of_body .or. by_frequencies) call input_error(error, group, &
-            'damping_ratio is missing: reference_frequency, damping_band, mechanisms and '// &
-            'rayleigh_frequencies say how it is meant')
-      else if (by_frequencies) then
-         if (of_body) call input_error(error, group, 'reference_frequency, damping_band and '// &
-            'mechanisms belong to a damping ratio at all frequencies: leave them out, or '// &
-            'rayleigh_frequencies')
+      else if (given(group, 'rayleigh_frequencies')) then
          call check_band(error, group, 'rayleigh_frequencies', own%rayleigh_frequencies)
          if (.not. allocated(error)) call set_rayleigh(damping, own%damping_ratio, &
             own%rayleigh_frequencies)
-      else
+      else if (given(group, 'damping_ratio') .or. own%law == 'hysteretic') then
          damping%ratio = own%damping_ratio
          damping%reference = own%reference_frequency
          call check_band(error, group, 'damping_band', own%damping_band)
@@ -109,7 +90,7 @@ contains
 
    !> Two frequencies, ascending.
    subroutine check_band(error, group, name, band)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the input
       character(len=*), intent(in) :: name   !< of the variable
       real(wp), intent(in) :: band(2)        !< Hz
@@ -123,7 +104,7 @@ contains
    subroutine fit_materials(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its stages
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(error_type), allocatable :: failure
       type(scheme_type) :: scheme
       real(wp) :: limit

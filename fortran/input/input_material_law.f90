@@ -16,20 +16,17 @@ module dda_input_material_law
 
 contains
 
-   !> Variables that a law asks for are there, and go with the rest of the material.
+   !> Variables that a law requires are there, and go with the rest of the material.
    subroutine check_law(group, own, material, error)
       type(group_type), intent(in) :: group           !< &material
       type(material_values), intent(in) :: own        !< its values
       type(material_type), intent(in) :: material     !< as read, without its law
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(soil_type) :: soil
 
       if (allocated(error)) return
       if (own%law == 'mohr_coulomb') call check_strength(group, own, error)
       if (own%law /= 'hysteretic') return
-      if (material%damping%alpha > 0.0_wp .or. material%damping%beta > 0.0_wp) call input_error( &
-         error, group, "law 'hysteretic' has a damping ratio of small strains at all "// &
-         'frequencies: leave out rayleigh_alpha, rayleigh_beta and rayleigh_frequencies')
       call read_soil(group, own, material, soil, error)
    end subroutine check_law
 
@@ -37,8 +34,8 @@ contains
    subroutine set_law(group, material, limit, error)
       type(group_type), intent(in) :: group            !< &material
       type(material_type), intent(inout) :: material   !< as read
-      real(wp), intent(in) :: limit            !< largest ω_l that all stages can take, rad/s
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      real(wp), intent(in) :: limit            !< largest ω_l that all stages admit, rad/s
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(material_values) :: own
       type(soil_type) :: soil
       type(curve_type) :: curve
@@ -66,8 +63,8 @@ contains
       type(group_type), intent(in) :: group        !< &material
       type(material_values), intent(in) :: own     !< its values
       type(material_type), intent(in) :: material  !< with its moduli
-      type(soil_type), intent(out) :: soil         !< as asked for
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(soil_type), intent(out) :: soil         !< as requested
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       soil%curve = own%curve(:len(soil%curve))
       soil%plasticity = own%plasticity_index
@@ -79,41 +76,29 @@ contains
       soil%power = own%curve_power
       if (is_set(own%shear_strength)) soil%reference = own%shear_strength*2.0_wp &
          *(1.0_wp + material%poisson_ratio)/material%young_modulus
-      call require_of_curve(group, own, error)
+      call check_curve(group, own, error)
       if (allocated(error)) return
       if (soil%curve == 'gqh') soil%theta = own%curve_fit
       if (soil%curve == 'table') soil%table = curve_type(own%strains, own%reductions, own%dampings)
    end subroutine read_soil
 
-   !> Variables that each curve needs.
-   subroutine require_of_curve(group, own, error)
+   !> Values of a curve that go with each other.
+   subroutine check_curve(group, own, error)
       type(group_type), intent(in) :: group     !< &material
       type(material_values), intent(in) :: own  !< its values
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: n
 
-      select case (own%curve)
-      case ('')
-         call input_error(error, group, "law = 'hysteretic' needs a curve: 'darendeli', "// &
-            "'hyperbolic', 'mkz', 'gqh' or 'table'")
-      case ('darendeli')
-         if (.not. is_set(own%mean_stress)) call input_error(error, group, &
-            "curve = 'darendeli' needs the mean_stress")
-      case ('table')
-         n = size(own%strains)
-         if (n < 2 .or. size(own%reductions) /= n .or. size(own%dampings) /= n) then
-            call input_error(error, group, &
-               "curve = 'table' needs as many strains, reductions and dampings, two at least")
-         else if (any(own%strains(2:) <= own%strains(:n - 1))) then
-            call input_error(error, group, 'strains must ascend')
-         end if
-      case default
-         if (is_set(own%reference_strain) .eqv. is_set(own%shear_strength)) call input_error( &
-            error, group, 'curve = '''//trim(own%curve)//''' needs the reference_strain, or '// &
-            'the shear_strength in its place')
-         if (own%curve == 'gqh' .and. size(own%curve_fit) /= 5) call input_error(error, group, &
-            "curve = 'gqh' needs the five numbers of curve_fit")
-      end select
-   end subroutine require_of_curve
+      if (own%curve == 'gqh' .and. size(own%curve_fit) /= 5) call input_error(error, group, &
+         "curve = 'gqh' needs the five numbers of curve_fit")
+      if (own%curve /= 'table') return
+      n = size(own%strains)
+      if (n < 2 .or. size(own%reductions) /= n .or. size(own%dampings) /= n) then
+         call input_error(error, group, &
+            "curve = 'table' needs as many strains, reductions and dampings, two at least")
+      else if (any(own%strains(2:) <= own%strains(:n - 1))) then
+         call input_error(error, group, 'strains must ascend')
+      end if
+   end subroutine check_curve
 
 end module dda_input_material_law

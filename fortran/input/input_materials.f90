@@ -4,8 +4,7 @@ module dda_input_materials
    use dda_kinds, only: wp
    use dda_baseline, only: baseline_type, make_motion_curve
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, given, is_set, require, require_name, &
-      value_or
+   use dda_input_group, only: group_type, input_error, is_set, require_name, value_or
    use dda_input_groups, only: motion_values, naming_values, read_values
    use dda_model, only: model_type
    use dda_motion, only: motion_type
@@ -22,15 +21,13 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       !> that file names are relative to, '' or ending in '/'
       character(len=*), intent(in) :: folder
-      type(motion_type), intent(out) :: new  !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(motion_type), intent(out) :: new  !< by the group
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(motion_values) :: own
       type(record_type) :: record
 
       call read_values(group, own, error)
       new%name = own%name
-      if ((own%file == '') .eqv. .not. given(group, 'values')) call input_error(error, group, &
-         'give either file or values')
       if (allocated(error)) return
       if (own%file /= '') then
          call take_file(group, full_path(folder, own%file), own, record, error)
@@ -50,13 +47,13 @@ contains
       if (file(1:1) /= '/') path = folder//file
    end function full_path
 
-   !> Read the record file; its errors get the place of the group in front.
+   !> Read the record file; its errors get the position of the group in front.
    subroutine take_file(group, path, own, record, error)
       type(group_type), intent(in) :: group  !< of the input
       character(len=*), intent(in) :: path   !< of the record
       type(motion_values), intent(in) :: own !< of the group
       type(record_type), intent(out) :: record  !< as read
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(error_type), allocatable :: failure
 
       call read_record(record, path, trim(own%format), trim(own%quantity), trim(own%unit), &
@@ -69,13 +66,10 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(motion_values), intent(in) :: own !< of the group
       type(record_type), intent(out) :: record  !< as read
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
-      call require(error, group, 'time_step', [own%time_step])
       if (size(own%values) < 2) call input_error(error, group, &
          'values holds too few samples: at least 2 are needed')
-      if (own%quantity == '') call input_error(error, group, &
-         "quantity is missing; give 'acceleration', 'velocity' or 'displacement'")
       if (all(own%unit /= [character(len=4) :: '', 'm', 'm/s', 'm/s2'])) call input_error(error, &
          group, 'unit = '//quoted(own%unit)//': values in the input are in m, m/s or m/s2')
       if (allocated(error)) return
@@ -87,14 +81,14 @@ contains
       record%file = ''
    end subroutine take_values
 
-   !> Acceleration, velocity and displacement from the record; drift is removed from accelerations
-   !> unless the input says otherwise.
+   !> Acceleration, velocity and displacement of the record; by default drift is removed from
+   !> accelerations.
    subroutine make_motion(group, record, own, new, error)
       type(group_type), intent(in) :: group  !< of the group
       type(record_type), intent(in) :: record  !< as read
       type(motion_values), intent(in) :: own !< of the group
       type(motion_type), intent(inout) :: new  !< gets its curves
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(error_type), allocatable :: failure
       type(baseline_type) :: baseline
 
@@ -122,7 +116,7 @@ contains
       type(naming_values), intent(in) :: names   !< that it has, or blank
       type(model_type), intent(in) :: model      !< with its materials and joints
       integer, intent(out) :: m, j               !< positions in the model's lists
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       m = 1
       j = 1

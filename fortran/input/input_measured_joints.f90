@@ -18,7 +18,7 @@ contains
    subroutine read_measured_joints(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(measured_joint_type) :: new
       integer, allocatable :: joints(:)
       integer :: i
@@ -39,8 +39,8 @@ contains
    subroutine read_measured_joint(group, names, new, error)
       type(group_type), intent(in) :: group    !< of the input
       character(len=*), intent(in) :: names(:) !< [n] of the blocks
-      type(measured_joint_type), intent(out) :: new          !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(measured_joint_type), intent(out) :: new          !< by the group
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(measured_joint_values) :: own
       logical :: one(size(names)), other(size(names))
 
@@ -53,7 +53,7 @@ contains
       call mark_names(own%against, 'against', names, group, other, error)
       if (own%against == '') other = .not. one
       if (any(one .and. other)) call input_error(error, group, 'block '//quoted(trim( &
-         names(findloc(one .and. other, .true., 1))))//' is of both blocks and against')
+         names(findloc(one .and. other, .true., 1))))//' is in both blocks and against')
       if (.not. any(other)) call input_error(error, group, &
          'blocks are all blocks: there is none against them')
       new%side = merge(1, merge(2, 0, other), one)

@@ -16,7 +16,7 @@ contains
       character(len=*), intent(in) :: names(:)        !< known ones
       type(group_type), intent(in) :: group           !< of the group
       logical, intent(inout) :: marked(:)             !< [names] that the list names, or before
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=:), allocatable :: rest, entry
       integer :: comma, star, i
       logical :: found

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups that stand at a material point: &fixed_point, &load, &measured_point,
-!> and &amplification, between two of these.
+!> The groups of a material point: &fixed_point, &load, &measured_point, and &amplification, between
+!> two of these.
 module dda_input_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, reference_of
@@ -30,7 +30,7 @@ contains
       character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
       real(wp), intent(in) :: point(2)           !< m
       integer, intent(out) :: b  !< its number; 0 on failure
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=:), allocatable :: words
 
       b = 0
@@ -61,7 +61,7 @@ contains
       character(len=*), intent(in) :: variable   !< that says which
       character(len=*), intent(in) :: names(:)   !< [n] of the blocks
       character(len=*), intent(in) :: wanted     !< name or number of a block
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: status
 
       b = findloc(names == wanted, .true., 1)
@@ -90,8 +90,8 @@ contains
    subroutine read_fixed_point(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
-      type(fixed_point_type), intent(out) :: new  !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(fixed_point_type), intent(out) :: new  !< by the group
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(fixed_point_values) :: own
 
       call read_values(group, own, error)
@@ -100,17 +100,17 @@ contains
       call find_point(group, model, own%point, new%place, new%reference, new%block, error)
       call find_motions(group, [own%motion_x, own%motion_y], model%motions, new%motion, error)
       if (any(new%motion > 0 .and. .not. new%held)) call input_error(error, group, &
-         'a motion is given in a direction that the point is not held in')
+         'a motion is given in a direction in which the point is not fixed')
    end subroutine read_fixed_point
 
-   !> The place of a group in the engine's coordinates, and the block that holds it.
+   !> The position of a group in the engine's coordinates, and the block that contains it.
    subroutine find_point(group, model, point, place, reference, b, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(point_values), intent(in) :: point  !< of the group
       real(wp), intent(out) :: place(2), reference(2)  !< m; offset from the block's centroid, m
       integer, intent(out) :: b          !< its number; 0 on failure
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       place = [point%x, point%y] - model%origin
       call find_block(group, model, point%block, place, b, error)
@@ -124,7 +124,7 @@ contains
       character(len=*), intent(in) :: names(2)     !< or blank
       type(motion_type), intent(in) :: motions(:)  !< of the model
       integer, intent(inout) :: found(2)           !< positions, as they were without a name
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=*), intent(in), optional :: stem  !< of the variables, if not motion_
       character(len=:), allocatable :: variable
       integer :: i
@@ -141,8 +141,8 @@ contains
    subroutine read_load(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
-      type(load_type), intent(out) :: new  !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(load_type), intent(out) :: new  !< by the group
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(load_values) :: own
       real(wp) :: place(2)
       integer :: n
@@ -164,7 +164,7 @@ contains
 
    !> Times of a load: two at least, none before the one above it.
    subroutine check_times(error, group, time)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group      !< of the input
       real(wp), intent(in) :: time(:)            !< as given, s
 
@@ -177,21 +177,36 @@ contains
    subroutine read_point(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
-      type(point_type), intent(out) :: new  !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(point_type), intent(out) :: new  !< by the group
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(measured_point_values) :: own
 
       call read_values(group, own, error)
       new%name = own%name
       call find_point(group, model, own%point, new%place, new%reference, new%block, error)
+      if (own%point%block == '' .and. new%block > 0) new%other = other_container(model%blocks, &
+         new%block, new%place)
    end subroutine read_point
+
+   !> The next block, of another body, that contains a point; 0 if there is none.
+   pure integer function other_container(blocks, first, point) result(b)
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      integer, intent(in) :: first             !< block that holds it
+      real(wp), intent(in) :: point(2)         !< m
+
+      do b = first + 1, blocks%n
+         if (blocks%body(b) > 0 .and. blocks%body(b) == blocks%body(first)) cycle
+         if (holds(blocks, b, point)) return
+      end do
+      b = 0
+   end function other_container
 
    !> &amplification: the spectral ratio of two measured points.
    subroutine read_amplification(group, points, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(point_type), intent(in) :: points(:)  !< measured points of the model
       type(amplification_type), intent(out) :: new  !< points, axis, band (Hz)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(amplification_values) :: own
 
       call read_values(group, own, error)

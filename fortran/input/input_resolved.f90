@@ -89,7 +89,7 @@ contains
       call add(page, trim(merge('{} ', '}  ', between == '{')))
    end subroutine add_group
 
-   !> Values that the model has in place of those given, or has made of others.
+   !> Values that the model has instead of those given, or has made of others.
    pure function derived(model, group, name, k) result(value)
       type(model_type), intent(in) :: model    !< of the input
       type(group_type), intent(in) :: group    !< with its values
@@ -221,7 +221,7 @@ contains
       end if
    end function number
 
-   !> A text in quotes; control characters, which netCDF and JSON do not hold, are blanks.
+   !> A text in quotes; control characters, which netCDF and JSON do not allow, become blanks.
    pure function string(words) result(text)
       character(len=*), intent(in) :: words         !< trailing blanks are dropped
       character(len=:), allocatable :: text

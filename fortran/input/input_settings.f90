@@ -20,9 +20,9 @@ contains
    subroutine read_control(group, staged, settings, own, error)
       type(group_type), intent(in) :: group  !< of the input
       logical, intent(in) :: staged  !< the input has stages of its own
-      type(control_type), intent(out) :: settings  !< as the group says
+      type(control_type), intent(out) :: settings  !< by the group
       type(control_values), intent(out) :: own     !< its values
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call read_values(group, own, error)
       if (.not. staged) call count_steps(error, group, own%time_step, own%duration, own%steps)
@@ -39,10 +39,11 @@ contains
          own%damping_frequency, settings, error)
    end subroutine read_control
 
-   !> Where waves count, plane strain or plane stress is chosen: it decides on their velocities.
+   !> If waves matter, plane strain or plane stress must be given, since wave velocities depend on
+   !> it.
    pure subroutine require_analysis(error, group, control, what)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(group_type), intent(in) :: group        !< of the group that asks for it
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: group        !< of the group that requires it
       type(control_type), intent(in) :: control    !< as read
       character(len=*), intent(in) :: what         !< about waves in that group
 
@@ -53,18 +54,18 @@ contains
 
    !> Stages have steps of their own.
    subroutine refuse_steps(error, group, own)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group     !< of the group
       type(control_values), intent(in) :: own   !< its values
 
       if (is_set(own%duration) .or. is_set(own%steps) .or. own%settle) call input_error(error, &
-         group, 'with &stage groups, duration, steps and settle have no place here: each '// &
+         group, 'with &stage groups, duration, steps and settle are not allowed here: each '// &
          "&stage has its own, and kind = 'static' settles")
    end subroutine refuse_steps
 
    !> The number of steps, from `steps` or from `duration`.
    subroutine count_steps(error, group, time_step, duration, steps)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: time_step, duration  !< s, or `unset`
       real(wp), intent(inout) :: steps  !< `unset` if `duration` is given
@@ -85,8 +86,8 @@ contains
    !> &contact: springs and iteration.  A stiffness left out stays 0 and gets the model's default.
    subroutine read_contact(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(contact_settings_type), intent(out) :: settings  !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(contact_settings_type), intent(out) :: settings  !< by the group
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call read_values(group, settings%contact_values, error)
       settings%original_rules = settings%contact_rules == 'original'
@@ -96,35 +97,21 @@ contains
    subroutine read_output(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
       type(output_settings_type), intent(inout) :: settings  !< with the usual file before
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(output_values) :: own
 
       call read_values(group, own, error)
-      call check_interval(error, group, 'history', own%history_interval, own%history_seconds)
-      call check_interval(error, group, 'block', own%block_interval, own%block_seconds)
+      if (is_set(own%history_seconds)) own%history_interval = 0
+      if (is_set(own%block_seconds)) own%block_interval = 0
       if (own%file == '') own%file = settings%file
       own%history_seconds = value_or(own%history_seconds, 0.0_wp)
       own%block_seconds = value_or(own%block_seconds, 0.0_wp)
       settings%output_values = own
    end subroutine read_output
 
-   !> Samples or frames are taken by steps or by seconds, not both.
-   pure subroutine check_interval(error, group, what, interval, period)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(group_type), intent(in) :: group     !< of the input
-      character(len=*), intent(in) :: what      !< 'history' or 'block'
-      integer, intent(inout) :: interval        !< steps; 0 where it is by seconds
-      real(wp), intent(in) :: period            !< s, or `unset`
-
-      if (.not. is_set(period)) return
-      if (given(group, what//'_interval')) call input_error(error, group, 'give either '//what// &
-         '_interval, in steps, or '//what//'_seconds')
-      interval = 0
-   end subroutine check_interval
-
    !> Steps that cannot be shortened must fit into an output interval.
    pure subroutine check_output_times(error, group, settings, stages)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the group &output
       type(output_settings_type), intent(in) :: settings     !< as read
       type(stage_type), intent(in) :: stages(:)              !< of the model, with fixed steps

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups &stage: what happens in which order.
+!> The groups &stage: the sequence of changes of a run.
 module dda_input_stages
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
@@ -20,11 +20,12 @@ module dda_input_stages
 
 contains
 
-   !> The stages of an input; without &stage, statics if the model settles, and what &control says.
+   !> The stages of an input; without &stage, a static one if the model settles, and that of
+   !> &control.
    subroutine read_stages(model, groups, error)
       type(model_type), intent(inout) :: model  !< with blocks, supports, motions, materials
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer, allocatable :: own(:)
       integer :: s
 
@@ -101,7 +102,7 @@ contains
       end do
    end subroutine begin_other_motions
 
-   !> Additions of a stage are not there before: points do not hold, loads do not act.
+   !> Additions of a stage do not act before it: neither fixed points nor loads.
    pure subroutine wait_for_stages(model)
       type(model_type), intent(inout) :: model  !< with all its stages
       integer :: s, i
@@ -144,7 +145,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(inout) :: model  !< as read from the input
       integer, intent(in) :: s  !< number of the stage
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(stage_values) :: own
 
       call read_values(group, own, error)
@@ -166,7 +167,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(stage_values), intent(in) :: own  !< its values
       type(stage_type), intent(inout) :: stage
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=64) :: names(size(stage%added))
 
       names(:size(model%bolts)) = model%bolts%name
@@ -189,16 +190,11 @@ contains
       type(stage_values), intent(inout) :: own       !< values of the group
       type(control_type), intent(in) :: control      !< defaults
       type(group_type), intent(in) :: group          !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(control_type) :: settings
 
       if (allocated(error)) return
-      if (stage%static) then
-         if (any(is_set([own%duration, own%steps, own%time_step, own%theta])) .or. &
-            own%integration /= '') call input_error(error, group, 'a static stage takes no '// &
-            'time: leave out duration, steps, time_step, integration and theta')
-         return
-      end if
+      if (stage%static) return
       settings = control
       settings%time_step = value_or(own%time_step, control%time_step)
       call count_steps(error, group, settings%time_step, own%duration, own%steps)
@@ -218,8 +214,8 @@ contains
       type(group_type), intent(in) :: group          !< of the input
       character(len=*), intent(in) :: list, kind     !< as read; of names: 'joint', 'material'
       character(len=*), intent(in) :: names(:)       !< known ones
-      integer, intent(inout) :: new(:)               !< [names] that stands in place of each
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer, intent(inout) :: new(:)               !< [names] that stands instead of each
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=:), allocatable :: variable, rest, entry
       integer :: comma, arrow, from, to
 
@@ -248,20 +244,20 @@ contains
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: s  !< stage just read
       type(group_type), intent(in) :: group
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       logical :: gone(model%blocks%n)
       integer :: k
 
       if (allocated(error)) return
       if (model%stages(s)%static .and. any(model%stages(s)%begins)) call input_error(error, group, &
-         'motions cannot begin with a static stage, which takes no time')
+         'motions cannot begin with a static stage, which has no time')
       gone = model%stages(s)%removed
       do k = 1, s - 1
          associate (before => model%stages(k), now => model%stages(s))
             call refuse(before%removed .and. now%removed, 'remove: block', model%block_names, &
                'has been removed in')
             call refuse(before%holds .and. now%holds, 'hold: fixed point', &
-               model%fixed_points%name, 'is held since')
+               model%fixed_points%name, 'acts already since')
             call refuse(before%loads .and. now%loads, 'loads:', model%loads%name, 'has begun in')
             call refuse(before%begins .and. now%begins, 'motions:', model%motions%name, &
                'has begun in')
@@ -272,7 +268,7 @@ contains
 
    contains
 
-      !> A stage does not do again what one before has done.
+      !> A stage must not repeat what an earlier one has done.
       subroutine refuse(again, what, names, done)
          logical, intent(in) :: again(:)          !< [names] in stage k and now
          character(len=*), intent(in) :: what, names(:), done  !< in words; names of all of them

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The group &stop: what ends a run before its duration.
+!> The group &stop: conditions that end a run before its duration.
 module dda_input_stop
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, given, is_set, require_name, value_or
+   use dda_input_group, only: group_type, input_error, is_set, require_name, value_or
    use dda_input_groups, only: stop_values, read_values
    use dda_input_names, only: mark_names
    use dda_model, only: model_type, half_size
@@ -20,15 +20,10 @@ contains
    subroutine read_stop(group, model, error)
       type(group_type), intent(in) :: group       !< of the group
       type(model_type), intent(inout) :: model    !< with its blocks
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(stop_values) :: own
 
       call read_values(group, own, error)
-      if (.not. (given(group, 'displacement') .or. given(group, 'tilt') .or. &
-         given(group, 'fallen') .or. given(group, 'rest_time'))) call input_error(error, group, &
-         'give one at least of displacement, tilt, fallen and rest_time')
-      if (is_set(own%rest_movement) .and. .not. is_set(own%rest_time)) call input_error(error, &
-         group, 'rest_movement needs rest_time: how long nothing may move by more than that')
       associate (settings => model%stop)
          allocate (settings%watched(model%blocks%n), source=.false.)
          call mark_names(own%blocks, 'blocks', model%block_names, group, settings%watched, error)
@@ -37,7 +32,7 @@ contains
          associate (same => count(model%block_names == own%reference))
             if (settings%reference > 0 .and. same > 1) call input_error(error, group, &
                'reference = '//quoted(own%reference)//' is the name of '//to_text(same)// &
-               ' blocks: give the one that is meant a name of its own')
+               ' blocks: give it a unique name')
          end associate
          if (allocated(error)) return
          if (settings%reference > 0) settings%watched(settings%reference) = .false.

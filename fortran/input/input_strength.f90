@@ -23,10 +23,8 @@ contains
    subroutine check_strength(group, own, error)
       type(group_type), intent(in) :: group     !< &material
       type(material_values), intent(in) :: own  !< its values
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
-      if (.not. is_set(own%cohesion)) call input_error(error, group, &
-         "law = 'mohr_coulomb' needs the cohesion")
       if (own%dilation_angle > own%friction_angle) call input_error(error, group, &
          'dilation_angle = '//to_text(own%dilation_angle)//' must not be above friction_angle = ' &
          //to_text(own%friction_angle)//': yielding would make energy')
@@ -56,7 +54,7 @@ contains
             'cohesion / tan('//prefix//'friction_angle) = '//to_text(apex(cohesion, angle))//' Pa')
       end subroutine check_tension
 
-      !> A residual strength is no more than the peak.
+      !> A residual strength is at most the peak.
       subroutine check_residual(name, peak, residual)
          character(len=*), intent(in) :: name       !< of the strength
          real(wp), intent(in) :: peak, residual     !< as given
@@ -80,7 +78,7 @@ contains
       type(group_type), intent(in) :: group  !< &material
       real(wp), intent(in) :: factor         !< above 0
       type(reduced_type), allocatable, intent(out) :: strengths(:)  !< names and values
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(material_values) :: own
 
       allocate (strengths(0))

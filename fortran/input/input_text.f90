@@ -1,20 +1,22 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The text of an input, as groups of typed values, each with its place.
+!> The text of an input, as groups of typed values, each with its position.
 !>
 !> The language is that of Fortran's namelist groups: `&name variable = values /`, with repeat
 !> counts (`20*3.5`), values left out (`1, , 3`), parts of lists (`x(2:4) =`), doubled quotes and
 !> comments.
 module dda_input_text
+   use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
    use dda_input_catalogue, only: find_group, find_variable, unknown_variable
-   use dda_input_schema, only: input_groups, input_variables
-   use dda_input_variable, only: variable_type
+   use dda_input_schema, only: input_groups, input_rules, input_variables
+   use dda_input_variable, only: rule_type, variable_type
    use dda_input_value, only: value_type, take_values, skip_blank, is_assigned, first_word, &
       name_characters
    use dda_text, only: to_text, lower_case, quoted
    implicit none
    private
-   public :: group_type, span_type, split_groups, parse_group, input_error, text_of
+   public :: group_type, span_type, split_groups, parse_group, check_rules, input_error, given, &
+      text_of
 
    !> One group.
    type :: group_type
@@ -26,8 +28,9 @@ module dda_input_text
    end type group_type
 
    character, parameter :: newline = achar(10)
+   character(len=*), parameter :: or = ' or '  !< between alternatives of a rule
 
-   !> Where an assignment stands in a text.
+   !> Position of an assignment in a text.
    type :: span_type
       integer :: variable = 0          !< its position in `input_variables`
       integer :: first = 0, last = 0   !< from its name to its last value
@@ -35,9 +38,9 @@ module dda_input_text
 
 contains
 
-   !> An input error at the place of a group.
+   !> An input error at the position of a group.
    pure subroutine input_error(error, group, message)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group    !< that the message is about
       character(len=*), intent(in) :: message  !< a sentence without its full stop
 
@@ -47,9 +50,9 @@ contains
    !> The values of a group.
    pure subroutine parse_group(text, group, error, spans)
       character(len=*), intent(in) :: text           !< of the input
-      type(group_type), intent(inout) :: group       !< a known one, with its place in the text
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      !> where each of its assignments stands, which may be about to change
+      type(group_type), intent(inout) :: group       !< a known one, with its position in the text
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      !> positions of its assignments, which may change
       type(span_type), allocatable, intent(inout), optional :: spans(:)
       type(value_type), allocatable :: values(:)
       character(len=:), allocatable :: failure
@@ -74,10 +77,10 @@ contains
          if (present(spans)) spans = [spans, span_type(v, begin, last)]
       end do
       call keep(values, group%values)
-      if (.not. present(spans)) call check_switches(group, error)
+      if (.not. present(spans)) call check_rules(group, g, .true., error)
    end subroutine parse_group
 
-   !> The values that are given, without a copy of what they contain.
+   !> Trim to the given values without copying their contents.
    pure subroutine keep(values, kept)
       type(value_type), intent(inout) :: values(:)             !< of all variables
       type(value_type), allocatable, intent(out) :: kept(:)    !< of those that are given
@@ -95,7 +98,7 @@ contains
       end do
    end subroutine keep
 
-   !> The variable whose name stands at a position.
+   !> The variable whose name is at a position.
    pure subroutine take_variable(text, g, at, v, failure)
       character(len=*), intent(in) :: text   !< up to the slash of the group
       integer, intent(in) :: g               !< position of the group in `input_groups`
@@ -106,8 +109,8 @@ contains
 
       v = 0
       if (.not. is_assigned(text, at)) then
-         failure = quoted(first_word(text(at:)))//' cannot be read here: it is no value of the '// &
-            'variable before it, or one more than that variable holds'
+         failure = quoted(first_word(text(at:)))//' cannot be read here: it is not a value '// &
+            'of the variable before it, or exceeds its number of values'
          return
       end if
       name = lower_case(text(at:min(len(text), at + 64)))
@@ -119,25 +122,90 @@ contains
       failure = unknown_variable(trim(input_groups(g)%name), name)
    end subroutine take_variable
 
-   !> Variables of another value of a variable must not be given.
-   pure subroutine check_switches(group, error)
+   !> A group gives what it needs with what it gives, by the rules of the schema.
+   pure subroutine check_rules(group, g, words, error)
       type(group_type), intent(in) :: group  !< with its values
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(variable_type) :: variable
-      character(len=:), allocatable :: now
-      integer :: i
+      integer, intent(in) :: g               !< its position in `input_groups`
+      logical, intent(in) :: words           !< only values that words exclude: it may be incomplete
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      integer :: r, at, first
+      logical :: met
 
-      do i = 1, size(group%values)
-         variable = input_variables(group%values(i)%variable)
-         if (variable%switch == '') cycle
-         now = word_of(group, variable%switch)
-         if (now == '' .or. index(variable%needs, "'"//now//"'") > 0) cycle
-         call input_error(error, group, trim(variable%name)//' belongs to '// &
-            trim(variable%switch)//' = '//trim(variable%needs)//', the '// &
-            trim(variable%switch)//' here is '//quoted(now)//': change the '// &
-            trim(variable%switch)//' or leave it out')
+      do r = 1, size(input_rules)
+         associate (rule => input_rules(r), item => input_rules(r)%item)
+            if (rule%group /= g .or. allocated(error)) cycle
+            if (words .and. (index(item, ' = ') == 0 .or. index(item, or) > 0)) cycle
+            if (.not. meets(group, trim(rule%holder), .false.)) cycle
+            met = .false.
+            first = 1
+            do while (first <= len_trim(item) .and. .not. met)
+               at = index(item(first:)//or, or) - 1
+               met = meets(group, trim(item(first:first + at - 1)), .not. rule%excludes)
+               first = first + at + len(or)
+            end do
+            if (met .eqv. rule%excludes) call input_error(error, group, failure_of(group, rule))
+         end associate
       end do
-   end subroutine check_switches
+   end subroutine check_rules
+
+   !> A group meets a condition of a rule.
+   pure logical function meets(group, condition, unknown)
+      type(group_type), intent(in) :: group      !< with its values
+      character(len=*), intent(in) :: condition  !< see `rule_type`
+      logical, intent(in) :: unknown             !< result for a word without a valid value
+      character(len=:), allocatable :: word
+      integer :: at
+
+      at = index(condition, ' = ')
+      meets = condition == ''
+      if (at > 0) then
+         word = word_of(group, condition(:at - 1))
+         meets = index(condition(at:), "'"//word//"'") > 0
+         if (word == '') meets = unknown
+      else if (given(group, condition)) then
+         at = findloc(input_variables(group%values%variable)%name == condition, .true., 1)
+         meets = .true.
+         if (is_logical(group, condition)) meets = group%values(at)%numbers(1) > 0.0_wp
+      end if
+   end function meets
+
+   !> What is wrong by a rule, and what to do.
+   pure function failure_of(group, rule) result(message)
+      type(group_type), intent(in) :: group  !< with its values
+      type(rule_type), intent(in) :: rule    !< that it does not keep
+      character(len=:), allocatable :: message, holder, item
+
+      holder = trim(rule%holder)
+      item = trim(rule%item)
+      if (index(holder, ' = ') > 0) holder = holder(:index(holder, ' = ') + 2)// &
+         quoted(word_of(group, holder(:index(holder, ' = ') - 1)))
+      if (is_logical(group, item)) item = item//' = .true.'
+      if (rule%excludes .and. index(holder, ' = ') > 0) then
+         message = holder//' excludes '//item//': leave it out'
+      else if (rule%excludes) then
+         message = 'give either '//holder//' or '//item//', not both'
+      else if (holder == '') then
+         message = 'give '//item
+      else if (index(item, or) > 0) then
+         message = holder//' needs '//item
+      else if (index(item, "'") > 0) then
+         item = item(:index(item, ' ') - 1)
+         message = holder//' belongs to '//trim(rule%item)//', the '//item//' here is '// &
+            quoted(word_of(group, item))//': change the '//item//' or leave it out'
+      else
+         message = item//' is missing: '//holder//' needs it'
+      end if
+   end function failure_of
+
+   !> A variable is true or false.
+   pure logical function is_logical(group, name)
+      type(group_type), intent(in) :: group   !< of the input
+      character(len=*), intent(in) :: name    !< of the variable
+      type(variable_type) :: variable
+
+      variable = find_variable(group%name, name)
+      is_logical = variable%kind == 'logical'
+   end function is_logical
 
    !> Value of a word of a group, given or by default; blank if it is none that it may be.
    pure function word_of(group, name) result(word)
@@ -152,8 +220,16 @@ contains
       end associate
    end function word_of
 
+   !> A group gives a variable at all.
+   pure logical function given(group, name)  ! total
+      type(group_type), intent(in) :: group   !< of the input
+      character(len=*), intent(in) :: name    !< of the variable
+
+      given = any(input_variables(group%values%variable)%name == name .and. group%values%n > 0)
+   end function given
+
    !> The text that a group gives of a variable; blank if it gives none.
-   pure function text_of(group, name) result(text)
+   pure function text_of(group, name) result(text)  ! total
       type(group_type), intent(in) :: group  !< with its values
       character(len=*), intent(in) :: name   !< of the variable
       character(len=:), allocatable :: text
@@ -213,7 +289,7 @@ contains
    subroutine take_group(file, text, at, line, group, error)
       character(len=*), intent(in) :: file, text  !< path, for messages; text of the input
       integer, intent(inout) :: at, line  !< position in the text, line number
-      type(group_type), intent(out) :: group  !< its name and place
+      type(group_type), intent(out) :: group  !< its name and position
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
       integer :: length, lines
 
@@ -261,7 +337,7 @@ contains
       last = 0
    end subroutine find_close
 
-   !> Space for a number of groups, without a copy of what they contain.
+   !> Reserve space for groups without copying their contents.
    subroutine resize(groups, n)
       type(group_type), allocatable, intent(inout) :: groups(:)  !< [n] afterwards
       integer, intent(in) :: n                                   !< groups

@@ -32,17 +32,17 @@ module dda_input_value
       procedure :: get_text => text_at
    end type value_type
 
-   !> Places of a list that an assignment fills: all, or a part of them.
+   !> Positions of a list that an assignment fills: all, or a part of them.
    type :: part_type
       integer :: first = 1, step = 1, count = 1
    end type part_type
 
 contains
 
-   !> The values that stand behind a variable's name, up to the next name or the slash.
+   !> The values after a variable's name, up to the next name or the slash.
    pure subroutine take_values(text, at, variable, value, last, failure)
       character(len=*), intent(in) :: text             !< up to the slash of the group
-      integer, intent(inout) :: at                     !< behind the name; at what follows then
+      integer, intent(inout) :: at             !< on entry after the name, on exit at the next token
       type(variable_type), intent(in) :: variable      !< of the schema
       type(value_type), intent(inout) :: value         !< given before, or not
       integer, intent(out) :: last                     !< where the last of them ends
@@ -81,7 +81,7 @@ contains
       character(len=*), intent(in) :: text         !< of the group
       integer, intent(inout) :: at                 !< behind the name; behind its equals sign then
       type(variable_type), intent(in) :: variable  !< of the schema
-      type(part_type), intent(out) :: part         !< places to fill
+      type(part_type), intent(out) :: part         !< positions to fill
       character(len=:), allocatable, intent(inout) :: failure  !< allocated if there is no such part
       integer :: bracket, comma
       type(part_type) :: inner
@@ -105,7 +105,7 @@ contains
             end if
          else
             call take_range(text(at + 1:bracket - 1), variable%size, part)
-            ! More values than the one place that is named go into those behind it.
+            ! Further values are stored in the positions behind the named one.
             if (part%count == 1) part%count = variable%size - part%first + 1
          end if
          if (part%count == 0) failure = trim(variable%name)//': there is no part '// &
@@ -115,7 +115,7 @@ contains
       at = at + index(text(at:), '=')
    end subroutine take_part
 
-   !> A range 'first:last:step', or one place.
+   !> A range 'first:last:step', or one position.
    pure subroutine take_range(text, size, range)
       character(len=*), intent(in) :: text     !< between brackets and commas
       integer, intent(in) :: size              !< of the list
@@ -170,11 +170,11 @@ contains
       read (text(at:at + length - 1), *, iostat=status) repeats
       if (status /= 0 .or. repeats < 1 .or. repeats > max(variable%size, 1)) failure = &
          trim(variable%name)//': '//text(at:at + min(length, 20))//' is not a number of values '// &
-         'that it can hold'
+         'that it can have'
       at = at + length + 1
    end subroutine take_repeats
 
-   !> One value, put into places of the list.
+   !> One value, put into positions of the list.
    pure subroutine take_item(text, at, variable, places, value, failure)
       character(len=*), intent(in) :: text         !< of the group
       integer, intent(inout) :: at                 !< at the value; behind it then
@@ -187,8 +187,8 @@ contains
       logical :: fits
 
       if (places%count < 1) then
-         failure = quoted(first_word(text(at:)))//' cannot be read here: it is no value of the '// &
-            'variable before it, or one more than that variable holds'
+         failure = quoted(first_word(text(at:)))//' cannot be read here: it is not a value '// &
+            'of the variable before it, or exceeds its number of values'
       else if (any(variable%kind == ['name', 'word', 'text'])) then
          call take_word(text, at, word)
          if (allocated(word)) then
@@ -210,7 +210,7 @@ contains
       end if
    end subroutine take_item
 
-   !> A text in quotes, in which doubled ones stand for one, or one that begins with a digit.
+   !> A text in quotes, in which doubled ones represent one, or one that begins with a digit.
    pure subroutine take_word(text, at, word)
       character(len=*), intent(in) :: text  !< of the group
       integer, intent(inout) :: at          !< at the text; behind it then
@@ -260,13 +260,13 @@ contains
          from = 1
          call next_number(text(at:last), from, number, state)
          fits = state == number_found
-         if (.not. fits) call take_unusual(lower_case(text(at:last)), number, fits)
+         if (.not. fits) call parse_unusual(lower_case(text(at:last)), number, fits)
       end if
       if (fits) at = last + 1
    end subroutine take_number
 
-   !> Numbers as only Fortran writes them, infinite ones, and what is none.
-   pure subroutine take_unusual(word, number, fits)
+   !> Numbers in forms that only Fortran writes, infinities and NaN.
+   pure subroutine parse_unusual(word, number, fits)
       character(len=*), intent(in) :: word  !< in lower case
       real(wp), intent(out) :: number       !< its value
       logical, intent(out) :: fits          !< it is one
@@ -281,9 +281,9 @@ contains
       if (status /= 0 .and. scan(word, digits) > 0 .and. scan(word, '+-', back=.true.) < 2) &
          number = huge(number)  ! beyond the range
       fits = status == 0 .or. number > 0.0_wp
-   end subroutine take_unusual
+   end subroutine parse_unusual
 
-   !> Put a number into places of a list.
+   !> Put a number into positions of a list.
    pure subroutine put_number(value, places, number)
       type(value_type), intent(inout) :: value  !< gets it
       type(part_type), intent(in) :: places     !< to fill
@@ -299,7 +299,7 @@ contains
       value%numbers(places%first:last:places%step) = number
    end subroutine put_number
 
-   !> Put a text into places of a list.
+   !> Put a text into positions of a list.
    pure subroutine put_word(value, places, word)
       type(value_type), intent(inout) :: value  !< gets it
       type(part_type), intent(in) :: places     !< to fill
@@ -331,7 +331,7 @@ contains
       end if
    end subroutine cut
 
-   !> A name of a variable and its equals sign stand at a position.
+   !> A name of a variable and its equals sign are at a position.
    pure logical function is_assigned(text, at)
       character(len=*), intent(in) :: text  !< of the group
       integer, intent(in) :: at             !< position
@@ -379,10 +379,10 @@ contains
       word = whole_characters(text(:min(length, 40)))
    end function first_word
 
-   !> The text at a place of the list, if one is given there.
+   !> The text at a position of the list, if one is given there.
    pure subroutine text_at(value, i, text)
       class(value_type), intent(in) :: value  !< of a name, word or text
-      integer, intent(in) :: i                !< place
+      integer, intent(in) :: i                !< position
       character(len=:), allocatable, intent(inout) :: text  !< as given, or as it was
 
       if (i > value%n) return

@@ -5,7 +5,7 @@ module dda_input_variable
    use dda_kinds, only: wp
    implicit none
    private
-   public :: group_entry_type, variable_type, above_zero, unset, usable
+   public :: group_entry_type, rule_type, variable_type, above_zero, unset, usable
 
    real(wp), parameter :: usable = 1.0e30_wp           !< no input number is larger
    real(wp), parameter :: above_zero = tiny(1.0_wp)    !< as `lowest`: any positive number
@@ -28,8 +28,17 @@ module dda_input_variable
       character(len=128) :: allowed = ''  !< of a word: "'one', 'another'"
       logical :: required = .false.
       character(len=16) :: usual = ''    !< default, where it is a word
-      character(len=8) :: switch = ''    !< variable on which it depends, if any
-      character(len=128) :: needs = ''   !< values of that variable that it belongs to
+      character(len=12) :: switch = ''   !< variable on which it depends, if any
+      character(len=128) :: belongs = '' !< values of that variable that it belongs to
    end type variable_type
+
+   !> What a group that meets a condition needs or excludes.  Conditions are "name", which is given
+   !> (and true), or "name = 'one', 'two'".
+   type :: rule_type
+      integer :: group              !< position in `input_groups`
+      character(len=128) :: holder  !< condition; blank: always
+      character(len=128) :: item    !< other condition, or several with ` or ` between
+      logical :: excludes           !< none of these may be met, otherwise one at least must
+   end type rule_type
 
 end module dda_input_variable

@@ -23,7 +23,7 @@ contains
       type(model_type), intent(inout) :: model     !< with its blocks
       type(group_type), intent(in) :: groups(:)    !< of the input, in its order
       type(outlines_type), intent(in) :: outlines  !< of all blocks
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: b, other
 
       if (allocated(error)) return
@@ -40,15 +40,15 @@ contains
          call set_welds(blocks, model%welds)
          call find_loose(blocks, model%welds, b, other)
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
-            quoted(trim(outlines%body(b)))//' is not in one piece: no faces weld block '// &
-            to_text(b)//' to block '//to_text(other)//'; give each piece a name of its own')
+            quoted(trim(outlines%body(b)))//' is not connected: no faces weld block '// &
+            to_text(b)//' to block '//to_text(other)//'; give each part its own name')
          call set_fracture(model, groups, error)
          if (allocated(error)) return
          call find_gap(blocks, b, other)
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
             quoted(trim(outlines%body(b)))//': edges of block '//to_text(b)//' and block '// &
             to_text(other)//' face each other, nearer than a tenth of a cell, and do not meet: '// &
-            'cells that share a face must have it at the same place')
+            'cells that share a face must have it at the same position')
       end associate
    end subroutine weld_cells
 
@@ -57,7 +57,7 @@ contains
    subroutine set_fracture(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its welds
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: joint(size(model%materials)), own(size(model%materials)), i, m
 
       joint = 0
@@ -87,7 +87,7 @@ contains
    subroutine set_interfaces(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its welds
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: own(size(model%joints)), pair(2), i, j, k
 
       own = positions(groups, 'joint')
@@ -177,7 +177,7 @@ contains
    !> lies open where edges are no sides.
    subroutine check_bodies(model, error)
       type(model_type), intent(in) :: model  !< with its stages
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: s, i
 
       if (allocated(error)) return
@@ -188,7 +188,7 @@ contains
                call fail(error, error_input, model%file//': stage '// &
                   quoted(trim(model%stages(s)%name))//' removes part of body '// &
                   quoted(trim(model%body_names(model%blocks%body(model%welds(i)%block(1)))))// &
-                  ': remove the whole of it, by its name, or make what goes a body of its own')
+                  ': remove the whole body, by its name, or make the removed part a separate body')
                return
             end associate
          end do

@@ -10,6 +10,7 @@ import keyword
 import re
 import sys
 import textwrap
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import accumulate, groupby
 from pathlib import Path
@@ -34,6 +35,8 @@ class Variable:
     values: str
     meaning: str
     when: str = ""
+    needs: str = ""
+    excludes: str = ""
     part: str = ""  # that it stands in, if groups share it
 
     def __post_init__(self):
@@ -52,6 +55,24 @@ class Variable:
             return "above_zero", USABLE
         return real(low or least), real(high)
 
+    @property
+    def conditions(self) -> str:
+        """What goes with the variable, and what does not, in words."""
+        parts = (("", self.when), ("needs ", self.needs), ("excludes ", self.excludes))
+        return "; ".join(word + text for word, text in parts if text)
+
+    def rules(self) -> Iterator[tuple[str, str, bool]]:
+        """Each condition, what it needs or excludes of the group, and whether it excludes."""
+        if self.when:
+            yield self.name, self.when, False
+        if self.default.startswith("required by its "):
+            yield self.when, self.name, False
+        for cell, excludes in ((self.needs, False), (self.excludes, True)):
+            for clause in filter(None, cell.split("; ")):
+                of, items = re.fullmatch(r"(?:((?:'\w+', )*'\w+'): )?(.+)", clause).groups()
+                for item in items.split(", "):
+                    yield f"{self.name} = {of}" if of else self.name, item, excludes
+
 
 @dataclass
 class Group:
@@ -62,7 +83,12 @@ class Group:
     repeats: bool
     built: bool
     example: str = ""
+    needs: str = ""
     variables: list[Variable] = field(default_factory=list)
+
+    def rules(self) -> Iterator[tuple[str, str, bool]]:
+        """What it needs, as `Variable.rules`."""
+        return (("", item, False) for item in filter(None, self.needs.split("; ")))
 
 
 def real(number: str | None) -> str:
@@ -89,6 +115,8 @@ def read(file: Path) -> list[Group]:
             here += parts[rest]
         elif word == "example":
             groups[-1].example = rest
+        elif word == "needs":
+            groups[-1].needs = rest
         else:
             name, star, meaning = re.fullmatch(r"(\w+) (\* )?(.+)", rest).groups()
             groups.append(Group(name, meaning, bool(star), word == "built"))
@@ -102,13 +130,18 @@ def read(file: Path) -> list[Group]:
 def literal(text: str) -> str:
     """A text of Fortran, over several lines where it is long."""
     parts = textwrap.wrap(text, 80, drop_whitespace=False)
-    return "// &\n         ".join(f'"{part}"' for part in parts)
+    return "// &\n         ".join(f'"{part}"' for part in parts) or BLANK
 
 
 def table(groups: list[Group]) -> str:
     """The module `dda_input_schema`."""
     entries, names, first = [], [], 1
     rows_of = ""
+    rules = [
+        rule(i, *one)
+        for i, group in enumerate(groups, 1)
+        for one in [*group.rules(), *(r for v in group.variables for r in v.rules())]
+    ]
     for group in groups:
         last = first + len(group.variables) - 1
         flags = f"{truth(group.repeats)}, {truth(group.built)}"
@@ -121,19 +154,28 @@ def table(groups: list[Group]) -> str:
 !> The groups and variables of the input.
 module dda_input_schema
    use dda_kinds, only: wp
-   use dda_input_variable, only: group_entry_type, variable_type, above_zero, usable
+   use dda_input_variable, only: group_entry_type, rule_type, variable_type, above_zero, usable
    implicit none
    private
-   public :: input_groups, input_variables
+   public :: input_groups, input_rules, input_variables
 
 {rows_of}
    type(group_entry_type), protected :: input_groups({len(groups)}) = [ &
       {NEXT.join(entries)}]
    type(variable_type), protected :: input_variables({first - 1}) = [ &
       {NEXT.join(names)}]
+   type(rule_type), protected :: input_rules({len(rules)}) = [ &
+      {NEXT.join(rules)}]
 
 end module dda_input_schema
 """
+
+
+def rule(group: int, holder: str, item: str, excludes: bool) -> str:
+    """A rule as Fortran."""
+    if max(len(holder), len(item)) > WIDTH:
+        raise ValueError(f"{holder}, {item}: longer than {WIDTH} bytes")
+    return f"rule_type({group}, {literal(holder)}, {literal(item)}, {truth(excludes)})"
 
 
 def truth(value: bool) -> str:
@@ -176,8 +218,8 @@ def entry(one: Variable) -> str:
         parts.append("required=.true.")
     variable, _, values = one.when.partition(" = ")
     if one.when:
-        parts.append(f"switch='{variable}', needs={literal(values)}")
-    for text, width in ((one.name, 26), (one.values, WIDTH), (variable, 8), (values, WIDTH)):
+        parts.append(f"switch='{variable}', belongs={literal(values)}")
+    for text, width in ((one.name, 26), (one.values, WIDTH), (variable, 12), (values, WIDTH)):
         if len(text.encode()) > width:
             raise ValueError(f"{one.name}: {text!r} is longer than the {width} bytes it has")
     return f"variable_type({NEXT.join(parts)})"
@@ -216,8 +258,8 @@ def type_of(name: str, meaning: str, variables: list[Variable]) -> str:
 """
 
 
-def reader_of(group: Group, first: int) -> str:
-    """What reads the values of a group, the first of which has that position."""
+def reader_of(group: Group, g: int, first: int) -> str:
+    """What reads the values of a group by its position and that of its first variable."""
     calls = [
         f"call {component(v)[1]}(group, {i}, values%{v.part and v.part + '%'}{v.name}, error)"
         for i, v in enumerate(group.variables, first)
@@ -228,6 +270,7 @@ def reader_of(group: Group, first: int) -> str:
       type({group.name}_values), intent(out) :: values
       type(error_type), allocatable, intent(inout) :: error
 
+      call check_rules(group, {g}, .false., error)
       {NEW_LINE.join(calls)}
    end subroutine read_{group.name}
 """
@@ -258,10 +301,10 @@ end module dda_group_values
 
 def groups(every: list[Group]) -> str:
     """The module `dda_input_groups`."""
-    own = [group for group in every if not group.built]
+    own = [group for group in every if not group.built]  # they are the first
     parts = dict.fromkeys(v.part for group in own for v in group.variables if v.part)
     firsts = accumulate((len(group.variables) for group in every), initial=1)
-    readers = "".join(map(reader_of, own, firsts))
+    readers = "".join(map(reader_of, own, range(1, len(own) + 1), firsts))
     return f"""! Made from schema.txt by make_schema.py.
 !> Readers of the values of each group of the input.
 module dda_input_groups
@@ -269,6 +312,7 @@ module dda_input_groups
    use dda_group_values
    use dda_input_group, only: group_type, take_integer, take_logical, take_name, take_names, &
       take_numbers, take_points, take_real, take_text, take_tuple
+   use dda_input_text, only: check_rules
    implicit none
    private
    public :: read_values, &
@@ -296,11 +340,13 @@ def python(groups: list[Group]) -> str:
     for group in groups:
         rows = "".join(
             f"    Variable({', '.join(map(repr, [group.name, v.name, v.base, v.size, v.unit]))},\n"
-            f"        {', '.join(map(repr, [v.default, v.values, v.meaning, v.when]))}),\n"
+            f"        {', '.join(map(repr, [v.default, v.values, v.meaning, v.when]))},\n"
+            f"        {v.needs!r}, {v.excludes!r}),\n"
             for v in group.variables
         )
         flags = f"{group.name!r}, {group.meaning!r}, {group.repeats}, {group.built}"
-        table += f"    {group.name!r}: Group({flags}, {group.example!r}, (\n{rows}    )),\n"
+        texts = f"{group.example!r}, {group.needs!r}"
+        table += f"    {group.name!r}: Group({flags}, {texts}, (\n{rows}    )),\n"
     methods = "".join(method(group) for group in groups if group.name != "run")
     values = "".join(values_of(group) for group in groups if group.built)
     return f'''# Made from schema.txt by make_schema.py.
@@ -334,6 +380,8 @@ class Variable(NamedTuple):
     values: str
     meaning: str
     when: str
+    needs: str
+    excludes: str
 
 
 class Group(NamedTuple):
@@ -344,6 +392,7 @@ class Group(NamedTuple):
     repeats: bool
     built: bool
     example: str
+    needs: str
     variables: tuple[Variable, ...]
 
 
@@ -416,12 +465,12 @@ def hint(variable: Variable) -> str:
 
 
 def described(variable: Variable) -> str:
-    """Meaning, values, default and when."""
+    """Meaning, values, default and conditions."""
     text = variable.meaning
     if variable.values and variable.base != "word" and variable.values != "any":
         text += f"; {variable.values}"
-    if variable.when:
-        text += f"; of {variable.when}"
+    if variable.conditions:
+        text += f"; {'of ' * bool(variable.when)}{variable.conditions}"
     return f"{text} ({variable.default})."
 
 
@@ -444,7 +493,7 @@ class {"".join(map(str.capitalize, group.name.split("_")))}Values(Values):
 
     group = {quoted(group.name)}
     from_file = {quoted(from_file)}
-    variables = GROUPS[group].variables
+    variables, needs = GROUPS[group].variables, GROUPS[group].needs
 {fields}'''
 
 
@@ -470,7 +519,7 @@ PAGE = """# Input reference
 
 <!-- Made from fortran/input/schema.txt by fortran/input/make_schema.py. -->
 
-Groups marked * may be there several times. How they go together: [input](input.md).
+Groups marked * may occur several times. [Input](input.md) explains files and units.
 
 """
 
@@ -481,7 +530,7 @@ def page(groups: list[Group]) -> str:
     for built, title in ((False, "Groups of the engine"), (True, "Groups that become blocks")):
         text += f"## {title}\n\n"
         if built:
-            text += "The package makes blocks of them; for the executable `sitedda build` does.\n\n"
+            text += "`sitedda build` makes blocks of these groups for the executable.\n\n"
         text += "\n".join(section(group) for group in groups if group.built == built) + "\n"
     return text.rstrip("\n") + "\n"
 
@@ -490,12 +539,14 @@ def section(group: Group) -> str:
     """A heading, an example and a table."""
     rows = "".join(
         f"| `{v.name}` | {', '.join(filter(None, [v.kind, v.unit]))} | {v.default} | "
-        f"{v.values or '.true., .false.'} | {v.meaning}{v.when and f' (with `{v.when}`)'} |\n"
+        f"{v.values or '.true., .false.'} | {v.meaning}"
+        f"{v.conditions and f' (`{v.conditions}`)'} |\n"
         for v in group.variables
     )
+    needs = f" Needs {group.needs}." if group.needs else ""
     return (
         f"### `&{group.name}`{' *' if group.repeats else ''}\n\n"
-        f"{group.meaning[0].upper()}{group.meaning[1:]}.\n\n"
+        f"{group.meaning[0].upper()}{group.meaning[1:]}.{needs}\n\n"
         f"```\n{group.example}\n```\n\n"
         f"| variable | kind, unit | default | values | meaning |\n|---|---|---|---|---|\n{rows}"
     )

@@ -11,7 +11,7 @@
 !> and hardly decays.  A support has the roots 1/(1 ± iΩ) of backward Euler in every member.
 !>
 !> In steady vibration, z = exp(iωΔt), τ = tan(ωΔt/2), ω̃ = 2τ/Δt, the equations of a member read
-!> with ω̃ in place of ω and a complex modulus K (1 + i(2θ−1)τ)(1 + i(2χ−1)τ); see `steady_weights`.
+!> with ω̃ instead of ω and a complex modulus K (1 + i(2θ−1)τ)(1 + i(2χ−1)τ); see `steady_weights`.
 module dda_scheme_response
    use dda_kinds, only: wp, pi
    use dda_scheme, only: scheme_type
@@ -20,10 +20,9 @@ module dda_scheme_response
    public :: amplification_roots, oscillates, free_damping, period_elongation, forced_damping
    public :: step_for_damping, theta_for_damping, steps_to_decay, steady_type, steady_weights
 
-   !> Factors in steady vibration of what the equations of motion consist of, elastic terms having
-   !> 1.
+   !> Factors in steady vibration of the terms of the equations of motion, elastic terms having 1.
    type :: steady_type
-      complex(wp) :: inertia        !< of M, in place of −ω², 1/s²
+      complex(wp) :: inertia        !< of M, instead of −ω², 1/s²
       complex(wp) :: end_stiffness  !< of stiffness at the end of the step
       complex(wp) :: mean_dashpot   !< of dashpots on d/Δt, 1/s
       complex(wp) :: end_dashpot    !< of dashpots on the end velocity, 1/s

@@ -28,6 +28,10 @@ module dda_blocks
 
    !> All blocks as structure of arrays; vertices of block b are first(b) … first(b+1)−1.
    type :: blocks_type
+      ! unsaved, the input: n, first, owner, next, previous, material, joint, reference, radius
+      ! unsaved, the input: area, mass, inertia, stiffness, half_size, mixed, removed, damps
+      ! unsaved, the input: damping, body, inner, outline, rest_share, joined, joined_first
+      ! unsaved, the input: whole_area
       integer :: n = 0
       ! Constants of the run
       integer, allocatable :: first(:)             !< [n+1] first vertex of each block
@@ -72,7 +76,7 @@ module dda_blocks
       ! Follows from the state
       real(wp), allocatable :: axes(:,:,:)         !< [2,2,n] R(θ)
       real(wp), allocatable :: gradient(:,:,:)     !< [2,2,n] R(θ)(I + ε)
-      real(wp), allocatable :: vertex(:,:)         !< [2, vertices] present place, m
+      real(wp), allocatable :: vertex(:,:)         !< [2, vertices] present position, m
       !> [2, vertices] unit vector of the edge that begins there
       real(wp), allocatable :: along(:,:)
       real(wp), allocatable :: length(:)           !< [vertices] length of that edge, m
@@ -82,7 +86,7 @@ contains
 
    !> Make the blocks from polygons at rest in their reference shape.
    subroutine set_blocks(blocks, first, vertices, material, joint, materials, plane_strain)
-      type(blocks_type), intent(out) :: blocks !< in their first state
+      type(blocks_type), intent(out) :: blocks !< in their initial state
       integer, intent(in) :: first(:)         !< [n+1] first vertex of each polygon
       real(wp), intent(in) :: vertices(:,:)   !< [2, any] counter-clockwise, m
       integer, intent(in) :: material(:)               !< [n] of each block
@@ -127,18 +131,18 @@ contains
       allocate (blocks%damping(0), blocks%rest_strain(3, 0), blocks%memory(3, 0, 0))
    end subroutine allocate_blocks
 
-   !> Give the blocks of a model what their steps need besides.
+   !> Allocate the further arrays of blocks that steps need.
    pure subroutine begin_motion(blocks)
-      type(blocks_type), intent(inout) :: blocks  !< in their first state
+      type(blocks_type), intent(inout) :: blocks  !< in their initial state
 
       allocate (blocks%acceleration(6, blocks%n), blocks%mean_velocity(6, 4, blocks%n), &
          source=0.0_wp)
    end subroutine begin_motion
 
-   !> Of the blocks of a model whose run has others, keep what these do not: the first state, and
-   !> lists that stages change.
+   !> Keep only the data of a model's blocks that the blocks of its run do not have: the first
+   !> state, and lists that stages change.
    pure subroutine keep_first_state(blocks)
-      type(blocks_type), intent(inout) :: blocks  !< in their first state, before `begin_motion`
+      type(blocks_type), intent(inout) :: blocks  !< in their initial state, before `begin_motion`
 
       deallocate (blocks%owner, blocks%next, blocks%previous, blocks%mixed, blocks%inner, &
          blocks%outline, blocks%rest_share, blocks%reference, blocks%radius, blocks%whole_area)
@@ -148,7 +152,7 @@ contains
 
    !> Damping of the materials, from the present strains on.
    subroutine set_damping(blocks, damping)
-      type(blocks_type), intent(inout) :: blocks  !< in their first state
+      type(blocks_type), intent(inout) :: blocks  !< in their initial state
       type(damping_type), intent(in) :: damping(:)  !< [materials] fitted
 
       if (.not. any(is_damped(damping))) return
@@ -161,7 +165,7 @@ contains
    end subroutine set_damping
 
    !> Some material has a generalised Maxwell body.
-   pure logical function has_memory(blocks)
+   pure logical function has_memory(blocks)  ! total
       type(blocks_type), intent(in) :: blocks  !< in any state
 
       has_memory = size(blocks%memory, 3) > 0
@@ -252,7 +256,7 @@ contains
          *second_moments(blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))]
    end subroutine change_material
 
-   !> Take block b out of the model: it keeps its place and its inertia, and nothing acts on it.
+   !> Remove block b from the model: it keeps its position and inertia, but nothing acts on it.
    pure subroutine remove_block(blocks, b)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
       integer, intent(in) :: b  !< number of the block
@@ -346,7 +350,7 @@ contains
       gradient(:, 2) = axes(:, 1)*0.5_wp*q(6) + axes(:, 2)*(1.0_wp + q(5))
    end subroutine set_axes
 
-   !> Places of the n vertices of a block, and its edges, which follow each other.
+   !> Positions of the n vertices of a block, and its edges, which follow each other.
    pure subroutine set_outline(n, centre, gradient, reference, vertex, along, length)
       integer, intent(in) :: n
       real(wp), intent(in) :: centre(2), gradient(2, 2)
@@ -366,7 +370,7 @@ contains
    end subroutine set_outline
 
    !> The block's angle at vertex v is less than 180°.
-   pure logical function is_convex(blocks, v)
+   pure logical function is_convex(blocks, v)  ! total
       type(blocks_type), intent(in) :: blocks  !< vertices of each block
       integer, intent(in) :: v                 !< vertex
       real(wp) :: before(2), after(2)
@@ -386,7 +390,7 @@ contains
       offset = blocks%gradient(:, 1, b)*reference(1) + blocks%gradient(:, 2, b)*reference(2)
    end function offset_of
 
-   !> Present place, m, of the material point with reference offset ρ.
+   !> Present position, m, of the material point with reference offset ρ.
    pure function place_of(blocks, b, reference) result(place)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< block
@@ -396,7 +400,7 @@ contains
       place = blocks%position(1:2, b) + offset_of(blocks, b, reference)
    end function place_of
 
-   !> Reference offset ρ of the material point that now stands at `place`.
+   !> Reference offset ρ of the material point now at `place`.
    pure function reference_of(blocks, b, place) result(reference)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< block

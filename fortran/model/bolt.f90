@@ -18,11 +18,11 @@ module dda_bolt
    type :: bolt_type
       character(len=64) :: name = ''
       logical :: grouted = .false.                  !< at a joint, else between two anchors
-      logical :: compression = .false.              !< it also takes compression
-      logical :: present = .true.                   !< a stage may add it, or take it away
+      logical :: compression = .false.              !< it also bears compression
+      logical :: present = .true.                   !< a stage may add or remove it
       integer, allocatable :: block(:)              !< [points] that each of them is in
       real(wp), allocatable :: reference(:,:)       !< [2,points] offsets ρ from the centroids, m
-      real(wp), allocatable :: place(:,:)           !< [2,points] first places, m
+      real(wp), allocatable :: place(:,:)           !< [2,points] first positions, m
       real(wp) :: direction(2) = 0.0_wp             !< first axis; it turns with the first block
       real(wp) :: stiffness(2) = 0.0_wp             !< axial, across; N/m per metre of thickness
       real(wp) :: pretension = 0.0_wp               !< N per metre of thickness

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The model of the column of a free field: blocks of a model with what holds and moves them from
+!> The model of the column of a free field: blocks of a model with supports and motions from
 !> below, tied to themselves.
 !>
 !> Settings, materials, joints, motions and stages are those of the model.  Loads, bolts and
@@ -47,6 +47,8 @@ contains
       column%fixed_points%block = number(column%fixed_points%block)
       call take_boundaries(column, model%boundaries, number)
       column%ties = field%tie
+      if (allocated(model%stress_gradient)) column%stress_gradient = &
+         model%stress_gradient(:, field%block)
       allocate (column%free_fields(0), column%loads(0), column%edge_loads(0), column%bolts(0), &
          column%measured_joints(0), column%amplifications(0), column%boundary_edges(0), &
          column%boundary_motions(0))
@@ -60,7 +62,7 @@ contains
    subroutine take_blocks(model, list, blocks, welds)
       type(model_type), intent(in) :: model  !< with its blocks and materials
       integer, intent(in) :: list(:)         !< [any] numbers of blocks, ascending
-      type(blocks_type), intent(out) :: blocks  !< in their first state
+      type(blocks_type), intent(out) :: blocks  !< in their initial state
       type(weld_type), allocatable, intent(out) :: welds(:)  !< between them
       integer, allocatable :: vertex(:)
       integer :: number(model%blocks%n), of_vertex(size(model%blocks%owner))
@@ -130,7 +132,7 @@ contains
       end do
    end subroutine take_boundaries
 
-   !> A stage without what the column has not.
+   !> Copy a stage without objects that the column does not have.
    pure type(stage_type) function column_stage(stage, block, kept) result(own)
       type(stage_type), intent(in) :: stage  !< of the model
       integer, intent(in) :: block(:)        !< [any] of the column

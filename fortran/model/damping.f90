@@ -12,7 +12,7 @@
 !>
 !>     Σ Y_l (ω_l ω + 2ζ ω_l²)/(ω_l² + ω²) = 2ζ ,
 !>
-!> which says Im g = 2ζ Re g, at frequencies over the band.
+!> that is, Im g = 2ζ Re g, at frequencies over the band.
 !>
 !> In steps of Δt the trapezoidal rule gives, with h_l = ω_l Δt/2,
 !>
@@ -39,15 +39,15 @@ module dda_damping
    real(wp), parameter :: automatic_band(2) = [0.1_wp, 50.0_wp]  !< Hz
    integer, parameter :: least_mechanisms = 4     !< that are tried
    real(wp), parameter :: wanted_misfit = 3.5e-4_wp  !< of an automatic number of mechanisms
-   real(wp), parameter :: most_misfit = 0.05_wp   !< beyond, the body is not what was asked for
+   real(wp), parameter :: most_misfit = 0.05_wp   !< largest error of a fitted body
    real(wp), parameter :: beyond = 3.0_wp         !< of the ends of the band: range of the ω_l
    integer, parameter :: samples = 12             !< frequencies of the fit for each mechanism
 
    !> Damping of a material.
    type :: damping_type
       real(wp) :: ratio = 0.0_wp                !< ζ of the body
-      real(wp) :: reference = 0.0_wp            !< frequency at which the given modulus holds, Hz
-      real(wp) :: band(2) = 0.0_wp              !< over which ζ holds, Hz; 0: automatic
+      real(wp) :: reference = 0.0_wp            !< frequency of the given modulus, Hz
+      real(wp) :: band(2) = 0.0_wp              !< range of ζ, Hz; 0: automatic
       integer :: n = 0                          !< mechanisms; before the fit 0: automatic
       real(wp) :: omega(most_mechanisms) = 0.0_wp   !< ω_l, rad/s
       real(wp) :: weight(most_mechanisms) = 0.0_wp  !< Y_l
@@ -118,7 +118,7 @@ contains
       factor = damping%unrelaxed*factor
    end function modulus_factor
 
-   !> The largest ω_l that a scheme can take at a time step, rad/s: (θ − ½) ω_l Δt ≤ 4.
+   !> The largest ω_l that a scheme admits at a time step, rad/s: (θ − ½) ω_l Δt ≤ 4.
    elemental real(wp) function highest_relaxation(theta, time_step) result(highest)
       real(wp), intent(in) :: theta      !< of the scheme, ½ … 1
       real(wp), intent(in) :: time_step  !< Δt, s
@@ -130,8 +130,8 @@ contains
    !> Fit the body to its ratio over its band, with ω_l up to a limit.
    subroutine fit_body(damping, limit, error)
       type(damping_type), intent(inout) :: damping  !< ratio, reference, band, n; gets the rest
-      real(wp), intent(in) :: limit  !< largest ω_l that all stages can take, rad/s
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      real(wp), intent(in) :: limit  !< largest ω_l that all stages admit, rad/s
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: n
 
       if (.not. damping%band(2) > 0.0_wp) damping%band = [automatic_band(1), &
@@ -212,7 +212,7 @@ contains
       misfit = maxval(abs(0.5_wp*aimag(factor)/real(factor)/damping%ratio - 1.0_wp))
    end function misfit_of
 
-   !> h Y/(1 + h): share of a change of strain that a mechanism follows within the step.
+   !> h Y/(1 + h): fraction of a change of strain that a mechanism follows within the step.
    pure real(wp) function following(damping, l, time_step)
       type(damping_type), intent(in) :: damping  !< of the material
       integer, intent(in) :: l                   !< mechanism

@@ -12,13 +12,13 @@ module dda_edge_load
    integer, parameter :: load_uniform = 1  !< the same traction everywhere
    integer, parameter :: load_level = 2    !< hydrostatic below a level
    integer, parameter :: load_surface = 3  !< hydrostatic below a phreatic line
-   integer, parameter :: load_line = 4     !< pressures at the ends of each piece
+   integer, parameter :: load_line = 4     !< pressures at the ends of each part
 
    !> One load (group &traction or &water).
    type :: edge_load_type
       character(len=64) :: name = ''
       integer :: kind = load_uniform
-      logical :: present = .true.                    !< a stage may add it, or take it away
+      logical :: present = .true.                    !< a stage may add or remove it
       logical :: follows = .true.                    !< the edges as they move; else as they were
       type(edge_piece_type), allocatable :: piece(:) !< that it acts on
       real(wp), allocatable :: ends(:,:,:)           !< [2,2,pieces] their first ends, m

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A piece of an edge of a block, on which something acts: a boundary, a traction, water.
+!> A part of an edge of a block on which a boundary, a traction or water acts.
 !>
 !> Displacements are linear along an edge, so two Gauss points integrate products of them exactly.
 module dda_edge_piece
@@ -9,17 +9,17 @@ module dda_edge_piece
    private
    public :: edge_piece_type, reference_at, piece_length, piece_normal, gauss_points
 
-   !> A piece of an edge; its block moves and strains with it.
+   !> A part of an edge; it moves and strains with its block.
    type :: edge_piece_type
       integer :: block = 0              !< that owns the edge
       integer :: edge = 0               !< named by its first vertex, counter-clockwise
-      real(wp) :: from = 0.0_wp         !< share of the edge's length at which it begins, 0 … 1
+      real(wp) :: from = 0.0_wp         !< fraction of the edge's length at which it begins, 0 … 1
       real(wp) :: to = 1.0_wp           !< and ends
    end type edge_piece_type
 
 contains
 
-   !> Reference offset ρ, m, at a share of the piece: 0 its first end, 1 its last one.
+   !> Reference offset ρ, m, at a fraction of the part: 0 its first end, 1 its last one.
    pure function reference_at(blocks, piece, share) result(reference)
       type(blocks_type), intent(in) :: blocks      !< in any state
       type(edge_piece_type), intent(in) :: piece   !< of an edge
@@ -33,7 +33,7 @@ contains
       end associate
    end function reference_at
 
-   !> Present length of the piece, m.
+   !> Present length of the part, m.
    pure real(wp) function piece_length(blocks, piece)
       type(blocks_type), intent(in) :: blocks      !< in their present state
       type(edge_piece_type), intent(in) :: piece   !< of an edge
@@ -41,7 +41,7 @@ contains
       piece_length = (piece%to - piece%from)*blocks%length(piece%edge)
    end function piece_length
 
-   !> Present outward normal of the piece; turned by +90° it points from its first to its last end.
+   !> Present outward normal of the part; turned by +90° it points from its first to its last end.
    pure function piece_normal(blocks, piece) result(normal)
       type(blocks_type), intent(in) :: blocks      !< in their present state
       type(edge_piece_type), intent(in) :: piece   !< of an edge

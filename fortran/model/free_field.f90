@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A side of the model beyond which level ground goes on: the column of blocks at that side, its own
-!> neighbour on both sides, is the free field, and dashpots take what the model sends out beyond it.
+!> A side of the model with level ground beyond it: the column of blocks at that side, its own
+!> neighbour on both sides, is the free field; dashpots absorb the radiated waves.
 module dda_free_field
    use dda_boundary, only: boundary_type
    use dda_support, only: point_type
@@ -20,7 +20,7 @@ module dda_free_field
       type(point_type) :: top                !< upper end of the side, in the model
       !> [any] its right with its left faces, in vertices of the column
       type(tie_type), allocatable :: tie(:)
-      type(weld_type), allocatable :: weld(:)  !< [any] the same, where a body goes on
+      type(weld_type), allocatable :: weld(:)  !< [any] the same, where a body continues
       type(boundary_type) :: boundary        !< dashpots at the side, without a motion
    end type free_field_type
 

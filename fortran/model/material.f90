@@ -19,7 +19,7 @@ module dda_material
       procedure :: yields
    end type material_type
 
-   !> Joint material: its law by name, and what laws are made of (see `docs/joints.md`).
+   !> Joint material: its law by name, and the parameters of laws (see `docs/joints.md`).
    type, extends(joint_values) :: joint_type
       real(wp) :: normal_stiffness = 0.0_wp !< Pa/m; 0: that of the contacts, N/m
       real(wp) :: shear_stiffness = 0.0_wp  !< Pa/m; 0: from the normal stiffness
@@ -30,7 +30,7 @@ module dda_material
 contains
 
    !> The material has a law of its own.
-   elemental logical function has_law(material)
+   elemental logical function has_law(material)  ! total
       class(material_type), intent(in) :: material  !< as read
 
       has_law = allocated(material%own_law)
@@ -57,7 +57,7 @@ contains
    end subroutine set_velocities
 
    !> Coulomb friction with springs of the contacts at corners: the only law in most models.
-   pure logical function is_plain(joint)
+   pure logical function is_plain(joint)  ! total
       class(joint_type), intent(in) :: joint  !< as read
 
       is_plain = joint%law == 'coulomb' .and. joint%normal_stiffness == 0.0_wp &

@@ -30,7 +30,7 @@ module dda_material_law
       real(wp) :: thickness = 0.0_wp         !< of a face its area over its length, else `length`, m
       real(wp) :: cap = huge(1.0_wp)         !< of the force of a jump, N/m
       real(wp) :: strength = 0.0_wp          !< of a broken face in tension, Pa
-      real(wp) :: bounding(3) = 0.0_wp       !< stresses in bounds that are held, Pa
+      real(wp) :: bounding(3) = 0.0_wp       !< stresses in frozen bounds, Pa
    end type strain_point_type
 
    !> A law.
@@ -41,7 +41,7 @@ module dda_material_law
       procedure(finish_interface), deferred :: finish
       procedure(stored_interface), deferred :: stored
       procedure :: rests => never_rests
-      procedure :: held_stress => no_held_stress
+      procedure :: frozen_stress => no_frozen_stress
       procedure :: plastic_strain => no_plastic_strain
       procedure :: yields => never_yields
       procedure :: jump_cap => no_cap
@@ -64,10 +64,10 @@ module dda_material_law
       pure subroutine respond_interface(self, point, state, strain, change, step, stress, tangent)
          import :: material_law_type, strain_point_type, step_type, wp
          class(material_law_type), intent(in) :: self       !< law
-         type(strain_point_type), intent(in) :: point       !< where it acts
+         type(strain_point_type), intent(in) :: point       !< at its position
          real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
          real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
-         type(step_type), intent(in) :: step                !< the one being taken
+         type(step_type), intent(in) :: step                !< the present one
          real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
       end subroutine respond_interface
 
@@ -75,10 +75,10 @@ module dda_material_law
       pure subroutine finish_interface(self, point, state, strain, change, step, loss)
          import :: material_law_type, strain_point_type, step_type, losses, wp
          class(material_law_type), intent(in) :: self  !< law
-         type(strain_point_type), intent(in) :: point  !< where it acts
+         type(strain_point_type), intent(in) :: point  !< at its position
          real(wp), intent(inout) :: state(:)           !< [any] at the start, then of the end
          real(wp), intent(in) :: strain(3), change(3)  !< ε at the start, Δε
-         type(step_type), intent(in) :: step           !< the one being taken
+         type(step_type), intent(in) :: step           !< the present one
          real(wp), intent(out) :: loss(losses)         !< J/m³
       end subroutine finish_interface
 
@@ -86,7 +86,7 @@ module dda_material_law
       pure real(wp) function stored_interface(self, point, state, strain)
          import :: material_law_type, strain_point_type, wp
          class(material_law_type), intent(in) :: self  !< law
-         type(strain_point_type), intent(in) :: point  !< where it acts
+         type(strain_point_type), intent(in) :: point  !< at its position
          real(wp), intent(in) :: state(:)              !< [any] of the point
          real(wp), intent(in) :: strain(3)             !< ε
       end function stored_interface
@@ -101,19 +101,19 @@ contains
       never_rests = .false.
    end function never_rests
 
-   !> Stresses that bounds of a step are held at, as they are at a strain; here: there are none.
-   pure function no_held_stress(self, point, state, strain, change, step) result(stress)
+   !> Stresses of the frozen bounds of a step at a strain; here: none.
+   pure function no_frozen_stress(self, point, state, strain, change, step) result(stress)
       class(material_law_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point  !< where it acts
+      type(strain_point_type), intent(in) :: point  !< at its position
       real(wp), intent(in) :: state(:)              !< [any] at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< ε at the start, Δε
-      type(step_type), intent(in) :: step           !< the one being taken
+      type(step_type), intent(in) :: step           !< the present one
       real(wp) :: stress(3)
 
       stress = 0.0_wp
-   end function no_held_stress
+   end function no_frozen_stress
 
-   !> Size of the plastic strain of a point; here: there is none to tell of.
+   !> Size of the plastic strain of a point; here: none.
    pure real(wp) function no_plastic_strain(self, state)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)              !< [any] of a point
@@ -121,14 +121,14 @@ contains
       no_plastic_strain = 0.0_wp
    end function no_plastic_strain
 
-   !> The law bounds stresses, and with them what jumps of a welded face carry; here: it does not.
+   !> The law bounds stresses, also those of jumps of a welded face; here: it does not.
    pure logical function never_yields(self)
       class(material_law_type), intent(in) :: self  !< law
 
       never_yields = .false.
    end function never_yields
 
-   !> Stress up to which jumps of a face may carry in a step, Pa; here: without limit.
+   !> Largest stress of the jumps of a face in a step, Pa; here: without limit.
    pure real(wp) function no_cap(self, point, state, strain)
       class(material_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point  !< of the face
@@ -156,7 +156,7 @@ contains
       no_pressure = 0.0_wp
    end function no_pressure
 
-   !> Share of the shear modulus of small strains that loops of a shear strain have; here: all.
+   !> Fraction of the shear modulus of small strains that loops of a shear strain have; here: all.
    pure real(wp) function full_secant(self, strain)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: strain                !< amplitude of the loops, above 0

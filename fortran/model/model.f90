@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Everything that stands in an input file, checked and ready: what a run does not change.
+!> The content of an input file, checked: data that a run does not change.
 module dda_model
    use dda_kinds, only: wp, long
    use dda_settings, only: control_type, contact_settings_type, output_settings_type, &
@@ -23,19 +23,19 @@ module dda_model
       force_noise, run_steps, run_duration, block_sources, is_held, &
       drift_velocity
 
-   !> A file that blocks come from.
+   !> A file of blocks.
    type :: block_source_type
       character(len=:), allocatable :: file
-      integer(long) :: checksum = 0                  !< of what it says
+      integer(long) :: checksum = 0                  !< of its content
    end type block_source_type
 
-   !> A model; blocks stand in their first state.
+   !> A model; blocks have their initial state.
    type :: model_type
       character(len=:), allocatable :: title
       character(len=:), allocatable :: file          !< where it was read from
       character(len=:), allocatable :: text          !< its input, for provenance
       character(len=:), allocatable :: values        !< what that means, see `resolved_values`
-      !> added to every place on output: the engine computes near zero
+      !> added to every position on output: the engine computes near zero
       real(wp) :: origin(2) = 0.0_wp
       type(control_type) :: control
       type(contact_settings_type) :: contact
@@ -60,8 +60,10 @@ module dda_model
       type(amplification_type), allocatable :: amplifications(:)
       character(len=64), allocatable :: block_names(:)
       character(len=64), allocatable :: body_names(:)
-      type(block_source_type), allocatable :: block_files(:)  !< none where all stands in the text
+      type(block_source_type), allocatable :: block_files(:)  !< none if all blocks are in the text
       type(blocks_type) :: blocks
+      !> [2,blocks] ∂σx/∂y and ∂σy/∂y of stress in situ, Pa/m; not allocated: no such stress
+      real(wp), allocatable :: stress_gradient(:,:)
    end type model_type
 
 contains
@@ -74,7 +76,7 @@ contains
    end function half_size
 
    !> Least distance at which contacts are listed, m: 2.5 steps of the largest displacement, but at
-   !> most a share of the smallest block, or a large model would list many contacts that stay open.
+   !> most a fraction of the smallest block, since a large model would list many open contacts.
    pure real(wp) function contact_distance(model)
       type(model_type), intent(in) :: model  !< complete
 
@@ -82,15 +84,15 @@ contains
          4.0e-4_wp)*half_size(model%blocks), 0.2_wp*minval(model%blocks%radius))
    end function contact_distance
 
-   !> Something holds it in static stages.
-   pure logical function is_held(model)
+   !> A support fixes it in static stages.
+   pure logical function is_held(model)  ! total
       type(model_type), intent(in) :: model  !< as read from the input
 
       is_held = size(model%fixed_points) > 0 .or. size(model%boundaries) > 0
    end function is_held
 
    !> Velocity with which all supports and boundaries go on after their motions, m/s along x and y;
-   !> zero where they do not go on together.
+   !> zero where they do not continue together.
    pure function drift_velocity(model) result(velocity)
       type(model_type), intent(in) :: model  !< as read from the input
       real(wp) :: velocity(2)
@@ -124,15 +126,15 @@ contains
       run_steps = sum(model%stages%steps)
    end function run_steps
 
-   !> Time of all stages, s; static ones take none.
+   !> Time of all stages, s; static ones have none.
    pure real(wp) function run_duration(model)
       type(model_type), intent(in) :: model  !< as read from the input
 
       run_duration = sum(model%stages%steps*model%stages%time_step)
    end function run_duration
 
-   !> The files that blocks come from, with the checksum of what they say, a line each.
-   pure function block_sources(model) result(text)
+   !> The files of blocks, with the checksums of their contents, a line each.
+   pure function block_sources(model) result(text)  ! total
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=:), allocatable :: text
       character(len=16) :: digits

@@ -29,7 +29,7 @@ contains
       end do
    end function model_description
 
-   !> Peaks of a motion, what drift removal took, what is left at its end and how it goes on.
+   !> Peaks of a motion, what drift removal took, what is left at its end and how it continues.
    pure function motion_words(motion, as_body_force) result(words)
       type(motion_type), intent(in) :: motion   !< of the model
       logical, intent(in) :: as_body_force      !< its acceleration acts in the frame of the base
@@ -62,7 +62,7 @@ contains
       if (as_body_force) then
          words = ', no body force after it'
       else if (abs(curve%velocity_after) > 0.0_wp) then
-         words = ' and goes on with this velocity'
+         words = ' and continues with this velocity'
       else if (abs(left(curve)) > 0.0_wp) then
          words = ' and is stopped there within a step: an impact'
       else
@@ -70,7 +70,7 @@ contains
       end if
    end function after
 
-   !> Velocity at the last sample without what rounding leaves, m/s.
+   !> Velocity at the last sample, without rounding, m/s.
    pure real(wp) function left(curve)
       type(motion_curve_type), intent(in) :: curve  !< of a motion
 

@@ -13,7 +13,7 @@ module dda_outlines
    integer, parameter :: most_vertices = 512       !< of a block
    real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the polygon's size
 
-   !> A growing list of polygons with what they are made of.
+   !> A growing list of polygons with their materials.
    type :: outlines_type
       integer :: n = 0
       integer :: n_vertices = 0
@@ -23,7 +23,7 @@ module dda_outlines
       integer, allocatable :: joint(:)             !< [any] joint of the edge from each vertex
       integer, allocatable :: source(:)            !< input group that each came from
       character(len=64), allocatable :: name(:)
-      character(len=64), allocatable :: body(:)    !< that each is a cell of; blank: none
+      character(len=64), allocatable :: body(:)    !< body of which each is a cell; blank: none
       real(wp), allocatable :: cover(:)            !< height whose weight stresses each at first, m
       real(wp), allocatable :: overburden(:)       !< vertical pressure beyond that, Pa
    end type outlines_type
@@ -37,7 +37,7 @@ contains
       real(wp), intent(in) :: vertices(:,:)           !< [2, any] counter-clockwise, m
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< '' if it has none
-      integer, intent(in), optional :: edge_joints(:) !< [edges] in place of `joint`
+      integer, intent(in), optional :: edge_joints(:) !< [edges] instead of `joint`
       character(len=*), intent(in), optional :: body  !< that it is a cell of
       integer :: n, last
 

@@ -98,7 +98,7 @@ contains
          after) < 0.0_wp
    end function folds_back
 
-   !> Edges i and j share at least one point.
+   !> Edges i and j have at least one common point.
    pure logical function edges_meet(vertices, i, j)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       integer, intent(in) :: i, j            !< edges, named by their first vertex
@@ -117,7 +117,7 @@ contains
    end function edges_meet
 
    !> +1 if p is left of a→b, −1 right, 0 on the line.
-   pure integer function side(a, b, p)
+   pure integer function side(a, b, p)  ! total
       real(wp), intent(in) :: a(2), b(2), p(2)  !< m, points
       real(wp) :: cross
 
@@ -216,7 +216,7 @@ contains
          point)
    end function depth_inside
 
-   !> Where line a→b crosses edge c–d, as a ratio of a→b; −1 if it does not.
+   !> Crossing of line a→b with edge c–d, as a fraction of a→b; −1 if there is none.
    pure real(wp) function crossing(a, b, c, d)
       real(wp), intent(in) :: a(2), b(2), c(2), d(2)  !< m, ends of the line and of the edge
       real(wp) :: determinant, on_edge

@@ -13,7 +13,7 @@ module dda_settings
       integer(long) :: step_count = 0              !< of `time_step`, of the present stage
       logical :: adaptive = .false.                !< Δt may shrink and recover
       logical :: plane_strain = .false.            !< else plane stress
-      logical :: analysis_given = .false.          !< the input says which
+      logical :: analysis_given = .false.          !< given by the input
       !> motions of the base as body force, x and y; 0 none
       integer :: base_motion(2) = 0
       integer :: displaced = 0                     !< block, when dynamics begin; 0 none
@@ -27,11 +27,11 @@ module dda_settings
 
    !> Group &output.
    type, extends(output_values) :: output_settings_type
-      !> and not by who starts the run, who may name any place
+      !> and not by the caller, who may name any path
       logical :: named_by_input = .true.
    end type output_settings_type
 
-   !> A spectral ratio between two measured points, wanted after the run (group &amplification).
+   !> A spectral ratio between two measured points (group &amplification).
    type :: amplification_type
       integer :: surface = 0            !< measured point above
       integer :: base = 0               !< measured point below
@@ -43,7 +43,7 @@ module dda_settings
 
 contains
 
-   !> Let who starts the run say where its output goes.
+   !> Set the output file from the command line or the caller.
    subroutine name_output(settings, file)
       type(output_settings_type), intent(inout) :: settings  !< of the input
       character(len=*), intent(in) :: file                   !< path of the output

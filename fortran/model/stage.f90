@@ -6,7 +6,7 @@ module dda_stage
    private
    public :: stage_type, never
 
-   real(wp), parameter :: never = 0.5_wp*huge(1.0_wp)  !< start of what is to come, s
+   real(wp), parameter :: never = 0.5_wp*huge(1.0_wp)  !< start of a later event, s
 
    !> One stage (group &stage).
    type :: stage_type
@@ -18,15 +18,15 @@ module dda_stage
       character(len=16) :: integration = ''  !< of a dynamic stage
       real(wp) :: theta = 0.75_wp            !< of integration 'theta'
       logical :: zero_displacements = .false. !< measured displacements count from its beginning
-      logical, allocatable :: removed(:)     !< [blocks] taken out
-      logical, allocatable :: released(:)    !< [fixed points] let go
+      logical, allocatable :: removed(:)     !< [blocks] removed
+      logical, allocatable :: released(:)    !< [fixed points] released
       logical, allocatable :: added(:)       !< [bolts, then edge loads] that it adds
-      logical, allocatable :: dropped(:)     !< [bolts, then edge loads] that it takes away
-      logical, allocatable :: holds(:)       !< [fixed points] that hold from it on
+      logical, allocatable :: dropped(:)     !< [bolts, then edge loads] that it removes
+      logical, allocatable :: holds(:)       !< [fixed points] that act from it on
       logical, allocatable :: loads(:)       !< [loads] whose times count from it
       logical, allocatable :: begins(:)      !< [motions] that begin with it
-      integer, allocatable :: joint(:)       !< [joints] that stands in place of each
-      integer, allocatable :: material(:)    !< [materials] that stands in place of each
+      integer, allocatable :: joint(:)       !< [joints] replacement of each
+      integer, allocatable :: material(:)    !< [materials] replacement of each
    end type stage_type
 
 end module dda_stage

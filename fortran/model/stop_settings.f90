@@ -12,8 +12,8 @@ module dda_stop_settings
       real(wp) :: tilt = 0.0_wp            !< of a block, either way, rad
       integer :: fallen = 0                !< blocks displaced by more than they are large
       real(wp) :: rest_time = 0.0_wp       !< s without movement
-      real(wp) :: rest_movement = 0.0_wp   !< of a vertex within it, m, that is none
-      integer :: reference = 0             !< block that movement counts against; 0: its first place
+      real(wp) :: rest_movement = 0.0_wp   !< of a vertex within it, m, that counts as none
+      integer :: reference = 0          !< block that movement counts against; 0: its first position
       logical, allocatable :: watched(:)   !< [blocks]; not allocated: nothing ends the run
    end type stop_settings_type
 

@@ -7,17 +7,17 @@ module dda_support
    private
    public :: fixed_point_type, load_type, point_type, load_at
 
-   !> A material point held by a spring to its first place plus a prescribed displacement.
+   !> A material point tied by a spring to its initial position plus a prescribed displacement.
    type :: fixed_point_type
       character(len=64) :: name = ''
       integer :: block = 0
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
-      real(wp) :: place(2) = 0.0_wp                 !< first place, m
+      real(wp) :: place(2) = 0.0_wp                 !< first position, m
       !> [2,2] directions that count in its columns, unit vectors: x and y, or of an edge
       real(wp) :: axes(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
       logical :: held(2) = .true.                   !< along each of them
       real(wp) :: stiffness = 0.0_wp                !< N/m per metre of thickness; 0: rigid
-      !> along each of them, as soon as the stage begins that holds the point
+      !> along each of them, from the stage on that fixes the point
       logical :: waiting(2) = .false.
       integer :: motion(2) = 0                      !< motion along each of them; 0: stays
    end type fixed_point_type
@@ -37,7 +37,8 @@ module dda_support
       character(len=64) :: name = ''
       integer :: block = 0
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
-      real(wp) :: place(2) = 0.0_wp                 !< first place, m
+      real(wp) :: place(2) = 0.0_wp                 !< first position, m
+      integer :: other = 0                          !< another containing block, if none is named
    end type point_type
 
 contains

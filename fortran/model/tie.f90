@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Ties: two faces that meet through the springs of a joint that never breaks, each at the ends of
-!> their overlap.  The second face may stand a shift away, as the image of a periodic model does.
-!> Cells of the same body are welded instead: the body goes on.
+!> their overlap.  The second face may be shifted, as in a periodic model.
+!> Cells of the same body are welded instead: the body continues.
 module dda_tie
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -13,11 +13,11 @@ module dda_tie
 
    real(wp), parameter :: same = 1.0e-6_wp  !< of the shorter edge: the two corners coincide
 
-   !> One end of an overlap: a corner on each face that stands there, at least one of the two.
+   !> One end of an overlap: the corners of the faces there, at least one of the two.
    type :: tie_type
       integer :: edge(2) = 0            !< the faces, by their first vertices
-      integer :: corner(2) = 0          !< vertex of each face that stands there; 0: none
-      real(wp) :: shift(2) = 0.0_wp     !< m, added to places of the second face's block
+      integer :: corner(2) = 0          !< vertex of each face there; 0: none
+      real(wp) :: shift(2) = 0.0_wp     !< m, added to positions of the second face's block
    end type tie_type
 
 contains

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Bodies: cells that are welded at their common faces, so that together they bend.
 !>
-!> A cell is a block whose body has a number.  A face is a piece of an edge that two cells of a body
+!> A cell is a block whose body has a number.  A face is a part of an edge that two cells of a body
 !> share.  With the centroids of its cells it spans two triangles; over them acts one strain of the
 !> face, and over the rest of a cell its own (see `dda_weld_springs`).
 module dda_weld
@@ -19,23 +19,23 @@ module dda_weld
    !> A welded face, from a to b as the first cell has it, in the reference shapes.
    type :: weld_type
       integer :: block(2) = 0            !< its cells
-      integer :: edge(2) = 0             !< that it is a piece of, by their first vertices
+      integer :: edge(2) = 0             !< that contain it, by their first vertices
       real(wp) :: length = 0.0_wp        !< L, m
       real(wp) :: along(2) = 0.0_wp      !< unit vector from a to b
       real(wp) :: middle(2, 2) = 0.0_wp  !< offsets ρ of its middle in both cells, m
       real(wp) :: area(2) = 0.0_wp       !< of its triangles, m²
-      !> m, added to places of the second cell, as those of its image in level ground; else 0
+      !> m, added to positions of the second cell, as those of its image in level ground; else 0
       real(wp) :: shift(2) = 0.0_wp
       integer :: joint = 0               !< joint material that it becomes where it breaks; 0: never
       integer :: state = weld_whole
       !> [component,cell] that it left in the initial stress of its cells when it broke, Pa m²
       real(wp) :: left(3, 2) = 0.0_wp
-      real(wp) :: kept = 0.0_wp          !< share of it that is still there
+      real(wp) :: kept = 0.0_wp          !< fraction of it that is still there
    end type weld_type
 
 contains
 
-   !> The face of two edges between two places along the first one, m from its first vertex.
+   !> The face of two edges between two positions along the first one, m from its first vertex.
    pure type(weld_type) function new_weld(blocks, e, f, low, high, shift) result(weld)
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: e, f              !< edges, by their first vertices
@@ -58,8 +58,7 @@ contains
       end do
    end function new_weld
 
-   !> Blocks know which of their area has their own strain, and which of their edges lie within a
-   !> body.
+   !> Store in blocks the area with their own strain, and which of their edges are within a body.
    pure subroutine set_welds(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< as drawn, with the bodies of blocks
       type(weld_type), intent(in) :: welds(:)     !< all faces between neighbours
@@ -79,7 +78,7 @@ contains
       call add_up_areas(blocks)
    end subroutine set_welds
 
-   !> Cells know how large their body is.
+   !> Store the size of the body in its cells.
    pure subroutine add_up_areas(blocks)
       type(blocks_type), intent(inout) :: blocks  !< with the bodies of blocks
       real(wp) :: total(maxval(blocks%body))
@@ -120,7 +119,7 @@ contains
    end function is_shifted
 
    !> The face has a strain.
-   elemental logical function is_whole(weld)
+   elemental logical function is_whole(weld)  ! total
       type(weld_type), intent(in) :: weld  !< a face
 
       is_whole = weld%state == weld_whole
@@ -171,8 +170,8 @@ contains
       end do
    end subroutine find_outlines
 
-   !> Vertices of two cells at the ends of their face, where they stand at one place: the one of the
-   !> neighbour before a vertex, and the one after it.
+   !> Vertices of two cells at the ends of their face with equal positions: that of the neighbour
+   !> before a vertex, and that after it.
    pure subroutine mark_ends(blocks, weld, beyond)
       type(blocks_type), intent(in) :: blocks    !< at the start
       type(weld_type), intent(in) :: weld        !< face
@@ -194,7 +193,7 @@ contains
 
    contains
 
-      !> Two vertices stand at one place.
+      !> Two vertices have the same position.
       pure logical function meet(v, w)
          integer, intent(in) :: v, w  !< vertices
 

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The samples and frames of a run so far, in a file that only grows: FILE.journal.
+!> The samples and frames of a run so far, in an append-only file, FILE.journal.
 !>
 !> It has the data of the output as rows of numbers in the order of the steps.  A checkpoint records
 !> its length and its checksum up to there; a resumed run cuts it back to that mark and goes on.
-!> While a run has it open no other run can.
+!> While a run has it open, no other run can open it.
 module dda_journal
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
    use, intrinsic :: iso_fortran_env, only: int8
@@ -26,12 +26,13 @@ module dda_journal
 
    !> A journal: its length, the checksum of its bytes, numbers of its rows.
    type :: journal_type
+      ! unsaved, opened anew: file
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
       integer(long) :: bytes = 0
       integer :: samples = 0, frames = 0
       integer :: contacts = 0       !< in all frames
-      integer :: iterations = 0     !< most of a step since the last sample
+      integer :: iterations = 0     !< largest of a step since the last sample
    end type journal_type
 
    !> A journal that is being read, up to its known length.
@@ -54,7 +55,7 @@ contains
    subroutine open_journal(journal, output, error)
       type(journal_type), intent(out) :: journal  !< open and locked
       character(len=*), intent(in) :: output  !< path of the output
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       logical :: locked
 
       call begin_checksum(journal%checksum)
@@ -65,11 +66,11 @@ contains
       if (.not. locked) call close_file(journal%file, error)
    end subroutine open_journal
 
-   !> A journal that has been removed during the run is written again from what the run has open; an
-   !> error if another file has taken its name.
+   !> A journal that was removed during the run is written again from the open file; an error if
+   !> another file has its name.
    subroutine keep_name(journal, error)
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       type(file_status_type) :: found
       type(byte_file_type) :: old, new
       logical :: locked
@@ -103,7 +104,7 @@ contains
    subroutine copy_bytes(from, to, bytes, error)
       type(byte_file_type), intent(in) :: from, to  !< open, at their beginnings
       integer(long), intent(in) :: bytes            !< to be copied
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       integer(int8), allocatable :: part(:)
       integer(long) :: left, n
 
@@ -135,7 +136,7 @@ contains
    !> Cut the journal back to the mark of a checkpoint; an error if its bytes have changed since.
    subroutine return_to_mark(journal, error)
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
       integer(int8), allocatable :: bytes(:)
@@ -155,16 +156,16 @@ contains
       end do
       if (.not. allocated(error) .and. (on_disk < journal%bytes .or. checksum%value &
          /= journal%checksum%value)) call fail(error, error_file, journal%file%name// &
-         ' does not hold what it held at the checkpoint')
+         ' has changed since the checkpoint')
       call close_file(file, error)
       call cut_file(journal%file, journal%bytes, error)
    end subroutine return_to_mark
 
-   !> Append the head of a sample or a frame; its numbers are to follow.
+   !> Append the head of a sample or a frame; its numbers follow.
    subroutine begin_row(journal, kind, contacts, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       integer, intent(in) :: kind, contacts  !< `row_sample` or `row_frame`; its contacts
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
 
       call append_numbers(journal, [real(wp) :: kind, contacts], 2, error)
       if (kind == row_frame) then
@@ -181,7 +182,7 @@ contains
       type(journal_type), intent(inout) :: journal  !< of the run
       integer, intent(in) :: count  !< of the numbers
       real(wp), target, intent(in) :: numbers(count)  !< in their order
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       integer(int8), pointer, contiguous :: bytes(:)
 
       call c_f_pointer(c_loc(numbers), bytes, [word*count])
@@ -194,18 +195,18 @@ contains
    subroutine open_reader(reader, journal, error)
       type(reader_type), intent(out) :: reader  !< of the journal
       type(journal_type), intent(in) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
 
       call flush_stream(journal%file, .false., error)
       if (.not. allocated(error)) call open_again(reader%file, journal%file, error)
       reader%left = journal%bytes
    end subroutine open_reader
 
-   !> The kind of the next row, 0 at the end, and how many contacts it has.
+   !> The kind of the next row, 0 at the end, and its number of contacts.
    subroutine read_row(reader, kind, contacts, error)
       type(reader_type), intent(inout) :: reader  !< of the journal
       integer, intent(out) :: kind, contacts  !< `row_sample` or `row_frame`; its contacts
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       real(wp) :: head(2)
 
       kind = 0
@@ -221,7 +222,7 @@ contains
    subroutine read_numbers(reader, numbers, error)
       type(reader_type), intent(inout) :: reader  !< of the journal
       real(wp), contiguous, target, intent(out) :: numbers(:)  !< [numbers] of a row
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       integer(int8), pointer, contiguous :: bytes(:)
 
       call c_f_pointer(c_loc(numbers), bytes, [word*size(numbers)])

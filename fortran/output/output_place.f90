@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Where a run may write: its output and the files beside it, none of which may replace what is not
-!> of an earlier run, or what the run reads.
+!> Checks that a run may write its output and the files beside it: they may replace only files of
+!> earlier runs, and no file that the run reads.
 module dda_output_place
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: same_file, status_of, is_folder, folder_of
@@ -24,7 +24,7 @@ contains
       name = file//'.partial'
    end function partial_name
 
-   !> File that an output is written to before it gets its name.
+   !> Temporary file of an output before it gets its name.
    pure function writing_name(file) result(name)
       character(len=*), intent(in) :: file  !< path of the output
       character(len=:), allocatable :: name
@@ -40,11 +40,11 @@ contains
       name = file//'.checkpoint'
    end function checkpoint_name
 
-   !> An error if an output cannot go where it is to, before anything is written.
+   !> An error if an output cannot be written, before anything is written.
    subroutine check_target(model, resumes, error)
       type(model_type), intent(in) :: model  !< with the name of its output
-      logical, intent(in) :: resumes  !< from checkpoints, which are judged when they are read
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      logical, intent(in) :: resumes  !< from checkpoints, which are checked when they are read
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       logical :: folder
       integer :: i
 
@@ -75,7 +75,7 @@ contains
       !> A checkpoint of the output.
       subroutine check_checkpoint(ending, error)
          character(len=*), intent(in) :: ending  !< of its name
-         type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+         type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
 
          associate (name => checkpoint_name(model%output%file)//ending)
             if (resumes) then
@@ -87,12 +87,12 @@ contains
       end subroutine check_checkpoint
    end subroutine check_target
 
-   !> A name that is written must be free, or a file of its kind that the run does not read.
+   !> A name to be written must be free, or a file of its kind that the run does not read.
    subroutine check_name(name, kind, model, error)
-      character(len=*), intent(in) :: name     !< path that is written
+      character(len=*), intent(in) :: name     !< path to be written
       type(own_kind_type), intent(in) :: kind  !< of the file
       type(model_type), intent(in) :: model    !< as read from the input
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       integer :: i
 
       call refuse(model%file, 'the input')
@@ -118,8 +118,8 @@ contains
       end subroutine refuse
    end subroutine check_name
 
-   !> A name that an input gives stays at or below the working folder, or the input's.
-   logical function is_below(name, input)
+   !> The output named by an input is at or below the working folder or the folder of the input.
+   logical function is_below(name, input)  ! total
       character(len=*), intent(in) :: name   !< path that the input gives
       character(len=*), intent(in) :: input  !< path of the input
       integer :: last

@@ -17,8 +17,9 @@ contains
    !> A variable over time.
    subroutine read_history(file, quantity, at, time, values, error)
       character(len=*), intent(in) :: file      !< output
-      character(len=*), intent(in) :: quantity  !< variable, as the output names it
-      !> index in its other dimensions, from 1: axis and point; none of `energy_kinetic` and alike
+      character(len=*), intent(in) :: quantity  !< name of the variable in the output
+      !> index in its other dimensions, from 1: axis and point; none for `energy_kinetic` and
+      !> similar ones
       integer, intent(in) :: at(:)
       real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
       real(wp), allocatable, intent(out) :: values(:)  !< [samples] in the unit of the output
@@ -40,7 +41,7 @@ contains
       if (allocated(dataset%error)) error = dataset%error
    end subroutine read_history
 
-   !> All samples of a variable at a place.
+   !> All samples of a variable at an index.
    subroutine read_series(dataset, name, at, values)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: name          !< of the variable
@@ -63,7 +64,7 @@ contains
       if (has_history) has_history = dimensions(n) == time
       if (.not. has_history) then
          call fail(dataset%error, error_input, dataset%file//': '//quoted(name)// &
-            ' has no history at such a place')
+            ' has no history at this index')
          return
       end if
       deallocate (values)

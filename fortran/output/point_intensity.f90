@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Intensity of shaking of measured points: peak acceleration and velocity, Arias intensity and
-!> spectral acceleration, from the samples as they are written; accelerations also below the
-!> frequency up to which they are motion of the ground (`dda_resolved_band`).
+!> spectral acceleration, from the samples as they are written; accelerations also below the highest
+!> frequency that the ground model resolves (`dda_resolved_band`).
 module dda_point_intensity
    use dda_kinds, only: wp, pi
    use dda_low_pass, only: low_pass_type, new_low_pass, pass
    use dda_response_spectrum, only: response_spectrum_type, new_response_spectrum, continue_motion
    implicit none
    private
-   public :: intensity_type, shaking_type, new_intensity, add_motion, main_axis, arias_intensity
+   public :: intensity_type, shaking_type, new_intensity, add_motion, arias_intensity
 
    real(wp), parameter :: standard_gravity = 9.80665_wp  !< m/s²
 
@@ -24,23 +24,23 @@ module dda_point_intensity
    type :: intensity_type
       real(wp) :: time = 0.0_wp         !< of the last sample, s
       real(wp) :: velocity(2) = 0.0_wp  !< largest, m/s
-      type(shaking_type) :: raw(2)      !< as computed
-      type(shaking_type) :: low(2)      !< below the frequency
+      type(shaking_type) :: raw(2)      !< unfiltered
+      type(shaking_type) :: low(2)      !< below that frequency
       type(low_pass_type) :: filter(2)
    end type intensity_type
 
 contains
 
-   !> Before the first sample.
+   !> Reset before the first sample.
    pure type(intensity_type) function new_intensity(frequency) result(intensity)
-      real(wp), intent(in) :: frequency  !< that accelerations are told below, Hz
+      real(wp), intent(in) :: frequency  !< frequency below which accelerations are reported, Hz
 
       intensity%raw%spectrum = new_response_spectrum()
       intensity%low%spectrum = new_response_spectrum()
       intensity%filter = new_low_pass(frequency)
    end function new_intensity
 
-   !> Take in a sample, in the order of the run.
+   !> Add a sample, in the order of the run.
    pure subroutine add_motion(intensity, time, velocity, acceleration)
       type(intensity_type), intent(inout) :: intensity   !< of the samples so far
       real(wp), intent(in) :: time                       !< of the sample, s
@@ -60,7 +60,7 @@ contains
       intensity%time = time
    end subroutine add_motion
 
-   !> An acceleration goes on.
+   !> Add an acceleration.
    pure subroutine shake(shaking, acceleration, step)
       type(shaking_type), intent(inout) :: shaking  !< so far
       real(wp), intent(in) :: acceleration          !< m/s²
@@ -75,15 +75,8 @@ contains
       shaking%last = acceleration
    end subroutine shake
 
-   !> The axis of the largest velocity: 1 x, 2 y.
-   pure integer function main_axis(intensity)
-      type(intensity_type), intent(in) :: intensity  !< of a point
-
-      main_axis = maxloc(intensity%velocity, 1)
-   end function main_axis
-
    !> π/2g ∫a² dt, m/s.
-   pure real(wp) function arias_intensity(shaking)
+   elemental real(wp) function arias_intensity(shaking)
       type(shaking_type), intent(in) :: shaking  !< along an axis
 
       arias_intensity = 0.5_wp*pi/standard_gravity*shaking%squares

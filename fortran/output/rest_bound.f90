@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Movement of a run that is no more than rounding, by what drives it.
+!> Largest movement of a run that counts as rounding, depending on its loads and motions.
 module dda_rest_bound
    use dda_kinds, only: wp
    use dda_model, only: model_type, half_size
@@ -8,10 +8,10 @@ module dda_rest_bound
    private
    public :: is_at_rest
 
-   !> of the model's size: rounding and the tolerance of rest where nothing drives it, measured
+   !> of the model size: rounding and tolerance of rest without loads, measured
    real(wp), parameter :: rest_share = 1.0e-9_wp
-   real(wp), parameter :: rounding_share = 100*epsilon(1.0_wp)  !< of it: rounding of places
-   real(wp), parameter :: drive_share = 1.0e-9_wp               !< of the motion that drives a model
+   real(wp), parameter :: rounding_share = 100*epsilon(1.0_wp)  !< of it: rounding of positions
+   real(wp), parameter :: drive_share = 1.0e-9_wp               !< of the prescribed motion
 
 contains
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Events of a run, in words and numbers: from its largest values and, of measured points and
-!> joints, from the samples as they are written.
+!> Events of a run, in words and numbers: from its largest values and, for measured points and
+!> joints, from the samples.
 module dda_run_verdict
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use dda_kinds, only: wp
@@ -11,11 +11,8 @@ module dda_run_verdict
    use dda_elements, only: body_energies
    use dda_energy, only: balance
    use dda_equilibrium, only: farthest_moved
-   use dda_joint_motion, only: joint_columns
-   use dda_maxima, only: maxima_table, of_tilt, of_displacement, of_velocity, of_strain, of_slip, &
-      of_opening, of_penetration, of_contact_force, of_plastic_strain, of_point_displacement, &
-      of_point_drift
-   use dda_point_intensity, only: intensity_type, new_intensity, add_motion, main_axis, &
+   use dda_output_schema
+   use dda_point_intensity, only: intensity_type, shaking_type, new_intensity, add_motion, &
       arias_intensity
    use dda_resolved_band, only: resolved_frequency
    use dda_response_spectrum, only: low_passed_peak, spectral_acceleration
@@ -29,34 +26,36 @@ module dda_run_verdict
    public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
       judge_movement, conclude
 
-   real(wp), parameter :: rounding = 1.0e-9_wp   !< of the largest displacement, or of a value
-   real(wp), parameter :: much_above = 0.05_wp  !< of Arias at higher frequencies: more is said
+   real(wp), parameter :: rounding = 1.0e-9_wp   !< of the largest displacement or value
+   real(wp), parameter :: shown_beside = 0.01_wp !< of the larger axis: a smaller value is omitted
+   character(len=1), parameter :: axes(2) = ['x', 'y']
+   real(wp), parameter :: much_above = 0.05_wp  !< of Arias intensity: more is reported
 
-   !> A verdict in the making.
+   !> A verdict under construction.
    type, extends(verdict_lines_type) :: run_verdict_type
-      real(wp) :: frequency = 0.0_wp                   !< that accelerations are told below, Hz
+      real(wp) :: frequency = 0.0_wp         !< frequency below which accelerations are reported, Hz
       type(intensity_type), allocatable :: shaken(:)   !< [measured points]
-      real(wp), allocatable :: joints(:,:)             !< [columns, measured joints] last sample
-      real(wp), allocatable :: joints_most(:,:)        !< [2, joints] largest slip, opening, m
+      real(wp), allocatable :: joints(:,:)             !< [measured joints, columns] last sample
+      real(wp), allocatable :: joints_most(:,:)        !< [joints, columns] largest by size
    end type run_verdict_type
 
 contains
 
-   !> Before the first sample.
+   !> Reset before the first sample.
    pure type(run_verdict_type) function new_verdict(simulation, points, joints) result(verdict)
       type(simulation_type), intent(in) :: simulation  !< of the run
-      integer, intent(in) :: points, joints            !< measured ones, whose samples will be added
+      integer, intent(in) :: points, joints            !< numbers of measured ones
 
       verdict%happened = ''
       verdict%frequency = resolved_frequency(simulation%model, simulation%blocks)
       allocate (verdict%values(0), verdict%figures(0), verdict%doubts(0))
       allocate (verdict%shaken(points), source=new_intensity(verdict%frequency))
-      allocate (verdict%joints(joint_columns, joints), verdict%joints_most(2, joints), &
-         source=0.0_wp)
+      allocate (verdict%joints(joints, columns_of(in_measured_joints)), &
+         verdict%joints_most(joints, columns_of(in_measured_joints)), source=0.0_wp)
    end function new_verdict
 
-   !> Take in samples, in the order of the run; point by point, whose oscillators then stay in the
-   !> cache.
+   !> Add samples, in the order of the run, point by point so that the oscillators of a point remain
+   !> in the cache.
    pure subroutine add_samples(verdict, time, velocity, acceleration)
       type(run_verdict_type), intent(inout) :: verdict   !< of the samples so far
       real(wp), intent(in) :: time(:)                    !< [samples] s
@@ -72,21 +71,19 @@ contains
       end do
    end subroutine add_samples
 
-   !> Take in what the same samples have of measured joints.
+   !> Add the same samples of measured joints.
    pure subroutine add_joint_samples(verdict, values)
       type(run_verdict_type), intent(inout) :: verdict   !< of the samples so far
-      real(wp), intent(in) :: values(:,:)                !< [columns × joints, samples]
-      integer :: i, sample
+      real(wp), intent(in) :: values(:,:)                !< [joints × columns, samples]
+      integer :: sample
 
       do sample = 1, size(values, 2)
          verdict%joints = reshape(values(:, sample), shape(verdict%joints))
-         do i = 1, size(verdict%joints, 2)
-            verdict%joints_most(:, i) = max(verdict%joints_most(:, i), abs(verdict%joints(:2, i)))
-         end do
+         verdict%joints_most = max(verdict%joints_most, abs(verdict%joints))
       end do
    end subroutine add_joint_samples
 
-   !> All of a run, after its last sample.
+   !> The complete verdict of a run, after its last sample.
    subroutine conclude(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
@@ -128,8 +125,8 @@ contains
       if (words /= '') call add_doubt(verdict%doubts, 'energy', words)
    end subroutine judge_movement
 
-   !> Doubts of the check before the run, without what the run has answered: nothing rings at rest,
-   !> and the first mode is of joints that stay closed.
+   !> Doubts of the check before the run, without those that the run has answered: nothing rings at
+   !> rest, and the first mode assumes joints that stay closed.
    pure function standing_doubts(simulation) result(standing)
       type(simulation_type), intent(in) :: simulation    !< at its present time
       type(doubt_type), allocatable :: standing(:)
@@ -150,7 +147,8 @@ contains
       end do
    end function standing_doubts
 
-   !> One sentence: how far blocks moved, what contacts and bonds did, why the run has ended early.
+   !> One sentence: movement of blocks, events of contacts and bonds, and why the run has ended
+   !> early.
    subroutine tell_movement(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets words and values
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -191,7 +189,7 @@ contains
       end if
    end subroutine tell_movement
 
-   !> All movement is rounding.
+   !> No movement exceeds rounding.
    pure logical function rests(simulation)
       type(simulation_type), intent(in) :: simulation    !< at its present time
 
@@ -199,7 +197,8 @@ contains
    end function rests
 
    !> The largest values that are more than rounding.  Accelerations of blocks and velocities at the
-   !> end are of contacts that ring or hit: they are numbers, and no figures.
+   !> end are dominated by ringing and impacts: they are written as numbers, but not shown in the
+   !> table.
    subroutine tabulate(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets figures
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -241,7 +240,7 @@ contains
       end associate
    end function turns
 
-   !> Error of the stresses of bodies at the end, by the jumps at faces of cells.
+   !> Error of the stresses of bodies at the end, from the jumps at faces of cells.
    subroutine add_bodies(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets a figure and its value
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -260,26 +259,34 @@ contains
    subroutine add_maximum(verdict, simulation, k, ends)
       type(run_verdict_type), intent(inout) :: verdict   !< gets a figure
       type(simulation_type), intent(in) :: simulation    !< at its present time
-      integer, intent(in) :: k                           !< place in the list of maxima
-      logical, intent(in) :: ends                        !< its value at the end counts as well
+      integer, intent(in) :: k                           !< position in the list of maxima
+      logical, intent(in) :: ends                        !< its value at the end is shown too
       character(len=32) :: keys(2)
-      character(len=:), allocatable :: name, place
-      integer :: i
+      character(len=:), allocatable :: place
 
       associate (largest => simulation%maxima%largest(k), last => simulation%maxima%last(k), &
          kind => maxima_table(k))
-         name = trim(kind%name)
-         do i = 1, len(name)
-            if (name(i:i) == '_') name(i:i) = ' '
-         end do
          keys = [character(len=32) :: 'largest_'//kind%number, '']
          if (ends .and. last%value > rounding*largest%value) keys(2) = 'residual_'//kind%number
          place = who_text(simulation, k, largest%who)//', '//short_text(largest%time)//' s'
-         call add_figure(verdict, name, keys, [largest%value, last%value], trim(kind%units), place)
+         call add_figure(verdict, words_of(kind%name), keys, [largest%value, last%value], &
+            trim(kind%units), place)
       end associate
    end subroutine add_maximum
 
-   !> Distance of blocks at the end from the model as drawn, where the run counts from rest.
+   !> A name of the output in words.
+   pure function words_of(name) result(words)
+      character(len=*), intent(in) :: name  !< as the schema has it
+      character(len=:), allocatable :: words
+      integer :: i
+
+      words = trim(name)
+      do i = 1, len(words)
+         if (words(i:i) == '_') words(i:i) = ' '
+      end do
+   end function words_of
+
+   !> Distance of blocks at the end from the model as drawn, if displacements count from rest.
    subroutine add_drawn(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets a value, and a figure
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -290,14 +297,14 @@ contains
       if (.not. simulation%model%stages(1)%static) return
       call farthest_moved(simulation%blocks, simulation%model%blocks%position, b, way)
       call add_value(verdict, key, way)
-      if (b > 0) call add_figure(verdict, 'from as drawn', [character(len=len(key)) :: '', key], &
-         [0.0_wp, way], 'm', label(simulation, b))
+      if (b > 0) call add_figure(verdict, 'since drawn (settling included)', &
+         [character(len=len(key)) :: '', key], [0.0_wp, way], 'm', label(simulation, b))
    end subroutine add_drawn
 
    !> Names of the blocks or points of a value.
    pure function who_text(simulation, k, who) result(text)
       type(simulation_type), intent(in) :: simulation    !< at its present time
-      integer, intent(in) :: k                           !< place in the list of maxima
+      integer, intent(in) :: k                           !< position in the list of maxima
       integer, intent(in) :: who(2)                      !< blocks or points; 0: none
       character(len=:), allocatable :: text
 
@@ -311,87 +318,116 @@ contains
       end if
    end function who_text
 
-   !> Intensity of shaking of a measured point, along the axis of its largest velocity: numbers of
-   !> all frequencies and of those that are motion of the ground, figures of the latter.
+   !> Intensity of shaking of a measured point: numbers for all frequencies and for the resolved
+   !> ones, and table lines of the latter, each along the axis of its largest value.
    subroutine judge_point(verdict, simulation, i, told)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
       integer, intent(in) :: i                           !< number of the point
       logical, intent(in) :: told                        !< it has figures
-      character(len=:), allocatable :: name, place
-      real(wp) :: spectral(2), period(2), low
-      integer :: axis
+      character(len=:), allocatable :: name
+      real(wp) :: sa(2), period(2), low(2), above
 
       associate (shaken => verdict%shaken(i))
          if (.not. maxval(shaken%raw%acceleration) > 0.0_wp) return
-         axis = main_axis(shaken)
          name = point_label(simulation%model%points(i)%name, i)
-         associate (raw => shaken%raw(axis), resolved => shaken%low(axis))
-            call spectral_acceleration(raw%spectrum, raw%last, spectral(1), period(1))
-            call spectral_acceleration(resolved%spectrum, resolved%last, spectral(2), period(2))
-            call add_value(verdict, 'pga_m_s2['//name//']', raw%acceleration)
-            call add_value(verdict, 'pga_below_50_hz_m_s2['//name//']', &
-               low_passed_peak(raw%spectrum))
-            call add_value(verdict, 'arias_m_s['//name//']', arias_intensity(raw))
-            call add_value(verdict, 'sa_m_s2['//name//']', spectral(1))
-            call add_value(verdict, 'sa_period_s['//name//']', period(1))
-            call add_value(verdict, 'pgv_m_s['//name//']', shaken%velocity(axis))
-            call add_value(verdict, 'resolved_frequency_hz['//name//']', verdict%frequency)
-            low = arias_intensity(resolved)
-            place = name//', '//merge('x', 'y', axis == 1)//', below '// &
-               short_text(verdict%frequency)//' Hz'
-            call add_point('PGA', 'pga_resolved_m_s2', resolved%acceleration, 'm/s^2', place)
-            call add_point('PGV', 'pgv_m_s', shaken%velocity(axis), 'm/s', name)
-            call add_point('Arias intensity', 'arias_resolved_m_s', low, 'm/s', &
-               place//above_text(1.0_wp - low/arias_intensity(raw)))
-            call add_point('largest Sa, 5 %', 'sa_resolved_m_s2', spectral(2), 'm/s^2', &
-               place//'; at '//short_text(period(2))//' s')
-         end associate
+         call add_raw(verdict, shaken%raw, name)
+         call add_value(verdict, 'resolved_frequency_hz['//name//']', verdict%frequency)
+         call spectral_acceleration(shaken%low%spectrum, shaken%low%last, sa, period)
+         low = arias_intensity(shaken%low)
+         above = 1.0_wp - maxval(low)/arias_intensity(shaken%raw(maxloc(low, 1)))
+         call add_point('PGA', 'pga_resolved_m_s2', shaken%low%acceleration, 'm/s^2', '')
+         call add_point('PGV', 'pgv_m_s', shaken%velocity, 'm/s', '')
+         call add_point('Arias intensity', 'arias_resolved_m_s', low, 'm/s', &
+            above_text(above))
+         call add_point('largest Sa, 5 %', 'sa_resolved_m_s2', sa, 'm/s^2', &
+            '; at '//short_text(0.01_wp*nint(100.0_wp*period(maxloc(sa, 1))))//' s')
       end associate
 
    contains
 
-      !> A number of the point, and its figure.
-      subroutine add_point(title, key, value, units, where)
-         character(len=*), intent(in) :: title, key, units, where
-         real(wp), intent(in) :: value
+      !> A number along both axes, and its table line: the larger one, with the other beside it.
+      subroutine add_point(title, key, values, units, words)
+         character(len=*), intent(in) :: title, key, units, words
+         real(wp), intent(in) :: values(2)
+         character(len=:), allocatable :: place
+         integer :: axis
 
-         if (index(key, 'resolved') > 0) call add_value(verdict, key//'['//name//']', value)
-         if (told) call add_figure(verdict, title, [character(len=len(key) + len(name) + 2) :: &
-            key//'['//name//']', ''], [value, 0.0_wp], units, where)
+         axis = maxloc(values, 1)
+         if (.not. values(axis) > 0.0_wp) return
+         call add_value(verdict, key//'['//name//']', values(axis))
+         call add_value(verdict, key//'_x['//name//']', values(1))
+         call add_value(verdict, key//'_y['//name//']', values(2))
+         if (.not. told) return
+         place = name//', '//axes(axis)
+         if (values(3 - axis) > shown_beside*values(axis)) &
+            place = place//' ('//axes(3 - axis)//' '//value_text(values(3 - axis), units)//')'
+         if (index(key, 'resolved') > 0) place = place//', below '//short_text(verdict%frequency) &
+            //' Hz'
+         call add_figure(verdict, title, [character(len=len(key) + len(name) + 2) :: &
+            key//'['//name//']', ''], [values(axis), 0.0_wp], units, place//words)
       end subroutine add_point
    end subroutine judge_point
+
+   !> Numbers of all frequencies, of the larger axis.
+   subroutine add_raw(verdict, raw, name)
+      type(run_verdict_type), intent(inout) :: verdict  !< gets values
+      type(shaking_type), intent(in) :: raw(2)          !< of a point, along both axes
+      character(len=*), intent(in) :: name              !< of the point
+      real(wp) :: sa(2), period(2)
+
+      call spectral_acceleration(raw%spectrum, raw%last, sa, period)
+      call add_value(verdict, 'pga_m_s2['//name//']', maxval(raw%acceleration))
+      call add_value(verdict, 'pga_below_50_hz_m_s2['//name//']', &
+         maxval(low_passed_peak(raw%spectrum)))
+      call add_value(verdict, 'arias_m_s['//name//']', maxval(arias_intensity(raw)))
+      if (.not. maxval(sa) > 0.0_wp) return  ! steps resolve no period
+      call add_value(verdict, 'sa_m_s2['//name//']', maxval(sa))
+      call add_value(verdict, 'sa_period_s['//name//']', period(maxloc(sa, 1)))
+   end subroutine add_raw
 
    !> Slip, opening and force of measured joints.
    subroutine judge_joints(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
-      character(len=*), parameter :: titles(*) = [character(len=12) :: 'slip', 'opening', &
-         'normal force', 'shear force'], keys(*) = [character(len=23) :: 'joint_slip_m[', &
-         'joint_opening_m[', 'joint_normal_force_n_m[', 'joint_shear_force_n_m['], &
-         units(*) = [character(len=3) :: 'm', 'm', 'N/m', 'N/m']
       character(len=:), allocatable :: name
-      character(len=160) :: key(2)
       integer :: i, k
 
-      do i = 1, size(verdict%joints, 2)
+      do i = 1, size(verdict%joints, 1)
          name = point_label(simulation%model%measured_joints(i)%name, i)
-         associate (last => verdict%joints(:, i), most => verdict%joints_most(:, i))
-            do k = 1, size(keys)
-               key = ''
-               if (k <= 2) key(1) = 'largest_'//trim(keys(k))//name//']'
-               if (k <= 2) call add_value(verdict, trim(key(1)), most(k))
-               if (.not. ieee_is_nan(last(k))) key(2) = trim(keys(k))//name//']'
-               if (key(2) /= '') call add_value(verdict, trim(key(2)), last(k))
-               if (any(key /= '')) call add_figure(verdict, trim(titles(k)), key, &
-                  [most(min(k, 2)), last(k)], trim(units(k)), name)
+         associate (last => verdict%joints(i, :), most => verdict%joints_most(i, :))
+            do k = 1, size(last)
+               call judge_joint(verdict, output_variables(out_joint_slip + k - 1), name, &
+                  [most(k), last(k)])
             end do
             if (ieee_is_nan(last(1))) call tell(verdict, 'nothing is left of the joint '//name)
          end associate
       end do
    end subroutine judge_joints
 
-   !> The share of an intensity at higher frequencies, where it is much.
+   !> A variable of a measured joint: its last value and, for lengths, the largest; components of
+   !> forces are only in the samples.
+   subroutine judge_joint(verdict, variable, joint, most_and_last)
+      type(run_verdict_type), intent(inout) :: verdict       !< gets figures and values
+      type(output_variable_type), intent(in) :: variable     !< of measured joints
+      character(len=*), intent(in) :: joint                  !< its name
+      real(wp), intent(in) :: most_and_last(2)               !< largest by size, last; NaN: none
+      character(len=160) :: key(2)
+      integer :: k
+
+      if (index(variable%name, '_force_x') + index(variable%name, '_force_y') > 0) return
+      key(2) = trim(variable%number)//'['//joint//']'
+      key(1) = 'largest_'//key(2)
+      if (variable%units /= 'm') key(1) = ''
+      if (ieee_is_nan(most_and_last(2))) key(2) = ''
+      do k = 1, 2
+         if (key(k) /= '') call add_value(verdict, trim(key(k)), most_and_last(k))
+      end do
+      if (any(key /= '')) call add_figure(verdict, words_of(variable%name(len('joint_') + 1:)), &
+         key, most_and_last, trim(variable%units), joint)
+   end subroutine judge_joint
+
+   !> Text on the fraction of an intensity at higher frequencies, if it is large.
    pure function above_text(share) result(text)
       real(wp), intent(in) :: share  !< 0 … 1
       character(len=:), allocatable :: text
@@ -401,7 +437,7 @@ contains
          'contacts that ring or hit'
    end function above_text
 
-   !> The name of a measured point as names of attributes may have it, or its number.
+   !> The name of a measured point in the form of attribute names, or its number.
    pure function point_label(name, number) result(label)
       character(len=*), intent(in) :: name  !< of the input
       integer, intent(in) :: number         !< of the point
@@ -421,7 +457,7 @@ contains
       if (name == '') name = 'block '//to_text(b)
    end function label
 
-   !> A name without characters that attributes or lines of them cannot hold.
+   !> A name without characters that attributes or their lines cannot contain.
    pure function clean(name) result(text)
       character(len=*), intent(in) :: name  !< of the input
       character(len=:), allocatable :: text

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The verdict of a run in the making: one sentence of what happened, a table of figures, doubts,
-!> and numbers by name; as attributes of an output and on a screen.
+!> The parts of a verdict: one sentence on what happened, a table of figures, doubts, and numbers by
+!> name; as attributes of an output and on a screen.
 module dda_verdict_lines
    use dda_kinds, only: wp, pi
    use dda_doubts, only: doubt_type, doubt_text
@@ -13,8 +13,8 @@ module dda_verdict_lines
    character(len=*), parameter :: check_says_more = 'what to change: sitedda check FILE.nml', &
       no_bars = 'these figures have no error bars: sitedda accuracy FILE.nml gives them'
 
-   integer, parameter :: columns(3) = [20, 34, 48]  !< before largest value, that at the end, place
-   !> Share of the largest value below which that at the end has died out.
+   integer, parameter :: columns(3) = [20, 34, 48]  !< before largest value, end value, location
+   !> Fraction of the largest value below which the value at the end has died out.
    real(wp), parameter :: died_out = 1.0e-5_wp
 
    !> A number of the verdict.
@@ -31,7 +31,7 @@ module dda_verdict_lines
    !> A line of the table.
    type :: figure_type
       character(len=:), allocatable :: name        !< for a reader
-      type(key_type) :: key(2)                     !< of its numbers: largest, at the end; or blank
+      type(key_type) :: key(2)                 !< keys of its numbers: largest, at the end; or blank
       character(len=:), allocatable :: shown       !< unit for a reader
       character(len=:), allocatable :: place       !< where and when it was largest
       real(wp) :: value(2) = 0.0_wp                !< in that unit
@@ -52,7 +52,7 @@ module dda_verdict_lines
       real(wp) :: from, scale
    end type unit_type
 
-   !> Of equal units the first that a value reaches.
+   !> Of several units of a dimension the first one that a value reaches is used.
    type(unit_type), parameter :: readers(*) = [ &
       unit_type('m', 'm', 1.0_wp, 1.0_wp), unit_type('m', 'mm', 1.0e-3_wp, 1.0e3_wp), &
       unit_type('m', 'µm', 1.0e-6_wp, 1.0e6_wp), unit_type('m', 'nm', 0.0_wp, 1.0e9_wp), &
@@ -63,9 +63,9 @@ module dda_verdict_lines
 
 contains
 
-   !> Go on with the sentence of what happened.
+   !> Append to the sentence on what happened.
    pure subroutine tell(lines, words)
-      class(verdict_lines_type), intent(inout) :: lines  !< in the making
+      class(verdict_lines_type), intent(inout) :: lines  !< under construction
       character(len=*), intent(in) :: words              !< a main clause
 
       if (lines%happened /= '') lines%happened = lines%happened//'; '
@@ -74,7 +74,7 @@ contains
 
    !> Add a number.
    pure subroutine add_value(lines, name, value)
-      class(verdict_lines_type), intent(inout) :: lines  !< in the making
+      class(verdict_lines_type), intent(inout) :: lines  !< under construction
       character(len=*), intent(in) :: name               !< with its unit
       real(wp), intent(in) :: value                      !< in that unit
 
@@ -83,10 +83,10 @@ contains
 
    !> Add a line of the table.
    pure subroutine add_figure(lines, name, keys, value, units, place)
-      class(verdict_lines_type), intent(inout) :: lines  !< in the making
+      class(verdict_lines_type), intent(inout) :: lines  !< under construction
       character(len=*), intent(in) :: name               !< for a reader
       character(len=*), intent(in) :: keys(2)            !< of its numbers, see `figure_type`
-      real(wp), intent(in) :: value(2)                   !< of a blank key nothing
+      real(wp), intent(in) :: value(2)                   !< nothing for a blank key
       character(len=*), intent(in) :: units              !< of its numbers
       character(len=*), intent(in) :: place              !< where and when it was largest
       character(len=:), allocatable :: shown
@@ -102,7 +102,7 @@ contains
       character(len=*), intent(in) :: units  !< as in the list of maxima
       real(wp), intent(in) :: value          !< not negative
       character(len=:), allocatable, intent(out) :: shown
-      real(wp), intent(out) :: scale         !< of values in units to those in the shown one
+      real(wp), intent(out) :: scale         !< factor from units to the shown ones
       integer :: i
 
       shown = units
@@ -115,7 +115,7 @@ contains
       end do
    end subroutine reader_unit
 
-   !> A value as one says it.
+   !> A value as shown to a reader.
    pure function value_text(value, units) result(text)
       real(wp), intent(in) :: value          !< in its units
       character(len=*), intent(in) :: units  !< as in the list of maxima
@@ -126,8 +126,8 @@ contains
       text = short_text(scale*value)//' '//shown
    end function value_text
 
-   !> The table for an output: name, keys, unit for readers and place of each figure, with tabs
-   !> between, a line each.
+   !> The table for an output: name, keys, unit for readers and location of each figure, separated
+   !> by tabs, a line each.
    pure function figure_lines(lines) result(text)
       class(verdict_lines_type), intent(in) :: lines  !< all
       character(len=:), allocatable :: text
@@ -157,7 +157,7 @@ contains
       end do
    end function doubt_lines
 
-   !> Sentence, what the check said, table and other doubts for a screen.
+   !> Sentence, doubts of the check, table and other doubts, for a screen.
    pure function screen_text(lines) result(text)
       class(verdict_lines_type), intent(in) :: lines  !< all
       character(len=:), allocatable :: text

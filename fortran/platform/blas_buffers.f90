@@ -33,13 +33,13 @@ module dda_blas_buffers
 contains
 
    !> Bytes of addresses that calls by so many threads at once still need.
-   real(wp) function missing_buffers(threads) result(bytes)
+   real(wp) function missing_buffers(threads) result(bytes)  ! total
       integer, intent(in) :: threads  !< within a call at the same time
 
       bytes = buffer_bytes*max(0, threads - taken)
    end function missing_buffers
 
-   !> Let OpenBLAS take the buffers for so many threads, which must be known to fit.
+   !> Let OpenBLAS allocate the buffers for so many threads, which must fit.
    subroutine take_buffers(threads)
       integer, intent(in) :: threads  !< within a call at the same time
       type(c_ptr) :: buffer(threads)

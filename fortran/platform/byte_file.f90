@@ -17,9 +17,9 @@ module dda_byte_file
    public :: write_bytes, read_bytes, cut_file, flush_stream, close_file, reserve_space, &
       flush_file, check_plain
 
-   !> Modes: read from the beginning; write a new file in place of one that was there; append; write
+   !> Modes: read from the beginning; write a new file instead of one that was there; append; write
    !> from the beginning over one that was there, whose blocks on the disk are reused (`cut_file`
-   !> removes what is left of it).  What is written is never a file that a link leads to.
+   !> removes the rest of it).  What is written is never a file that a link leads to.
    character(len=*), parameter :: to_read = 'rb', to_create = 'w+b', to_append = 'a+b', &
       to_overwrite = 'r+b'
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
@@ -136,7 +136,7 @@ contains
    subroutine open_file(file, name, mode, error)
       type(byte_file_type), intent(out) :: file  !< open afterwards
       character(len=*), intent(in) :: name, mode  !< path; mode
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       type(file_status_type) :: found
       logical :: anew
@@ -166,7 +166,7 @@ contains
       else  ! x: only if there is nothing of that name, not even a link
          file%stream = c_fopen(name//c_null_char, merge(mode, to_create, mode == to_append)//'x'// &
             c_null_char)
-         found = status_of(name)
+         if (c_associated(file%stream)) found = status_of(name)  ! otherwise errno has the reason
       end if
       if (.not. c_associated(file%stream)) then
          call system_failure(file, 'cannot be written', error)
@@ -179,8 +179,8 @@ contains
    !> Only a regular file may be written or replaced.
    subroutine check_plain(name, found, error)
       character(len=*), intent(in) :: name            !< path
-      type(file_status_type), intent(in) :: found     !< what stands there
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(file_status_type), intent(in) :: found     !< the existing entry
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (allocated(error) .or. .not. found%exists) return
       if (found%link) then
@@ -189,6 +189,9 @@ contains
       else if (.not. found%regular) then
          call fail(error, error_file, name//' is not a regular file and is not replaced; '// &
             'name another output')
+      else if (found%protected) then
+         call fail(error, error_file, name//' is write-protected and is not replaced; '// &
+            'make it writable, or name another output')
       end if
    end subroutine check_plain
 
@@ -196,7 +199,7 @@ contains
    subroutine open_again(file, other, error)
       type(byte_file_type), intent(out) :: file       !< open afterwards
       type(byte_file_type), intent(in) :: other       !< open, flushed; not written meanwhile
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer(long) :: unused
 
       file%name = other%name
@@ -208,7 +211,7 @@ contains
       end if
    end subroutine open_again
 
-   !> A file, open or not, stands under a name.
+   !> A file exists under a name.
    logical function is_under(file, name)
       type(byte_file_type), intent(in) :: file  !< open
       character(len=*), intent(in) :: name      !< path
@@ -236,7 +239,7 @@ contains
    subroutine write_bytes(file, bytes, error)
       type(byte_file_type), intent(in) :: file  !< open
       integer(int8), contiguous, target, intent(in) :: bytes(:)  !< [bytes]
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer(c_size_t) :: wanted
 
       wanted = size(bytes, kind=c_size_t)
@@ -249,7 +252,7 @@ contains
    subroutine read_bytes(file, bytes, error)
       type(byte_file_type), intent(in) :: file  !< open
       integer(int8), contiguous, target, intent(inout) :: bytes(:)  !< [bytes] filled
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer(c_size_t) :: wanted
 
       wanted = size(bytes, kind=c_size_t)
@@ -262,7 +265,7 @@ contains
    subroutine cut_file(file, bytes, error)
       type(byte_file_type), intent(in) :: file  !< open
       integer(long), intent(in) :: bytes  !< size
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call flush_stream(file, .false., error)
       if (allocated(error)) return
@@ -275,13 +278,13 @@ contains
    subroutine flush_stream(file, to_disk, error)
       type(byte_file_type), intent(in) :: file  !< open
       logical, intent(in) :: to_disk  !< else only to the system
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (allocated(error)) return
       if (c_fflush(file%stream) /= 0) then
          call system_failure(file, 'cannot be written', error)
       else if (c_ferror(file%stream) /= 0) then
-         call fail(error, error_file, file%name//' lacks what could not be written')
+         call fail(error, error_file, file%name//' is incomplete')
       else if (to_disk) then
          if (c_fsync(c_fileno(file%stream)) /= 0) call system_failure(file, &
             'cannot be flushed to the disk', error)
@@ -291,7 +294,7 @@ contains
    !> Close a file, also after an error.
    subroutine close_file(file, error)
       type(byte_file_type), intent(inout) :: file  !< closed afterwards
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer(c_int) :: status
 
       if (.not. c_associated(file%stream)) return
@@ -301,11 +304,11 @@ contains
          error)
    end subroutine close_file
 
-   !> Allocate the disk space of a new file, in place of one of that name.
+   !> Allocate the disk space of a new file, instead of one of that name.
    subroutine reserve_space(name, bytes, error)
       character(len=*), intent(in) :: name  !< path
       integer(long), intent(in) :: bytes  !< size
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(byte_file_type) :: file
       integer(c_int) :: status
 
@@ -320,7 +323,7 @@ contains
    !> Flush a file that is not open to the disk.
    subroutine flush_file(name, error)
       character(len=*), intent(in) :: name  !< path
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(byte_file_type) :: file
 
       call open_file(file, name, to_overwrite, error)
@@ -332,7 +335,7 @@ contains
    subroutine system_failure(file, failure, error)
       type(byte_file_type), intent(in) :: file  !< open
       character(len=*), intent(in) :: failure  !< what cannot be done: 'cannot be read', …
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer(c_int), pointer :: number
 
       call c_f_pointer(c_errno(), number)

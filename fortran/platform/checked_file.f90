@@ -19,7 +19,7 @@ module dda_checked_file
    integer, parameter :: head_bytes = 16, length_bytes = 8, sum_bytes = 8
    integer(long), parameter :: chunk = 2_long**20  !< bytes read together to check them
 
-   !> An open file, and the checksum of what has been written.
+   !> An open file, and the checksum of the written bytes.
    type, extends(archive_stream_type) :: checked_stream_type
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
@@ -35,7 +35,7 @@ contains
    subroutine begin_writing(name, archive, error)
       character(len=*), intent(in) :: name  !< path
       type(archive_type), intent(inout) :: archive  !< to be written
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(checked_stream_type), allocatable :: stream
       integer(int8) :: head(head_bytes)
 
@@ -53,7 +53,7 @@ contains
    subroutine end_writing(archive, to_disk, error)
       type(archive_type), intent(inout) :: archive  !< written
       logical, intent(in) :: to_disk  !< else only to the system
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer(int8) :: word(length_bytes)
 
       select type (stream => archive%stream)
@@ -75,7 +75,7 @@ contains
    subroutine begin_reading(name, archive, error)
       character(len=*), intent(in) :: name  !< path
       type(archive_type), intent(inout) :: archive  !< to be read
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(checked_stream_type), allocatable :: stream
       integer(int8) :: head(head_bytes)
       integer(long) :: bytes
@@ -99,7 +99,7 @@ contains
    !> The archive is read.
    subroutine end_reading(archive, error)
       type(archive_type), intent(inout) :: archive  !< read
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call end_stream(archive, error)
    end subroutine end_reading
@@ -107,7 +107,7 @@ contains
    !> Close the file, and pass its error on.
    subroutine end_stream(archive, error)
       type(archive_type), intent(inout) :: archive  !< gets rid of its stream
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       select type (stream => archive%stream)
        type is (checked_stream_type)
@@ -146,7 +146,7 @@ contains
    subroutine check_head(name, head, error)
       character(len=*), intent(in) :: name  !< path
       integer(int8), intent(in) :: head(head_bytes)  !< of the file
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer(long) :: words(2)
 
       words = transfer(head, words)
@@ -164,7 +164,7 @@ contains
       type(byte_file_type), intent(in) :: file       !< behind its head
       integer(int8), intent(in) :: head(head_bytes)  !< of the file
       integer(long), intent(in) :: bytes             !< between head and length
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer(int8), allocatable :: part(:)
       integer(int8) :: length(length_bytes), found(sum_bytes), again(head_bytes)
       type(checksum_type) :: checksum

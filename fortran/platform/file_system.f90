@@ -15,12 +15,14 @@ module dda_file_system
    integer(c_int), parameter :: not_through_links = 256_c_int, of_descriptor = 4096_c_int, &
       basic = 2047_c_int
    integer, parameter :: kinds = 61440, regular = 32768, link = 40960  !< S_IFMT, S_IFREG, S_IFLNK
+   integer, parameter :: writable = 128  !< S_IWUSR
 
    !> Status of a file.
    type :: file_status_type
       logical :: exists = .false.
       logical :: regular = .false.  !< bytes on a disk: no folder, link, pipe or device
       logical :: link = .false.     !< a symbolic one
+      logical :: protected = .false. !< its owner may not write it
       integer(long) :: names = 0    !< hard links
       integer(long) :: inode = 0, device(2) = 0
    end type file_status_type
@@ -127,19 +129,20 @@ contains
          status = status_from(found)
    end function status_of_descriptor
 
-   !> The part of a structure of Linux that is asked for here.
+   !> The part of a structure of Linux that is requested here.
    pure type(file_status_type) function status_from(found) result(status)
       type(statx_type), intent(in) :: found  !< filled
 
       status%exists = .true.
       status%regular = iand(int(found%mode), kinds) == regular
       status%link = iand(int(found%mode), kinds) == link
+      status%protected = iand(int(found%mode), writable) == 0
       status%names = found%names
       status%inode = found%inode
       status%device = found%device
    end function status_from
 
-   !> A name stands for a pipe, a device, a socket or a folder: opening or reading it might
+   !> A name represents a pipe, a device, a socket or a folder: opening or reading it might
    !> never end.
    logical function is_special(name)
       character(len=*), intent(in) :: name  !< path, also of a link

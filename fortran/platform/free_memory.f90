@@ -16,17 +16,18 @@ module dda_free_memory
    !> RLIMIT_DATA and RLIMIT_AS on Linux: private pages, all addresses
    integer(c_int), parameter :: data_pages = 2, address_space = 9
    real(wp), parameter :: kibi = 1024.0_wp, giga = 1.0e9_wp
-   real(wp), parameter :: unknown = huge(1.0_wp)/kibi  !< no limit that anything says
+   real(wp), parameter :: unknown = huge(1.0_wp)/kibi  !< no known limit
    character(len=*), parameter :: own_status = '/proc/self/status', groups = '/sys/fs/cgroup'
    integer, parameter :: longest_line = 1024
    real(wp), parameter :: step_bytes = 3000.0_wp  !< of a block, iterations and output, measured
-   real(wp), parameter :: worth_asking = 2.0_wp**23  !< bytes; less is taken without a question
+   real(wp), parameter :: worth_asking = 2.0_wp**23  !< bytes; less is allocated unchecked
    character(len=*), parameter :: advice_on_factors = "try solver = 'jacobi', which makes none"
    character(len=*), parameter :: advice_on_limits = 'raise the limit of the process (ulimit -v)'
 
    real(wp), parameter :: call_bytes = 2.0_wp**22  !< of a call of LAPACK beside its buffer
 
-   !> Memory reserved for what must not lack it, deallocated for that time.  No page is touched.
+   !> Memory reserved for operations that must not lack it, deallocated while they run.  No page is
+   !> touched.
    type :: reserve_type
       integer(int8), allocatable :: bytes(:)
    end type reserve_type
@@ -54,7 +55,7 @@ contains
       real(wp), intent(in) :: bytes            !< needed
       character(len=*), intent(in) :: what     !< what needs it, for the message
       character(len=*), intent(in) :: advice   !< what to do
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp) :: free
 
       if (allocated(error)) return
@@ -81,7 +82,7 @@ contains
       integer, intent(in) :: blocks         !< of the matrix
       integer, intent(in) :: threads        !< that call BLAS at the same time
       character(len=*), intent(in) :: what  !< what needs it, for the message
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=*), parameter :: room = ', with room for the steps'
       real(wp) :: needed, buffers
       integer(c_int) :: unused
@@ -99,7 +100,7 @@ contains
 
    !> An error if a call of BLAS or LAPACK by one thread does not get the buffer that it needs.
    subroutine require_for_blas(error)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (allocated(error) .or. missing_buffers(1) <= 0.0_wp) return
       call require_addresses(missing_buffers(1) + call_bytes, 'a call of BLAS', advice_on_limits, &
@@ -112,7 +113,7 @@ contains
       real(wp), intent(in) :: bytes            !< of addresses
       character(len=*), intent(in) :: what     !< what needs them, for the message
       character(len=*), intent(in) :: advice   !< what to do
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(reserve_type), volatile :: trial  ! lest a compiler leaves it out, which nothing reads
 
       call make_reserve(trial, bytes, what, advice, error)
@@ -124,7 +125,7 @@ contains
       real(wp), intent(in) :: bytes            !< to reserve
       character(len=*), intent(in) :: what     !< what needs it, for the message
       character(len=*), intent(in) :: advice   !< what to do
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: status
 
       if (allocated(error) .or. allocated(reserve%bytes)) return
@@ -143,15 +144,15 @@ contains
          ' GB of memory, which the system does not give; '//advice_on_factors)
    end subroutine fail_allocation
 
-   !> Bytes that the system, the limits of the process and of its control groups leave; huge where
-   !> none of them says.  Limits on addresses have to leave those of a buffer of BLAS besides.
+   !> Free bytes by the system, the limits of the process and of its control groups; huge if none is
+   !> known.  Limits on addresses must also leave space for a buffer of BLAS.
    real(wp) function free_memory() result(bytes)
       bytes = min(kibi*number_after('/proc/meminfo', 'MemAvailable:', unknown), &
          free_in_groups(), free_addresses() - missing_buffers(1))
    end function free_memory
 
    !> Bytes that limits on the addresses of this process leave.
-   real(wp) function free_addresses() result(bytes)
+   real(wp) function free_addresses() result(bytes)  ! total
       bytes = min(below_limit(data_pages, 'VmData:'), below_limit(address_space, 'VmSize:'))
    end function free_addresses
 
@@ -197,7 +198,7 @@ contains
       if (status /= 0) value = otherwise
    end function number_after
 
-   !> Text behind a key at the beginning of a line of a file; blank where there is none.
+   !> Text after a key at the start of a line of a file; blank if missing.
    function text_after(file, key) result(text)
       character(len=*), intent(in) :: file, key  !< path; '': the first line
       character(len=:), allocatable :: text

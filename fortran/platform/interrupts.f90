@@ -25,7 +25,7 @@ module dda_interrupts
    !> Messages to the thread that works.
    type :: request_type
       integer(c_int) :: signal = 0      !< that this thread was asked to stop with; 0: none
-      logical :: host = .false.         !< the host wants it to stop
+      logical :: host = .false.         !< the host requests a stop
       integer(long) :: asked = 0        !< clock count of the last question to the host
       real(wp) :: since = -1.0_wp       !< processor time when a step first heard of it, s
    end type request_type
@@ -36,15 +36,14 @@ module dda_interrupts
    procedure(host_type), pointer :: host => null()
 
    abstract interface
-      !> Whether the program that the engine is part of wants the thread that asks to stop; not 0:
-      !> yes.
+      !> Whether the host requests the calling thread to stop; not 0: yes.
       integer(c_int) function host_type() bind(c)
          import :: c_int
       end function host_type
    end interface
 
    interface
-      !> C library: call a handler when a signal comes.
+      !> C library: call a handler at a signal.
       type(c_funptr) function c_signal(number, handler) bind(c, name='signal')
          import :: c_funptr, c_int
          integer(c_int), value :: number  !< of the signal
@@ -82,15 +81,15 @@ contains
 
    !> Ask this thread to stop; 0: no longer.
    subroutine request_stop(number)
-      integer(c_int), intent(in) :: number  !< of the signal that asks for it
+      integer(c_int), intent(in) :: number  !< of the signal that requires it
 
       request%signal = number
    end subroutine request_stop
 
-   !> A signal has come, or the host wants this thread to stop.  Of a team only the thread that
+   !> A signal arrived, or the host requests this thread to stop.  Of a team only the thread that
    !> called the engine asks the host: it may hold a lock of the host's, which the others would wait
    !> for without end.
-   logical function stop_requested()
+   logical function stop_requested()  ! total
       logical :: may_ask
 
       stop_requested = last_signal /= 0 .or. request%signal /= 0
@@ -101,8 +100,8 @@ contains
       stop_requested = request%host .or. request%signal /= 0
    end function stop_requested
 
-   !> The same, as far as is known without asking the host again.
-   logical function stop_heard()
+   !> The same, without a new call of the host.
+   logical function stop_heard()  ! total
       stop_heard = last_signal /= 0 .or. request%signal /= 0 .or. request%host
    end function stop_heard
 
@@ -132,7 +131,7 @@ contains
       now = seconds - request%since >= patience
    end function stop_within_step
 
-   !> An error if a stop is asked for.
+   !> An error if a stop is requested.
    subroutine fail_if_stopped(error)
       type(error_type), allocatable, intent(inout) :: error  !< of what ends, which may be the cause
 
@@ -143,8 +142,8 @@ contains
    subroutine fail_within_step(error)
       type(error_type), allocatable, intent(out) :: error  !< allocated
 
-      call fail(error, error_interrupted, 'interrupted within a step that takes too long to '// &
-         'wait for its end; resume goes on from the last checkpoint')
+      call fail(error, error_interrupted, 'interrupted within a step that is too long to '// &
+         'wait for its end; resume continues from the last checkpoint')
    end subroutine fail_within_step
 
 end module dda_interrupts

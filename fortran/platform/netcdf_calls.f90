@@ -7,11 +7,12 @@ module dda_netcdf_calls
    use dda_text, only: to_text, valid_text
    use netcdf, only: nf90_noerr, nf90_strerror, nf90_def_var, nf90_put_att, nf90_def_dim, &
       nf90_inq_dimid, nf90_inq_varid, nf90_inquire_attribute, nf90_get_att, nf90_put_var, &
-      nf90_global, nf90_char
+      nf90_global
    implicit none
    private
-   public :: dataset_type, variable_type, path_of, checked, define_variables, define_dimension, &
-      describe, describe_number, text_of, put, name_length, put_names
+   public :: dataset_type, path_of, checked, define_dimension, define_variable, &
+      describe_variable, describe_flags, describe, describe_number, text_of, put, &
+      name_length, put_names
 
    integer, parameter :: name_length = 64     !< of names in a file
    integer, parameter :: names_at_once = 256  !< written together
@@ -22,15 +23,6 @@ module dda_netcdf_calls
       integer :: id = -1
       type(error_type), allocatable :: error
    end type dataset_type
-
-   !> A variable of a file.
-   type :: variable_type
-      character(len=32) :: name
-      integer :: kind                   !< nf90_double, …
-      character(len=24) :: dimensions   !< their names, the fastest first
-      character(len=8) :: units         !< as pint reads them; blank: of each component its own
-      character(len=96) :: meaning      !< attribute `long_name`
-   end type variable_type
 
    ! The calls that take an array of any shape as a plain sequence are not in the netcdf module.
    interface
@@ -75,36 +67,51 @@ contains
          length, unused), 'define dimension '//name)
    end subroutine define_dimension
 
-   !> Define variables, whose dimensions are defined, with their units and long names.
-   subroutine define_variables(dataset, variables)
+   !> Define a variable, whose dimensions are defined.
+   subroutine define_variable(dataset, name, kind, dimensions)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      type(variable_type), intent(in) :: variables(:)  !< in the order of the file
-      integer :: i, n, at, last, id, dimension(3)
+      character(len=*), intent(in) :: name           !< in the file
+      integer, intent(in) :: kind                    !< nf90_double, …
+      character(len=*), intent(in) :: dimensions(:)  !< their names, the fastest first
+      integer :: i, id, ids(size(dimensions))
 
-      do i = 1, size(variables)
-         associate (variable => variables(i), action => 'define '//trim(variables(i)%name))
-            n = 0
-            at = 1
-            do while (variable%dimensions(at:) /= '')
-               n = n + 1
-               last = at + index(variable%dimensions(at:)//' ', ' ') - 2
-               call checked(dataset, nf90_inq_dimid(dataset%id, variable%dimensions(at:last), &
-                  dimension(n)), action)
-               at = last + 2
-            end do
-            if (allocated(dataset%error)) return
-            call checked(dataset, nf90_def_var(dataset%id, trim(variable%name), variable%kind, &
-               dimension(:n), id), action)
-            if (allocated(dataset%error)) return
-            if (variable%units /= '') call checked(dataset, nf90_put_att(dataset%id, id, 'units', &
-               trim(variable%units)), action)
-            call checked(dataset, nf90_put_att(dataset%id, id, 'long_name', &
-               trim(variable%meaning)), action)
-            if (variable%kind == nf90_char) call checked(dataset, nf90_put_att(dataset%id, id, &
-               '_Encoding', 'utf-8'), action)
-         end associate
+      do i = 1, size(dimensions)
+         if (allocated(dataset%error)) return
+         call checked(dataset, nf90_inq_dimid(dataset%id, trim(dimensions(i)), ids(i)), &
+            'define '//name)
       end do
-   end subroutine define_variables
+      if (.not. allocated(dataset%error)) call checked(dataset, nf90_def_var(dataset%id, name, &
+         kind, ids, id), 'define '//name)
+   end subroutine define_variable
+
+   !> A text attribute of a variable, if it is not blank.
+   subroutine describe_variable(dataset, variable, name, text)
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      character(len=*), intent(in) :: variable      !< of the file
+      character(len=*), intent(in) :: name, text    !< of the attribute
+      integer :: id
+
+      if (allocated(dataset%error) .or. text == '') return
+      call checked(dataset, nf90_inq_varid(dataset%id, variable, id), 'find '//variable)
+      if (.not. allocated(dataset%error)) call checked(dataset, nf90_put_att(dataset%id, id, &
+         name, trim(text)), 'describe '//variable)
+   end subroutine describe_variable
+
+   !> Meanings of the values 0, 1, … of a variable, by the CF conventions.
+   subroutine describe_flags(dataset, variable, meanings)
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      character(len=*), intent(in) :: variable      !< of the file
+      character(len=*), intent(in) :: meanings      !< a word each; blank: it has none
+      integer :: id, i
+
+      call describe_variable(dataset, variable, 'flag_meanings', meanings)
+      if (allocated(dataset%error) .or. meanings == '') return
+      call checked(dataset, nf90_inq_varid(dataset%id, variable, id), 'find '//variable)
+      associate (words => count([(meanings(i:i) == ' ', i=1, len_trim(meanings))]))
+         if (.not. allocated(dataset%error)) call checked(dataset, nf90_put_att(dataset%id, id, &
+            'flag_values', [(i, i=0, words)]), 'describe '//variable)
+      end associate
+   end subroutine describe_flags
 
    !> A text attribute of the file.
    subroutine describe(dataset, name, text)
@@ -127,8 +134,8 @@ contains
          'write attribute '//name)
    end subroutine describe_number
 
-   !> A text attribute of the file; blank if it has none of that name.
-   function text_of(dataset, name) result(text)
+   !> A text attribute of the file; blank if missing.
+   function text_of(dataset, name) result(text)  ! total
       type(dataset_type), intent(in) :: dataset  !< open
       character(len=*), intent(in) :: name      !< of the attribute
       character(len=:), allocatable :: text

@@ -32,11 +32,11 @@ module dda_own_file
 
 contains
 
-   !> An error if a name is taken by what may not be replaced.
+   !> An error if a name belongs to a file that may not be replaced.
    subroutine check_replaceable(name, kind, error)
       character(len=*), intent(in) :: name     !< path
-      type(own_kind_type), intent(in) :: kind  !< that may stand there
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(own_kind_type), intent(in) :: kind  !< that may be replaced
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(file_status_type) :: found
 
       if (allocated(error)) return
@@ -67,7 +67,7 @@ contains
    logical function begins_as(name, kind, error)
       character(len=*), intent(in) :: name     !< path of a regular file
       type(own_kind_type), intent(in) :: kind  !< asked about
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(byte_file_type) :: file
       integer(int8), allocatable :: bytes(:)
       character(len=mark_length) :: head

@@ -8,7 +8,7 @@ module dda_process
 
    interface
       !> POSIX: the number of this process, which a fork changes.
-      integer(c_int) function process_id() bind(c, name='getpid')
+      integer(c_int) function process_id() bind(c, name='getpid')  ! total
          import :: c_int
       end function process_id
    end interface

@@ -2,7 +2,7 @@
 !> Number of threads that work together, by what other programs leave of the processors.
 !>
 !> Threads that share the loops of a step wait for the slowest.  Where another program takes turns
-!> with one of them on a processor, each wait may last as long as a turn, some milliseconds, and two
+!> with one of them on a processor, each wait may last while a turn, some milliseconds, and two
 !> threads take many times as long as one.  Linux counts the time for which a thread could run but
 !> had to wait for a processor; where the team loses more of it than `bearable`, it is made as small
 !> as the processors that it had in the mean, and tried in full again after a while.  Results do not
@@ -69,7 +69,7 @@ contains
       if (before >= 0.0_wp) call resize((team%waited - before)/seconds, seconds)
    end subroutine adjust_team
 
-   !> The size for what the last seconds have shown.
+   !> The team size that follows from the last seconds.
    subroutine resize(lost, seconds)
       real(wp), intent(in) :: lost     !< processors that the team waited for in the mean
       real(wp), intent(in) :: seconds  !< since the look before
@@ -89,7 +89,7 @@ contains
       end if
    end subroutine resize
 
-   !> From here on parallel loops have so many threads.
+   !> Set the number of threads of parallel loops.
    subroutine set_size(threads)
       integer, intent(in) :: threads  !< of the team
 
@@ -111,7 +111,7 @@ contains
       !$omp end parallel
    end function waited_by_all
 
-   !> Time that this thread has waited for a processor, s; 0 where the system does not say.
+   !> Time that this thread has waited for a processor, s; 0 if unknown.
    real(wp) function waited_by_me() result(seconds)
       real(wp), parameter :: nano = 1.0e-9_wp
       integer(long) :: counts(2)  ! ns on a processor, ns waiting for one

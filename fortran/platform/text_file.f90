@@ -48,7 +48,7 @@ contains
          trim(message))
    end subroutine read_text_file
 
-   !> A path for messages; of a very long one the end, which tells files apart.
+   !> A path for messages; of a very long one its end, which distinguishes files.
    pure function short_path(file) result(short)
       character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable :: short

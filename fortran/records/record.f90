@@ -72,7 +72,7 @@ contains
       if (allocated(reader%error)) error = reader%error
    end subroutine read_record
 
-   !> Format, quantity, unit and time step that the caller asks for must exist and agree.
+   !> Format, quantity, unit and time step that the caller requires must exist and agree.
    subroutine check_request(file, format, quantity, unit, given, step, error)
       character(len=*), intent(in) :: file, format, quantity, unit  !< as the caller gives them
       type(unit_type), intent(in) :: given  !< unit that the caller names
@@ -109,7 +109,7 @@ contains
       integer, intent(in) :: section  !< of a COSMOS file, from 1
 
       if (section /= 1 .and. record%format /= 'cosmos') call refuse(reader, ': channel '// &
-         to_text(section)//' was asked for, but a file of the format '//record%format//' has one')
+         to_text(section)//' was requested, but a file of the format '//record%format//' has one')
       select case (record%format)
       case ('smc')
          call read_smc(reader, record)
@@ -141,7 +141,7 @@ contains
       stated = find_unit(record%unit)
       call check_time_step(reader, record%time_step)
       if (record%quantity == '') then
-         call refuse(reader, ' does not say what it holds; give quantity or unit')
+         call refuse(reader, ' does not state its quantity; give quantity or unit')
       else if (wanted /= '' .and. wanted /= record%quantity) then
          call refuse(reader, ' holds '//record%quantity//', not '//wanted)
       else if (record%unit == '') then

@@ -22,7 +22,7 @@ module dda_record_cosmos
 
    !> in a line that announces samples in the manner of CSMIP, in lower case
    character(len=*), parameter :: csmip_section = 'data equally spaced at'
-   integer, parameter :: step_at = 62, duration_at = 63      ! places among the reals
+   integer, parameter :: step_at = 62, duration_at = 63      ! positions among the reals
    integer, parameter :: station_line = 5                    ! of the text header
    integer(long), parameter :: most_header_numbers = 10000
 
@@ -67,7 +67,7 @@ contains
             trim(record%quantity//' samples'))
       else
          call fail_at(reader, 'channel '//to_text(state%wanted)// &
-            ' was asked for, but the file has '//to_text(state%seen)//' section(s) of '// &
+            ' was requested, but the file has '//to_text(state%seen)//' section(s) of '// &
             record%quantity)
       end if
    end subroutine read_cosmos
@@ -105,7 +105,7 @@ contains
       end if
    end subroutine take_part
 
-   !> A section of samples, read if it is the wanted one:
+   !> A section of samples, read if it is the requested one:
    !> `42000 acceleration pts, approx 210 secs, units=cm/sec2(04),Format=(1E15.6)` or the CSMIP
    !> line.
    subroutine take_section(reader, lowered, record, state)

@@ -3,7 +3,7 @@
 !>
 !> Reference: ORFEUS Engineering Strong Motion database, file format ASCII DYNA 1.2: keys
 !> SAMPLING_INTERVAL_S, NDATA, DURATION_S, UNITS, DATA_TYPE.  Older headers are a few lines shorter,
-!> so the header is taken to end where the first line stands that is not `KEY: value`.
+!> so the header ends at the first line that is not `KEY: value`.
 module dda_record_esm
    use dda_kinds, only: wp, long
    use dda_text, only: quoted
@@ -43,7 +43,7 @@ contains
       call read_trace(reader, samples, 'samples (NDATA)', record%values)
    end subroutine read_esm
 
-   !> Take what one line of the header states.
+   !> Read one line of the header.
    subroutine read_item(reader, text, record, count, duration)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text  !< line `KEY: value`

@@ -45,7 +45,7 @@ contains
       record%values = record%values*factor
    end subroutine read_knet
 
-   !> The 17 header lines; what none of them states is negative.
+   !> The 17 header lines; missing values are negative.
    subroutine read_header(reader, record, frequency, duration, factor)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       type(record_type), intent(inout) :: record  !< filled from the file

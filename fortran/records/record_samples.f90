@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Samples and header numbers as they come out of a record file.
+!> Samples and header numbers of a record file.
 !>
 !> Memory is that of what the file has, never of what its header claims.
 module dda_record_samples
@@ -141,11 +141,11 @@ contains
       if (index(lower_case(text), 'spectr') > 0) then
          call fail_at(reader, quoted(text)//' is not a time series')
       else if (quantity == '') then
-         call fail_at(reader, quoted(text)//' does not say acceleration, velocity or displacement')
+         call fail_at(reader, quoted(text)//' is not acceleration, velocity or displacement')
       end if
    end subroutine read_quantity
 
-   !> The number that begins a piece of header text; what follows it directly (a unit) is ignored.
+   !> The number at the start of a header text; a unit directly after it is ignored.
    pure subroutine first_number(reader, text, what, value)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text                 !< '100Hz', ' .005 SEC,', …

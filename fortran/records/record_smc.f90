@@ -90,7 +90,7 @@ contains
       call check_time_step(reader, time_step)
    end subroutine read_rate
 
-   !> Numbers on as many lines as the format says, so that a missing one is noticed here.
+   !> Numbers on as many lines as in the format, to detect a missing one.
    subroutine read_header(reader, expected, lines, what, list)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       integer(long), intent(in) :: expected  !< how many the header declares

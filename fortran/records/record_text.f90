@@ -66,7 +66,7 @@ contains
 
    !> Number of columns that a line names; 0 if it is no heading.  Names do not begin like numbers;
    !> units in brackets do not count.
-   pure integer function heading_columns(text) result(columns)
+   pure integer function heading_columns(text) result(columns)  ! total
       character(len=*), intent(in) :: text  !< line of the file, without comment
       character(len=:), allocatable :: names
       character :: separator
@@ -87,7 +87,7 @@ contains
       end do
    end function heading_columns
 
-   !> A text without what stands in brackets, tabs as blanks.
+   !> A text without brackets and their content, tabs as blanks.
    pure function without_brackets(text) result(rest)
       character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: rest
@@ -138,7 +138,7 @@ contains
          call fail_at(reader, 'the time '//to_text(time)//' s does not follow '// &
             to_text(column%last)//' s')
       else if (column%values%count > 1 .and. abs(step - column%step) > even*column%step) then
-         call fail_at(reader, 'the time '//to_text(time)//' s comes '//to_text(step)// &
+         call fail_at(reader, 'the time '//to_text(time)//' s is '//to_text(step)// &
             ' s after the one above, not '//to_text(column%step)// &
             ' s: the times are not evenly spaced, or have too few digits')
       end if

@@ -16,7 +16,7 @@ module dda_record_type
       real(wp), allocatable :: values(:)            !< samples (m/s², m/s or m) [samples]
       character(len=:), allocatable :: quantity     !< 'acceleration', 'velocity' or 'displacement'
       character(len=:), allocatable :: station      !< as the header names it, blank if it does not
-      character(len=:), allocatable :: description  !< what the header says of event and component
+      character(len=:), allocatable :: description  !< event and component of the header
       character(len=:), allocatable :: file         !< where it was read from
       !> 'smc', 'at2', 'knet', 'esm', 'cosmos' or 'text'
       character(len=:), allocatable :: format

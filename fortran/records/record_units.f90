@@ -22,7 +22,7 @@ module dda_record_units
 
    real(wp), parameter :: standard_gravity = 9.80665_wp   ! m/s², exact by definition (ISO 80000-3)
 
-   !> Spellings of the units, as `plain` leaves them, and what each stands for.
+   !> Spellings of the units, as `plain` leaves them, and what each represents.
    character(len=6), parameter :: spellings(11) = [character(len=6) :: 'm/s2', 'm/s/s', 'cm/s2', &
       'cm/s/s', 'gal', 'g', 'm/s', 'cm/s', 'm', 'cm', 'mm']
    type(unit_type), parameter :: units(11) = [ &
@@ -35,7 +35,7 @@ module dda_record_units
 
 contains
 
-   !> Look a unit up; an unknown one comes back with a blank name.
+   !> Look up a unit; an unknown one has a blank name.
    pure function find_unit(text) result(unit)
       character(len=*), intent(in) :: text   !< 'cm/s^2', 'CM/SEC/SEC', 'gal', …
       type(unit_type) :: unit

@@ -22,7 +22,7 @@ module dda_text_lines
       carriage_return = achar(13), dos_end = achar(26)
    character(len=*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
 
-   !> A file and the place in it.
+   !> A file and the position in it.
    type :: line_reader_type
       character(len=:), allocatable :: file        !< its name, for messages
       type(error_type), allocatable :: error       !< the first one

@@ -14,7 +14,7 @@ module dda_text_numbers
 
    integer, parameter :: number_found = 0  !< a number was read
    integer, parameter :: number_none = 1   !< only blanks were left
-   integer, parameter :: number_bad = 2    !< what stands there is not a number
+   integer, parameter :: number_bad = 2    !< not a number
    integer, parameter :: number_large = 3  !< a number beyond 1e300
 
    integer, parameter :: most_digits = 18      ! of an integer(long) mantissa
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine scan_mantissa
 
-   !> Append a digit to the mantissa, as far as it has space.
+   !> Append a digit to the mantissa, if it has space.
    pure subroutine take_digit(scan, digit, after_point)
       type(scan_type), intent(inout) :: scan  !< number so far
       integer, intent(in) :: digit  !< 0 … 9
@@ -164,7 +164,7 @@ contains
    end subroutine scan_exponent
 
    !> One of some characters stands at a position.
-   pure function stands(text, at, characters) result(is)
+   pure function stands(text, at, characters) result(is)  ! total
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(in) :: at  !< position in the text
       character(len=*), intent(in) :: characters  !< looked for

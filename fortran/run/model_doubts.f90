@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Warnings of the check of a model, for the verdict of its run.
 !>
-!> A check takes as long as some 100 steps and the memory of two models; it is made where a run is
+!> A check takes the time of about 100 steps and the memory of two models.  It is made if the run is
 !> longer than that, or small.
 module dda_model_doubts
    use dda_kinds, only: long
@@ -18,13 +18,16 @@ module dda_model_doubts
    private
    public :: doubt_as_read, doubt_as_begun
 
-   integer, parameter :: few_blocks = 200          !< of which a check takes tenths of a second
-   integer, parameter :: many_blocks = 5000        !< of which two models are much memory
-   integer(long), parameter :: many_steps = 2500   !< beside which a check is less than 5 %
+   integer, parameter :: few_blocks = 200  !< of a small model, whose check takes tenths of a second
+   integer, parameter :: many_blocks = 5000       !< of a large model, of which two need much memory
+   integer(long), parameter :: many_steps = 2500 !< of a long run, of which a check is less than 5 %
+   !> Limit of open–close iterations of the search for rest: models at rest need fewer, and the
+   !> search in a falling model takes at most as long as its run.
+   integer(long), parameter :: least_budget = 200
 
 contains
 
-   !> Probable mistakes of a model as read, as doubts of its run.
+   !> Probable mistakes of a model, as doubts of its run.
    subroutine doubt_as_read(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< of the model
       type(model_type), intent(in) :: model               !< as read from the input
@@ -47,13 +50,14 @@ contains
          if (n > many_blocks .or. (n > few_blocks .and. .not. long)) return
       end associate
       allocate (report)
-      call check_model(simulation, report, error)
-      if (stop_requested()) return  ! the run will hear of it
+      call check_model(simulation, report, error, &
+         budget=max(least_budget, run_steps(simulation%model)))
+      if (stop_requested()) return  ! the run reports it
       call take_lines(simulation, report)
       if (allocated(error)) call add_doubt(simulation%doubts, '', error%message, .true.)
    end subroutine doubt_as_begun
 
-   !> Lines of a report that are not ok, in brief; of bending the run speaks at its end.
+   !> Lines of a report that are not ok, in brief; bending is reported at the end of the run.
    pure subroutine take_lines(simulation, report)
       type(simulation_type), intent(inout) :: simulation  !< gets them
       type(report_type), intent(in) :: report             !< of the check

@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The amplification peak of a run against the exact transfer function of its discrete equations.
 !>
-!> Where no contact has changed its state and no material has a law the run was linear, and the
-!> peak of its spectra must be that of `dda_transfer`; if it is not, the run says so, with the
-!> likely cause.
+!> If no contact has changed its state and no material has a law, the run was linear and the peak of
+!> its spectra must be that of `dda_transfer`.  A difference is reported with its likely cause.
 module dda_peak_check
    use dda_kinds, only: wp
    use dda_errors, only: error_type
@@ -24,13 +23,12 @@ module dda_peak_check
 
 contains
 
-   !> Warning about the peak of a run; blank if the peak is right, or nothing is known to be
-   !> right.
+   !> Warning about the peak of a run; blank if the peak is right or cannot be compared.
    subroutine peak_warning(simulation, wanted, peak, text)
       type(simulation_type), intent(in) :: simulation   !< at the end of the run
       type(amplification_type), intent(in) :: wanted    !< points, axis, band (Hz)
       type(response_peak_type), intent(in) :: peak      !< as found in the output
-      character(len=:), allocatable, intent(out) :: text  !< blank if there is nothing to say
+      character(len=:), allocatable, intent(out) :: text  !< blank if all agree
       type(linear_model_type) :: linear
       type(transfer_type) :: transfer
       type(transfer_peak_type) :: exact

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A run from input to output: the same for the native executable and for Python.
 !>
-!> While it runs, a journal grows, a partial output is written now and then, and checkpoints are; a
-!> run that ends before its duration leaves all three, and `resume_run` goes on from there.
+!> During the run the journal grows, and a partial output and checkpoints are written at intervals.
+!> A run that ends before its duration leaves all three, and `resume_run` continues from them.
 module dda_run
    use dda_kinds, only: wp, long
    use dda_added_stages, only: has_more_stages, add_stages
@@ -23,7 +23,8 @@ module dda_run
    use dda_output_place, only: check_target, partial_name
    use dda_own_file, only: journal_file, netcdf_file, remove_own
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
-   use dda_sample, only: sample_size, take_sample
+   use dda_output_variables, only: size_of_sample
+   use dda_sample, only: take_sample
    use dda_running_maxima, only: count_step, count_rest, take_residuals
    use dda_simulation, only: simulation_type, finished, stage_finished
    use dda_start, only: start
@@ -46,20 +47,20 @@ module dda_run
       type(rate_limiter_type) :: publishing                 !< of the partial output
       real(wp), allocatable :: sample(:)
       type(reserve_type) :: reserve                 !< memory to write the output in
-      character(len=:), allocatable :: notice       !< where a resumed run goes on from
+      character(len=:), allocatable :: notice       !< where a resumed run continues from
       integer(long) :: saved = 0                    !< clock count at the last checkpoint
       logical :: writes = .false.
       logical :: waits = .false.                    !< its first stage has not begun
-      logical :: has_output = .false.               !< it will write one
+      logical :: has_output = .false.               !< it will write an output
       logical :: sound = .true.                     !< no step has failed
-      logical :: was_complete = .false.             !< its output was, before it was resumed
+      logical :: was_complete = .false.             !< its output was complete before it was resumed
    end type run_type
 
 contains
 
-   !> Set up the simulation of a model and, if it is to write, its output with the first state.
+   !> Set up the simulation of a model and, if it writes an output, its output with the first state.
    subroutine begin_run(run, model, writes, error)
-      type(run_type), intent(out) :: run  !< with the files it writes
+      type(run_type), intent(out) :: run  !< and its files
       type(model_type), intent(in) :: model  !< as read from the input
       logical, intent(in) :: writes  !< the run has an output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -70,7 +71,7 @@ contains
 
    !> Set up the simulation of a model as drawn: its first stage begins when the run is continued.
    subroutine open_drawn(run, model, writes, error)
-      type(run_type), intent(out) :: run  !< with the files it writes
+      type(run_type), intent(out) :: run  !< and its files
       type(model_type), intent(in) :: model  !< as read from the input
       logical, intent(in) :: writes  !< the run has an output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -82,7 +83,7 @@ contains
       if (writes .and. .not. allocated(error)) call doubt_as_read(run%simulation, model)
    end subroutine open_drawn
 
-   !> The first stages, and the output with the first state.
+   !> Run the first stages, and open the output with the first state.
    subroutine begin_stages(run, error)
       type(run_type), intent(inout) :: run  !< as `open_drawn` leaves it
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -96,10 +97,10 @@ contains
       if (allocated(error)) call close_files(run)
    end subroutine begin_stages
 
-   !> Go on where the last checkpoint of the output was written; from the start if there is none;
-   !> not at all if the output is complete.
+   !> Continue from the last checkpoint of the output, or from the start if there is none; do
+   !> nothing if the output is complete.
    subroutine resume_run(run, model, error)
-      type(run_type), intent(out) :: run  !< with the files it writes
+      type(run_type), intent(out) :: run  !< and its files
       type(model_type), intent(in) :: model  !< as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
@@ -127,7 +128,7 @@ contains
 
    !> Nothing is left to do.
    subroutine skip_to_end(run)
-      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(run_type), intent(inout) :: run  !< and its files
 
       run%was_complete = .true.
       run%notice = run%simulation%model%output%file//' is complete'
@@ -147,9 +148,9 @@ contains
 
    !> Open the journal, which keeps other runs from writing the same output.
    subroutine open_files(run, resumes, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(run_type), intent(inout) :: run  !< and its files
       logical, intent(in) :: resumes  !< from a checkpoint, if there is one
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       associate (model => run%simulation%model)
          call check_target(model, resumes, error)
@@ -158,13 +159,13 @@ contains
       end associate
       call reserve_for_output(run, error)
       run%writes = .not. allocated(error)
-      allocate (run%sample(sample_size(run%simulation)))
+      allocate (run%sample(size_of_sample(run%simulation)))
       call system_clock(run%saved)
    end subroutine open_files
 
    !> Close the journal, which frees the output for other runs.
    subroutine close_files(run)
-      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(run_type), intent(inout) :: run  !< and its files
       type(error_type), allocatable :: unused
 
       call close_file(run%journal%file, unused)
@@ -172,10 +173,10 @@ contains
       run%writes = .false.
    end subroutine close_files
 
-   !> New files with the first state.
+   !> Create files with the first state.
    subroutine begin_files(run, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(run_type), intent(inout) :: run  !< and its files
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call doubt_as_begun(run%simulation)
       call remove_checkpoints(run%checkpoints)
@@ -185,11 +186,11 @@ contains
       if (.not. allocated(error)) call publish(run, error)
    end subroutine begin_files
 
-   !> Take up to `steps` steps, recording on the way; stops early when the run is done, or a stop is
-   !> asked for.
+   !> Take up to `steps` steps and record them; stop early if the run is complete or a stop is
+   !> requested.
    subroutine continue_run(run, steps, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
-      integer(long), intent(in) :: steps  !< to take
+      type(run_type), intent(inout) :: run  !< and its files
+      integer(long), intent(in) :: steps  !< number of steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: last
       type(aim_type) :: aim
@@ -224,20 +225,21 @@ contains
       end do
    end subroutine continue_run
 
-   !> The state at the end of a static stage; that at the beginning of a dynamic one is there.
+   !> Record the state at the end of a static stage; that at the beginning of a dynamic one is
+   !> already recorded.
    subroutine record_stage(run, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(run_type), intent(inout) :: run  !< and its files
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (.not. run%simulation%model%stages(run%simulation%stage)%static) return
       call record_sample(run, error)
       call append_frame(run%journal, run%simulation, error)
    end subroutine record_stage
 
-   !> Samples and frames are due at multiples of their intervals, and at the end.
+   !> Record samples and frames at multiples of their intervals, and at the end.
    subroutine record_step(run, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(run_type), intent(inout) :: run  !< and its files
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       logical :: last, save, show
 
       last = finished(run%simulation)
@@ -256,7 +258,7 @@ contains
    end subroutine record_step
 
    !> An interval ends at a step.
-   pure logical function due(step, interval)
+   pure logical function due(step, interval)  ! total
       integer(long), intent(in) :: step  !< number of the step
       integer, intent(in) :: interval  !< steps; 0: never
 
@@ -266,7 +268,7 @@ contains
 
    !> As many minutes have passed since the last checkpoint; 0 is never.
    logical function is_time(run, minutes)
-      type(run_type), intent(in) :: run  !< with the files it writes
+      type(run_type), intent(in) :: run  !< and its files
       real(wp), intent(in) :: minutes  !< of the clock
       integer(long) :: now, rate
 
@@ -278,8 +280,8 @@ contains
 
    !> Append a sample to the journal.
    subroutine record_sample(run, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(run_type), intent(inout) :: run  !< and its files
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call take_sample(run%simulation, run%journal%iterations, run%sample)
       call begin_row(run%journal, row_sample, 0, error)
@@ -288,8 +290,8 @@ contains
 
    !> Write the partial output, which can be read during the run.
    subroutine publish(run, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(run_type), intent(inout) :: run  !< and its files
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call keep_name(run%journal, error)
       if (allocated(error)) return
@@ -301,9 +303,9 @@ contains
 
    !> Write the output in the memory reserved for it, and reserve it again for the next time.
    subroutine write_now(run, complete, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(run_type), intent(inout) :: run  !< and its files
       logical, intent(in) :: complete  !< the run has reached its duration
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call reserve_for_output(run, error)
       if (allocated(error)) return
@@ -313,10 +315,10 @@ contains
       if (.not. complete) call reserve_for_output(run, error)
    end subroutine write_now
 
-   !> Reserve the memory that writing the output takes.
+   !> Reserve the memory for writing the output.
    subroutine reserve_for_output(run, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(run_type), intent(inout) :: run  !< and its files
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call make_reserve(run%reserve, writing_memory(run%simulation), 'writing '// &
          run%simulation%model%output%file, 'use fewer blocks, or a machine with more', error)
@@ -324,27 +326,27 @@ contains
 
    !> Flush the buffers of this process, which a fork would copy.
    subroutine flush_run(run, error)
-      type(run_type), intent(in) :: run  !< with the files it writes
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(run_type), intent(in) :: run  !< and its files
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (run%writes) call flush_stream(run%journal%file, .false., error)
    end subroutine flush_run
 
    !> Write a checkpoint now.
    subroutine save_run(run, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(run_type), intent(inout) :: run  !< and its files
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (.not. (run%writes .and. run%sound)) return
       call save_checkpoint(run%checkpoints, run%simulation, run%journal, error)
       call system_clock(run%saved)
    end subroutine save_run
 
-   !> Change what may change between two steps to what a changed input says.
+   !> Apply a changed input to the variables that may change between two steps.
    subroutine change_run(run, text, words, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(run_type), intent(inout) :: run  !< and its files
       character(len=*), intent(in) :: text  !< of the changed input
-      character(len=*), intent(in) :: words !< what has been changed
+      character(len=*), intent(in) :: words !< description of the changes
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(model_type) :: model
 
@@ -363,9 +365,9 @@ contains
       end associate
    end subroutine change_run
 
-   !> The duration asked for has been reached.
-   pure logical function is_done(run)
-      type(run_type), intent(in) :: run  !< with the files it writes
+   !> The run has reached its duration.
+   pure logical function is_done(run)  ! total
+      type(run_type), intent(in) :: run  !< and its files
 
       is_done = finished(run%simulation)
    end function is_done
@@ -373,7 +375,7 @@ contains
    !> Close the output: under its own name if the run is done; else under its partial name, with a
    !> checkpoint.
    subroutine end_run(run, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(run_type), intent(inout) :: run  !< and its files
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(error_type), allocatable :: failure
 
@@ -393,9 +395,10 @@ contains
       call close_files(run)
    end subroutine end_run
 
-   !> Files that only an unfinished run needs; checkpoints first, as they need the journal.
+   !> Remove files that only an unfinished run needs; checkpoints first, because they need the
+   !> journal.
    subroutine remove_leftovers(run)
-      type(run_type), intent(in) :: run  !< with the files it writes
+      type(run_type), intent(in) :: run  !< and its files
 
       associate (file => run%simulation%model%output%file)
          call remove_checkpoints(run%checkpoints)

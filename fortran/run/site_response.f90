@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The spectral amplification that an input asks for, from the finished output file.
+!> The spectral amplification that an input requires, from the finished output file.
 module dda_site_response
    use dda_kinds, only: wp
    use dda_errors, only: error_type

@@ -8,14 +8,14 @@
 !> acceleration is still piecewise linear and integrates exactly.  A higher order would break that
 !> and remove long periods of the motion.
 !>
-!> Unless told otherwise the polynomial passes through the last velocity, so that the corrected
+!> By default the polynomial passes through the last velocity, so that the corrected
 !> motion ends at rest, at the displacement then reached.  Where a velocity is left, the motion goes
 !> on with it: stopped within one time step it would be an impact on the model.  Up to 10⁻⁴ of the
-!> largest velocity is none: the sum of samples that are rounded to five digits leaves some 10⁻⁵.
-!> Stopped, that is an acceleration of at most 10⁻⁴ PGV/Δt for one step; gone on with, it would be a
-!> drift for ever.  A record of displacement ends at rest unless it is to go on.  The
+!> largest velocity counts as zero: samples rounded to five digits leave some 10⁻⁵ in the sum.
+!> A stop of it is an acceleration of at most 10⁻⁴ PGV/Δt for one step; continued, it would be an
+!> endless drift.  A record of displacement ends at rest unless it is to continue.  The
 !> acceleration may still jump at both ends; a cosine taper of the record before the fit (an option)
-!> smooths that.  The first sample of a record of velocity is taken as it is: if it is not zero, the
+!> smooths that.  The first sample of a record of velocity is kept: if it is not zero, the
 !> motion starts with that jump unless it is tapered.
 module dda_baseline
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -35,13 +35,13 @@ module dda_baseline
 
    !> Treatment of a record.
    type :: baseline_type
-      integer :: order = 2          !< of the polynomial taken from the velocity, 0 (nothing) to 2
+      integer :: order = 2          !< of the polynomial removed from the velocity, 0 (none) to 2
       logical :: at_rest = .true.   !< the corrected velocity is zero at the last sample (order > 0)
       !> part of the record under a cosine taper, half at each end, 0 … 1
       real(wp) :: taper = 0.0_wp
       real(wp) :: scale = 1.0_wp    !< factor on the record
-      !> 'continue': with the velocity that is left, which nothing fits to zero; 'hold'; '': go on
-      !> with what is left
+      !> 'continue': with the final velocity, which is not fitted to zero; 'hold'; '': with the
+      !> final velocity, if any
       character(len=8) :: after_end = ''
    end type baseline_type
 
@@ -67,13 +67,13 @@ contains
       else
          call from_rates(curve, quantity == 'velocity', wanted%scale*values, time_step, wanted)
       end if
-      call go_on(curve, wanted)
+      call continue_velocity(curve, wanted)
    end subroutine make_motion_curve
 
    !> Motion after the last sample.
-   pure subroutine go_on(curve, wanted)
+   pure subroutine continue_velocity(curve, wanted)
       type(motion_curve_type), intent(inout) :: curve  !< joined samples
-      type(baseline_type), intent(in) :: wanted        !< what is done to the record
+      type(baseline_type), intent(in) :: wanted        !< processing of the record
       real(wp) :: left
 
       left = curve%velocity(size(curve%velocity))
@@ -81,12 +81,12 @@ contains
       if (ends_at_rest(wanted) .and. wanted%order > 0) curve%ends_at_rest = .true.
       if (wanted%after_end == 'hold' .or. curve%ends_at_rest) return
       curve%velocity_after = left
-      curve%method = curve%method//'; after the end it goes on with '//to_text(left)//' m/s'
-   end subroutine go_on
+      curve%method = curve%method//'; after the end it continues with '//to_text(left)//' m/s'
+   end subroutine continue_velocity
 
    !> The corrected velocity is zero at the last sample.
-   pure logical function ends_at_rest(wanted)
-      type(baseline_type), intent(in) :: wanted  !< what is done to the record
+   pure logical function ends_at_rest(wanted)  ! total
+      type(baseline_type), intent(in) :: wanted  !< processing of the record
 
       ends_at_rest = wanted%at_rest .and. wanted%after_end /= 'continue'
    end function ends_at_rest
@@ -99,7 +99,7 @@ contains
       logical, intent(in) :: is_velocity         !< else acceleration
       real(wp), intent(in) :: values(:)          !< m/s or m/s² [samples]
       real(wp), intent(in) :: time_step          !< s
-      type(baseline_type), intent(in) :: wanted  !< what is done to the record
+      type(baseline_type), intent(in) :: wanted  !< processing of the record
       real(wp) :: corrected(size(values)), drift(2)
       character(len=:), allocatable :: method
 
@@ -127,12 +127,12 @@ contains
          '; displacement at the end '//to_text(curve%displacement(size(corrected)))//' m'
    end subroutine from_rates
 
-   !> Displacements are taken as they are, but begin at zero.
+   !> Displacements are kept, but start at zero.
    subroutine from_displacement(curve, displacement, time_step, wanted)
       type(motion_curve_type), intent(out) :: curve  !< complete
       real(wp), intent(in) :: displacement(:)    !< m [samples]
       real(wp), intent(in) :: time_step          !< s
-      type(baseline_type), intent(in) :: wanted  !< what is done to the record
+      type(baseline_type), intent(in) :: wanted  !< processing of the record
       character(len=:), allocatable :: method
 
       call join_displacements(curve, displacement - displacement(1), time_step, wanted%at_rest, &
@@ -150,11 +150,11 @@ contains
       curve%method = scale_text(wanted)//method//'; no drift removed'
    end subroutine from_displacement
 
-   !> Taper a series in place; where a baseline is removed the mean goes first, or the taper would
+   !> Taper a series; if a baseline is removed, the mean is removed first, since the taper would
    !> turn it into a pulse.
    pure subroutine apply_taper(series, wanted, method)
       real(wp), intent(inout) :: series(:)       !< [samples]
-      type(baseline_type), intent(in) :: wanted  !< what is done to the record
+      type(baseline_type), intent(in) :: wanted  !< processing of the record
       character(len=:), allocatable, intent(inout) :: method  !< report, to which this is added
 
       if (.not. wanted%taper > 0.0_wp) return
@@ -170,7 +170,7 @@ contains
    !> Least squares: v ≈ c₁ τ + c₂ τ², τ = t/T from 0 to 1.
    pure function fit_drift(velocity, wanted) result(drift)
       real(wp), intent(in) :: velocity(:)      !< m/s
-      type(baseline_type), intent(in) :: wanted  !< what is done to the record
+      type(baseline_type), intent(in) :: wanted  !< processing of the record
       real(wp) :: drift(2)                     ! c₁, c₂ (m/s)
       real(wp) :: tau(size(velocity)), bow(size(velocity))
       integer :: n
@@ -252,7 +252,7 @@ contains
    end function derivative
 
    pure function scale_text(wanted) result(text)
-      type(baseline_type), intent(in) :: wanted  !< what is done to the record
+      type(baseline_type), intent(in) :: wanted  !< processing of the record
       character(len=:), allocatable :: text
 
       text = ''
@@ -261,7 +261,7 @@ contains
 
    pure function drift_text(drift, duration, wanted) result(text)
       real(wp), intent(in) :: drift(2), duration !< c₁, c₂ (m/s); s
-      type(baseline_type), intent(in) :: wanted  !< what is done to the record
+      type(baseline_type), intent(in) :: wanted  !< processing of the record
       character(len=:), allocatable :: text
 
       text = '; no drift removed'
@@ -276,13 +276,13 @@ contains
       character(len=*), intent(in) :: quantity   !< as in `make_motion_curve`
       real(wp), intent(in) :: values(:)          !< [samples]
       real(wp), intent(in) :: time_step          !< s
-      type(baseline_type), intent(in) :: wanted  !< what is done to the record
+      type(baseline_type), intent(in) :: wanted  !< processing of the record
       type(error_type), allocatable, intent(out) :: error  !< the first thing wrong
 
       if (.not. any(quantity == [character(len=12) :: 'acceleration', 'velocity', &
          'displacement'])) then
          call fail(error, error_input, 'a motion cannot be made of '//quoted(quantity)// &
-            '; it takes acceleration, velocity or displacement')
+            '; use acceleration, velocity or displacement')
       else if (size(values) < 2) then
          call fail(error, error_input, 'a motion needs at least 2 samples, not '// &
             to_text(size(values)))
@@ -298,13 +298,12 @@ contains
          call fail(error, error_input, 'a displacement is not tapered: that would move it back '// &
             'to its start')
       else if (.not. any(wanted%after_end == [character(len=8) :: '', 'continue', 'hold'])) then
-         call fail(error, error_input, 'after its end a motion can continue or hold, not '// &
+         call fail(error, error_input, 'after_end must be continue or hold, not '// &
             quoted(wanted%after_end))
       else if (.not. abs(wanted%scale) <= largest) then
          call fail(error, error_input, 'the factor on a record is not a number of sensible size')
       else if (.not. all(ieee_is_finite(values))) then
-         call fail(error, error_input, 'a record with a sample that is not a finite number '// &
-            'makes no motion')
+         call fail(error, error_input, 'a sample of the record is not a finite number')
       else if (maxval(abs(values)) > largest) then
          call fail(error, error_input, 'a sample of '//to_text(maxval(abs(values)))// &
             ' is beyond any motion')

@@ -33,7 +33,7 @@ contains
       filter%frequency = frequency
    end function new_low_pass
 
-   !> The motion goes on to an acceleration: what passes at that time, m/s².
+   !> The motion continues to an acceleration: what passes at that time, m/s².
    pure subroutine pass(filter, acceleration, step, low)
       type(low_pass_type), intent(inout) :: filter  !< of the motion so far
       real(wp), intent(in) :: acceleration          !< m/s²

@@ -4,10 +4,10 @@
 !>
 !> Within each interval of the samples the displacement is one polynomial of degree five at most;
 !> velocity and acceleration are its exact derivatives, so that no two evaluations contradict.
-!> Before the first sample nothing moves; after the last one the motion goes on with the velocity
+!> Before the first sample nothing moves; after the last one the motion continues with the velocity
 !> it has there, or the displacement keeps its value.  At the first and the last sample velocity and
 !> acceleration are the limits from within, so they jump there unless the record begins and ends at
-!> rest; the velocity does not jump where the motion goes on.
+!> rest; the velocity does not jump where the motion continues.
 module dda_motion_curve
    use dda_kinds, only: wp
    implicit none
@@ -15,7 +15,7 @@ module dda_motion_curve
    public :: motion_curve_type, displacement_at, velocity_at, acceleration_at, step_acceleration
    public :: join_accelerations, join_velocities, join_displacements
 
-   !> Samples of a motion and what joins them.
+   !> Samples of a motion and their interpolation.
    type :: motion_curve_type
       real(wp) :: time_step = 0.0_wp           !< time between samples (s)
       real(wp) :: duration = 0.0_wp            !< time of the last sample (s) after the first
@@ -25,11 +25,11 @@ module dda_motion_curve
       real(wp), allocatable :: acceleration(:) !< at the samples (m/s²) [samples]
       real(wp), allocatable :: higher(:,:)     !< factors of s³, s⁴, s⁵ (m/s³ …) [3, samples − 1]
       real(wp) :: velocity_after = 0.0_wp      !< after the last sample (m/s)
-      logical :: ends_at_rest = .true.         !< but for rounding
+      logical :: ends_at_rest = .true.         !< except for rounding
       !> between the last two samples of a displacement that is joined to rest (m/s)
       real(wp) :: cut_velocity = 0.0_wp
       real(wp) :: removed(2) = 0.0_wp          !< most that drift removal took (m/s, m)
-      character(len=:), allocatable :: method  !< what was done to the record, for a report
+      character(len=:), allocatable :: method  !< processing of the record, for a report
    end type motion_curve_type
 
 contains

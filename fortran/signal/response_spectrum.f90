@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Acceleration response spectra of motions that come sample by sample.
+!> Acceleration response spectra of motions given sample by sample.
 !>
 !> An oscillator u'' + 2ζω u' + ω² u = −a has, with λ = −ζω + iω√(1 − ζ²) and q = u' − λ̄ u, one
 !> complex equation of first order, q' = λq − a.  For an acceleration that runs straight between its
@@ -24,6 +24,8 @@ module dda_response_spectrum
    real(wp), parameter :: shortest = 0.02_wp, longest = 5.0_wp  !< periods, s
    integer, parameter :: periods = 80                   !< of a spectrum, equal ratios apart
    integer, parameter :: samples_per_period = 50        !< the peak is missed by less than 0.2 %
+   real(wp), parameter :: coarsest = 0.5_wp*longest     !< step that resolves no period beyond it, s
+   real(wp), parameter :: finest = 0.005_wp*shortest     !< step that free vibration needs, s
    real(wp), parameter :: same_step = 1.0e-9_wp         !< relative; what rounding of times is worth
    real(wp), parameter :: small_step = 1.0e-2_wp        !< of |z|: below, μ and ρ from their series
 
@@ -63,7 +65,8 @@ contains
       damping_of = merge(sqrt(0.5_wp), damping, i == 0)
    end function damping_of
 
-   !> The motion goes on from one acceleration to another.
+   !> The motion continues from one acceleration to another.  A step that resolves no period at all
+   !> is left out: its parts would be without bound, and their result of linear interpolation alone.
    pure subroutine continue_motion(spectrum, before, after, step)
       type(response_spectrum_type), intent(inout) :: spectrum  !< of the motion so far
       real(wp), intent(in) :: before, after  !< acceleration at the start and end of the step, m/s²
@@ -71,7 +74,7 @@ contains
       real(wp) :: change, one, other, q(2)
       integer :: i, part
 
-      if (step <= 0.0_wp) return
+      if (step <= 0.0_wp .or. step > coarsest) return
       if (abs(step - spectrum%step) > same_step*step) call set_step(spectrum, step)
       associate (s => spectrum)
          do part = 1, s%parts(1)
@@ -177,19 +180,21 @@ contains
    end function parts_of
 
    !> The largest spectral acceleration and its period, after a motion has ended.
-   pure subroutine spectral_acceleration(spectrum, last, largest, at)
+   elemental subroutine spectral_acceleration(spectrum, last, largest, at)
       type(response_spectrum_type), intent(in) :: spectrum  !< of a motion
       real(wp), intent(in) :: last      !< acceleration at its end, which falls to zero then, m/s²
       real(wp), intent(out) :: largest  !< m/s²
       real(wp), intent(out) :: at       !< s
       type(response_spectrum_type) :: free
+      real(wp) :: step
       integer :: i
 
       free = spectrum
       call continue_motion(free, last, 0.0_wp, free%step)
       if (free%step > 0.0_wp) then
-         do i = 1, ceiling(longest/free%step)
-            call continue_motion(free, 0.0_wp, 0.0_wp, free%step)
+         step = max(free%step, finest)
+         do i = 1, ceiling(longest/step)
+            call continue_motion(free, 0.0_wp, 0.0_wp, step)
          end do
       end if
       largest = maxval(free%largest(1:))
@@ -197,7 +202,7 @@ contains
    end subroutine spectral_acceleration
 
    !> The largest acceleration after a low-pass at 50 Hz, m/s².
-   pure real(wp) function low_passed_peak(spectrum)
+   elemental real(wp) function low_passed_peak(spectrum)
       type(response_spectrum_type), intent(in) :: spectrum  !< of a motion
 
       low_passed_peak = spectrum%largest(0)

@@ -111,7 +111,7 @@ contains
       end do
    end function stored_by_branches
 
-   !> The response of the body of small strains, and the part of the change that it takes.
+   !> The response of the body of small strains, and its part of the change.
    pure subroutine respond_body(branches, memory, strain, change, time_step, response, taken)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: memory(:)            !< [mechanisms] ζ
@@ -147,7 +147,7 @@ contains
       response%loss = response%acting*(change - taken)
    end subroutine respond_body
 
-   !> Take the mechanisms to the end of a step; what they lose, J/m³ over G.
+   !> Advance the mechanisms to the end of a step; return their loss, J/m³ over G.
    pure subroutine keep_body(branches, strain, taken, time_step, memory, loss)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: strain               !< e₀

@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Shear of a soil by branches in parallel, fitted to its modulus reduction and damping curves.
 !>
-!> Branch j has the modulus g_j G and yields at γ_j.  A share F_j of it slips (elastic and
+!> Branch j has the modulus g_j G and yields at γ_j.  A fraction F_j of it slips (elastic and
 !> perfectly plastic), the rest is recoverable with the same cap.  Beside them stands the body of
 !> the damping of small strains (`dda_damping`) in series with a slider: its springs hold g_b G in
 !> the mean, and its stress has the cap y G that it reaches at the strain γ_b, so that it fades
 !> where the soil yields.
 !>
-!> Under a load that only grows slipping and recoverable shares do the same, so g_j and γ_j make the
-!> backbone,
+!> Under a load that only grows slipping and recoverable fractions do the same, so g_j and γ_j make
+!> the backbone,
 !>
 !>     G_s/G = Σ g_j min(1, γ_j/γ) + g_b min(1, γ_b/γ),   Σ g_j + g_b = 1,
 !>
@@ -17,7 +17,7 @@
 !>     D(γ) = [Σ F_j 2 g_j γ_j (γ − γ_j)⁺ + π D_min min(γ, γ_b)² + 2 y (γ − γ_b)⁺] / (π γ² G_s/G) .
 !>
 !> Least squares of relative errors of the modulus and of errors of the damping ratio over what
-!> slips, F_j g_j ≥ 0, and what recovers, (1 − F_j) g_j ≥ 0, fit both, weighted anew until the
+!> slips, F_j g_j ≥ 0, and what recovers, (1 − F_j) g_j ≥ 0, fit both, weighted again until the
 !> largest error of the damping ratio is small [Lawson, 1961].  F_j = 1 everywhere gives Masing's
 !> rules.
 module dda_branches
@@ -68,11 +68,11 @@ contains
    subroutine fit_branches(curve, n, masing, damping, limit, branches, error)
       type(curve_type), intent(in) :: curve  !< two strains at least
       integer, intent(in) :: n               !< branches, 2 at least
-      logical, intent(in) :: masing          !< damping of Masing's rules, in place of the curve's
+      logical, intent(in) :: masing          !< damping of Masing's rules, instead of the curve's
       type(damping_type), intent(in) :: damping  !< of small strains, not fitted
-      real(wp), intent(in) :: limit          !< largest ω_l that the time steps can take, rad/s
+      real(wp), intent(in) :: limit          !< largest ω_l that the time steps admit, rad/s
       type(branches_type), intent(out) :: branches  !< fitted
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (n < 2 .or. n > 200) call fail(error, error_input, 'branches must be in 2 ... 200')
       if (.not. allocated(error)) call require_for_blas(error)
@@ -94,9 +94,9 @@ contains
    subroutine set_body(branches, damping, limit, strain, error)
       type(branches_type), intent(inout) :: branches  !< gets it
       type(damping_type), intent(in) :: damping  !< with its ratio D_min, 0: none; not fitted
-      real(wp), intent(in) :: limit      !< largest ω_l that the time steps can take, rad/s
+      real(wp), intent(in) :: limit      !< largest ω_l that the time steps admit, rad/s
       real(wp), intent(in) :: strain     !< γ_b
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (damping%ratio <= 0.0_wp) return
       branches%body = damping
@@ -180,14 +180,14 @@ contains
       type(curve_type), intent(in) :: curve           !< of the soil
       real(wp) :: matrix(samples*branches%n + 1, branches%n), right(samples*branches%n + 1)
 
-      call ask_moduli(branches, curve, matrix, right)
+      call require_moduli(branches, curve, matrix, right)
       call nonnegative_least_squares(matrix, right, branches%modulus)
       branches%modulus = relaxed_modulus(branches%body)*branches%modulus/sum(branches%modulus)
       branches%slipping = 1.0_wp
    end subroutine fit_moduli
 
    !> Equations of the secant moduli, and of their sum, for g_j.
-   subroutine ask_moduli(branches, curve, matrix, right)
+   subroutine require_moduli(branches, curve, matrix, right)
       type(branches_type), intent(in) :: branches  !< with γ_j and its body
       type(curve_type), intent(in) :: curve        !< of the soil
       real(wp), intent(out) :: matrix(:,:)         !< [samples n + 1, n]
@@ -204,7 +204,7 @@ contains
       right(:m) = 1.0_wp - body_ratio(branches, strain)/reduction
       matrix(m + 1, :) = sum_weight
       right(m + 1) = sum_weight*relaxed_modulus(branches%body)
-   end subroutine ask_moduli
+   end subroutine require_moduli
 
    !> g_j and F_j of secant moduli and damping ratios.  The last branch, which nothing strains
    !> beyond its limit, has one unknown.
@@ -218,7 +218,7 @@ contains
       n = branches%n
       m = samples*n
       allocate (matrix(2*m + 1, 2*n - 1), right(2*m + 1))
-      call ask_moduli(branches, curve, matrix(m + 1:, :n), right(m + 1:))
+      call require_moduli(branches, curve, matrix(m + 1:, :n), right(m + 1:))
       matrix(m + 1:, n + 1:) = matrix(m + 1:, :n - 1)
       matrix(:m, n + 1:) = 0.0_wp
       strain = strains_of_fit(branches)
@@ -244,7 +244,7 @@ contains
       branches%slipping = best(:, 2)
    end subroutine fit_both
 
-   !> g_j and F_j of what slips and what recovers.
+   !> g_j and F_j from the slipping and the recoverable parts.
    pure subroutine set_parts(branches, unknown)
       type(branches_type), intent(inout) :: branches  !< gets them
       real(wp), intent(in) :: unknown(:)              !< [2n − 1] F_j g_j, then (1 − F_j) g_j
@@ -258,7 +258,7 @@ contains
       branches%modulus = relaxed_modulus(branches%body)*branches%modulus/sum(branches%modulus)
    end subroutine set_parts
 
-   !> The strains at which a fit asks.
+   !> The strains of a fit.
    pure function strains_of_fit(branches) result(strain)
       type(branches_type), intent(in) :: branches  !< with γ_j
       real(wp) :: strain(samples*branches%n)
@@ -301,7 +301,7 @@ contains
       first = min(max(strain_at(curve, first_reduction), least_strain), 0.1_wp*last_strain(curve))
    end function first_strain
 
-   !> The last strain of the table whose modulus is not below a share of that of small strains.
+   !> The last strain of the table whose modulus is not below a fraction of that of small strains.
    pure real(wp) function strain_at(curve, reduction) result(strain)
       type(curve_type), intent(in) :: curve  !< of the soil
       real(wp), intent(in) :: reduction      !< G_s/G
@@ -314,8 +314,8 @@ contains
       end do
    end function strain_at
 
-   !> The strain at which the modulus first falls to a share of that of small strains; the last one
-   !> of the curve if it does not.
+   !> The strain at which the modulus first falls to a fraction of that of small strains; the last
+   !> one of the curve if it does not.
    pure real(wp) function strain_of(curve, reduction) result(strain)
       type(curve_type), intent(in) :: curve  !< of the soil
       real(wp), intent(in) :: reduction      !< G_s/G

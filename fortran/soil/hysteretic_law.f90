@@ -94,10 +94,10 @@ contains
    !> Stress that acts in a step, and its tangent.
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(hysteretic_law_type), intent(in) :: self     !< law
-      type(strain_point_type), intent(in) :: point       !< where it acts
+      type(strain_point_type), intent(in) :: point       !< at its position
       real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
       real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
-      type(step_type), intent(in) :: step                !< the one being taken
+      type(step_type), intent(in) :: step                !< the present one
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
       real(wp) :: e(3), more(3), acting(3), slope(2, 2), volume, modulus(2)
       type(body_type) :: body
@@ -180,10 +180,10 @@ contains
    !> State at the end of a step, and its losses.
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(hysteretic_law_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point    !< where it acts
+      type(strain_point_type), intent(in) :: point    !< at its position
       real(wp), intent(inout) :: state(:)             !< [any] at the start, becomes that of the end
       real(wp), intent(in) :: strain(3), change(3)    !< ε at the start, Δε
-      type(step_type), intent(in) :: step             !< the one being taken
+      type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(out) :: loss(losses)           !< J/m³
       real(wp) :: e(3), more(3), modulus(2), scheme
 
@@ -200,7 +200,7 @@ contains
          loss)
    end subroutine finish
 
-   !> Strains of the branches at the end of a step, and what they and the scheme lose, over G.
+   !> Strains of the branches at the end of a step, and the losses of branches and scheme, over G.
    pure subroutine finish_branches(branches, state, e, change, theta, loss, scheme)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(inout) :: state(:)          !< [any] of the point
@@ -236,7 +236,7 @@ contains
       real(wp), intent(inout) :: state(:)          !< [any] of the point
       real(wp), intent(in) :: change(3)            !< of the strains of shear and volume
       real(wp), intent(in) :: modulus(2)           !< of both, Pa
-      type(step_type), intent(in) :: step          !< the one being taken
+      type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(inout) :: loss(losses)      !< J/m³
       type(body_type) :: body
       real(wp) :: taken, more, stiffness(3)
@@ -268,7 +268,7 @@ contains
    !> ψ, J/m³.
    pure real(wp) function stored(self, point, state, strain)
       class(hysteretic_law_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point    !< where it acts
+      type(strain_point_type), intent(in) :: point    !< at its position
       real(wp), intent(in) :: state(:)                !< [any] of the point
       real(wp), intent(in) :: strain(3)               !< ε
       real(wp) :: e(3), energy(3), modulus(2)

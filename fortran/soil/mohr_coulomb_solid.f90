@@ -27,8 +27,8 @@ module dda_mohr_coulomb_solid
    integer, parameter :: across = 4              !< ε^p across the plane
    integer, parameter :: strained = 5            !< κ
    integer, parameter :: mean_stress = 6         !< ½(σx + σy) of the last step, Pa
-   !> of the radius of the largest Mohr circle: what jumps of a face that yields may carry; what
-   !> other shares make of limit loads is in docs/material_laws.md
+   !> of the radius of the largest Mohr circle: bound of the jumps of a yielding face;
+   !> docs/material_laws.md has limit loads with other fractions
    real(wp), parameter :: jump_share = 0.05_wp
 
    !> Strengths of a solid.
@@ -41,7 +41,7 @@ module dda_mohr_coulomb_solid
       procedure :: respond
       procedure :: finish
       procedure :: stored
-      procedure :: held_stress
+      procedure :: frozen_stress
       procedure :: plastic_strain
       procedure :: yields
       procedure :: jump_cap
@@ -70,7 +70,7 @@ contains
    !> Strength after a plastic strain κ.
    pure type(strength_type) function strength_at(self, point, strain) result(strength)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point        !< where it acts
+      type(strain_point_type), intent(in) :: point        !< at its position
       real(wp), intent(in) :: strain                      !< κ
       real(wp) :: lost
 
@@ -129,13 +129,13 @@ contains
          [mean + circle%radius, mean - circle%radius, third], point%bounding)
    end subroutine return_stress
 
-   !> Principal stresses that bounds are held at.
-   pure function held_stress(self, point, state, strain, change, step) result(stress)
+   !> Principal stresses of frozen bounds.
+   pure function frozen_stress(self, point, state, strain, change, step) result(stress)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point        !< where it acts
+      type(strain_point_type), intent(in) :: point        !< at its position
       real(wp), intent(in) :: state(:)                    !< [any] at the start of the step
       real(wp), intent(in) :: strain(3), change(3)        !< ε at the start, Δε
-      type(step_type), intent(in) :: step                 !< the one being taken
+      type(step_type), intent(in) :: step                 !< the present one
       real(wp) :: stress(3)
       type(circle_type) :: circle
 
@@ -143,7 +143,7 @@ contains
       if (self%peak%dilation >= self%peak%friction) return
       call return_stress(self, point, state, strain + step%scheme%theta*change, circle)
       stress = circle%to%stress
-   end function held_stress
+   end function frozen_stress
 
    !> ν of the elasticity of plane strain.
    pure real(wp) function poisson(d)
@@ -166,10 +166,10 @@ contains
    !> Stress that acts in a step beyond σ₀, and its tangent.
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point        !< where it acts
+      type(strain_point_type), intent(in) :: point        !< at its position
       real(wp), intent(in) :: state(:)                    !< [any] at the start of the step
       real(wp), intent(in) :: strain(3), change(3)        !< ε at the start, Δε
-      type(step_type), intent(in) :: step                 !< the one being taken
+      type(step_type), intent(in) :: step                 !< the present one
       real(wp), intent(out) :: stress(3), tangent(3, 3)   !< Pa
       type(circle_type) :: circle
       real(wp) :: basis(3, 3), small(3, 3)
@@ -199,10 +199,10 @@ contains
    !> State at the end of a step, and its losses.
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point        !< where it acts
+      type(strain_point_type), intent(in) :: point        !< at its position
       real(wp), intent(inout) :: state(:)             !< [any] at the start, becomes that of the end
       real(wp), intent(in) :: strain(3), change(3)    !< ε at the start, Δε
-      type(step_type), intent(in) :: step             !< the one being taken
+      type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(out) :: loss(losses)           !< J/m³
       type(circle_type) :: circle
       real(wp) :: elastic(3), flow(3)
@@ -237,7 +237,7 @@ contains
    !> ψ, J/m³.
    pure real(wp) function stored(self, point, state, strain)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point        !< where it acts
+      type(strain_point_type), intent(in) :: point        !< at its position
       real(wp), intent(in) :: state(:)                    !< [any] of the point
       real(wp), intent(in) :: strain(3)                   !< ε
 
@@ -263,8 +263,8 @@ contains
       yields = .true.
    end function yields
 
-   !> Stress up to which the jumps of a face may carry, Pa: what the point has left of the largest
-   !> circle about its mean stress at the start of a step, at least a share of that radius.
+   !> Largest stress of the jumps of a face, Pa: the remaining part of the largest circle about the
+   !> mean stress at the start of a step, at least a fraction of that radius.
    pure real(wp) function jump_cap(self, point, state, strain)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< of the face

@@ -91,10 +91,10 @@ contains
       slope = slope/length**2
    end subroutine mean_along
 
-   !> Part of a piece of the line beyond the cap in ∫ p dt and, by Gauss's rule, in ∫ t ∂p/∂e dt.
+   !> Contribution of a segment beyond the cap to ∫ p dt and, by Gauss's rule, to ∫ t ∂p/∂e dt.
    pure subroutine add_beyond(foot, along, cap, start, from, to, mean, slope)
       real(wp), intent(in) :: foot(2), along(2), cap  !< q, t̂, y
-      real(wp), intent(in) :: start, from, to         !< s₀; ends t of the piece
+      real(wp), intent(in) :: start, from, to         !< s₀; ends t of the segment
       real(wp), intent(inout) :: mean(2), slope(2, 2)
       real(wp), parameter :: node = 0.577350269189625764_wp  !< of two points
       real(wp) :: at, p(2), of_point(2, 2), ends(2), r(2)
@@ -123,7 +123,7 @@ contains
       else if (ends(2) <= 0.0_wp) then
          log_ratio = log_1p(length*(1.0_wp - turn)/(r(2) - ends(2)))
       else
-         distance = norm2(foot)  ! at least the cap: the piece lies beyond it
+         distance = norm2(foot)  ! at least the cap: the piece is beyond it
          log_ratio = asinh(ends(2)/distance) - asinh(ends(1)/distance)
       end if
    end function log_ratio

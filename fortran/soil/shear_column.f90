@@ -8,7 +8,7 @@
 !> M is the mean of the lumped and the consistent mass, which makes the error of waves of the order
 !> (kh)⁴.  The base has the given acceleration, or stands on a half-space, where a dashpot ρ v takes
 !> the velocity that an outcrop would have, f = ρ v (v_outcrop − Δu/Δt).  Each step is the least of
-!> a convex function but for the damping of small strains: Newton's method, and half steps of it
+!> a convex function except for the damping of small strains: Newton's method, and half steps of it
 !> while the residual grows.  The work at the base is what is stored, moves and is lost, exactly.
 module dda_shear_column
    use dda_kinds, only: wp
@@ -47,7 +47,7 @@ module dda_shear_column
       real(wp), allocatable :: memory(:,:)    !< [mechanisms,cells] ζ
       real(wp) :: reaction = 0.0_wp           !< force on the base in the last step, Pa
       real(wp) :: work = 0.0_wp               !< at the base, J/m²
-      real(wp) :: slipped = 0.0_wp            !< lost by what slips, J/m²
+      real(wp) :: slipped = 0.0_wp            !< lost by slip, J/m²
       real(wp) :: damped = 0.0_wp             !< lost by the mechanisms of small strains, J/m²
       integer :: iterations = 0               !< of the last step
    end type shear_state_type
@@ -75,7 +75,7 @@ contains
       !> mean velocity of the base in the step, or of an outcrop of the half-space, m/s
       real(wp), intent(in) :: base
       type(shear_state_type), intent(inout) :: state  !< of the column
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp), dimension(size(state%velocity)) :: d, residual, load
       real(wp), dimension(size(state%strain)) :: stress, tangent
       real(wp) :: scale
@@ -307,7 +307,7 @@ contains
       call solve_tridiagonal(diagonal, beside, force, acceleration)
    end function end_accelerations
 
-   !> Work at the base, kinetic and stored energy, lost by what slips and by damping, J/m².
+   !> Work at the base, kinetic and stored energy, lost by slip and by damping, J/m².
    function energy_balance(column, state) result(energy)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       type(shear_state_type), intent(in) :: state  !< of the column

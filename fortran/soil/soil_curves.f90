@@ -20,7 +20,7 @@ module dda_soil_curves
    real(wp), parameter :: strains(2) = [1.0e-6_wp, 0.0316227766016837933_wp]
    real(wp), parameter :: atmosphere = 101325.0_wp  !< Pa
 
-   !> A soil, by what its formula asks for.
+   !> A soil, by the parameters of its formula.
    type :: soil_type
       character(len=16) :: curve = ''         !< darendeli, hyperbolic, mkz, gqh or table
       real(wp) :: plasticity = 0.0_wp         !< PI, per cent
@@ -39,9 +39,9 @@ contains
 
    !> The curves of a soil; damping by Masing's rules where the formula has none.
    subroutine curve_of(soil, curve, error)
-      type(soil_type), intent(in) :: soil     !< as asked for
+      type(soil_type), intent(in) :: soil     !< as requested
       type(curve_type), intent(out) :: curve  !< its table
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp) :: fine((below + samples - 1)*parts + 1), share
 
       if (soil%curve == 'table') then
@@ -69,7 +69,7 @@ contains
 
    !> G_s/G of a formula at strains.
    elemental real(wp) function reduction(soil, strain)
-      type(soil_type), intent(in) :: soil  !< as asked for
+      type(soil_type), intent(in) :: soil  !< as requested
       real(wp), intent(in) :: strain       !< above 0
       real(wp) :: x
 
@@ -86,7 +86,7 @@ contains
 
    !> θ of GQ/H at a strain over γ_r.
    elemental real(wp) function theta_of(soil, x) result(theta)
-      type(soil_type), intent(in) :: soil  !< as asked for
+      type(soil_type), intent(in) :: soil  !< as requested
       real(wp), intent(in) :: x            !< above 0
       real(wp) :: grown
 
@@ -114,7 +114,7 @@ contains
 
    !> Darendeli's curves; where his polynomial would fall at large strains damping stays.
    pure subroutine add_darendeli(soil, curve)
-      type(soil_type), intent(in) :: soil       !< as asked for
+      type(soil_type), intent(in) :: soil       !< as requested
       type(curve_type), intent(inout) :: curve  !< with its strains
       real(wp), parameter :: a = 0.919_wp
       real(wp), parameter :: c(3) = [-1.1143_wp*a**2 + 1.8618_wp*a + 0.2523_wp, &

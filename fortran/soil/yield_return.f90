@@ -34,7 +34,7 @@ module dda_yield_return
       real(wp) :: tension = 0.0_wp   !< T, Pa, at most c cot φ
    end type strength_type
 
-   !> Where a trial stress returns to.
+   !> Result of the return of a trial stress.
    type :: return_type
       logical :: yields = .false.
       real(wp) :: stress(3) = 0.0_wp    !< Pa
@@ -101,8 +101,8 @@ contains
       end do
    end subroutine planes
 
-   !> Return to where some planes meet, and by how much that breaks another bound or how far a plane
-   !> would pull, Pa.
+   !> Return to the intersection of some planes, and the violation of other bounds or the pull of a
+   !> plane, Pa.
    pure subroutine return_to(elastic, trial, gradient, bound, list, to, off)
       real(wp), intent(in) :: elastic(3, 3)      !< D of principal strains, Pa
       real(wp), intent(in) :: trial(3)           !< Pa

@@ -37,7 +37,7 @@ module dda_checkpoint
       ', checkpoints with springs of contacts, crossings, joint laws, bolts, impacts, '// &
       'free fields, motions of boundaries, mean velocities, kept variables of contacts first, '// &
       'maxima, broken faces, doubts as records, mean stresses, couplings of factors, '// &
-      'gradients of contacts'
+      'gradients of contacts, rows by schema'
 
    !> The checkpoints of an output.
    type :: checkpoints_type
@@ -62,10 +62,10 @@ contains
       checkpoints%coming = checkpoints%newest//'.coming'
       checkpoints%build = build_of_program()
       call digest_model(model, checkpoints%input, checkpoints%motions)
-      call write_archive(checkpoints%archive)  ! takes its memory now
+      call write_archive(checkpoints%archive)  ! allocates its memory now
    end subroutine begin_checkpoints
 
-   !> Checksums of all that an input says.
+   !> Checksums of an input and its files.
    subroutine digest_model(model, input, motions)
       type(model_type), intent(in) :: model  !< as read from the input
       integer(long), intent(out) :: input, motions  !< checksums of text and blocks, of the curves
@@ -120,7 +120,7 @@ contains
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       type(simulation_type), intent(inout) :: simulation  !< written or read
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       logical :: to_disk
 
       to_disk = is_due(checkpoints%flushing)
@@ -146,7 +146,7 @@ contains
    subroutine rename_coming(checkpoints, on_disk, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       logical, intent(in) :: on_disk  !< the coming checkpoint is flushed to the disk
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       logical :: done
 
       if (checkpoints%newest_on_disk) then
@@ -168,7 +168,7 @@ contains
       type(journal_type), intent(inout) :: journal  !< of the run
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=:), allocatable, intent(out) :: notice  !< which checkpoint, and why
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(error_type), allocatable :: reason
       logical :: unused
 
@@ -195,7 +195,7 @@ contains
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       type(simulation_type), intent(inout) :: simulation  !< written or read
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call begin_reading(name, checkpoints%archive, error)
       if (allocated(error)) return
@@ -218,7 +218,7 @@ contains
    !> Version, build and input of a checkpoint, which must be the same when it is read.
    subroutine serialise_identity(checkpoints, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=:), allocatable :: maker, build
       integer(long) :: input, motions
 

@@ -22,7 +22,7 @@ module dda_contact_state
 
 contains
 
-   !> All of a list: the next step inherits from it, and frames are written from it.
+   !> The whole list: the next step inherits from it, and frames are written from it.
    subroutine serialise_contacts(archive, contacts, blocks, neighbours, joints)
       type(archive_type), target, intent(inout) :: archive  !< written or read
       type(contacts_type), intent(inout) :: contacts        !< list, replaced when read

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The largest values of a run as part of a checkpoint, with what they count from.
+!> The largest values of a run as part of a checkpoint, with their origins.
 module dda_maxima_state
    use dda_archive, only: archive_type, serialise, serialise_count, serialise_label, &
       serialise_list, serialise_number
-   use dda_base_motion, only: base_type, base_point
+   use dda_base_motion, only: base_type, base_kinds
    use dda_first_contacts, only: first_contacts_type
    use dda_maxima, only: maxima_table, number_of_maxima
    use dda_running_maxima, only: reserve_maxima
@@ -14,7 +14,7 @@ module dda_maxima_state
 
 contains
 
-   !> Nothing of a run that does not count.
+   !> Store nothing for a run that does not count.
    subroutine serialise_maxima(archive, simulation)
       type(archive_type), intent(inout) :: archive        !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -42,7 +42,7 @@ contains
       type(base_type), intent(inout) :: base        !< of the model
       integer, intent(in) :: points                 !< measured
 
-      call serialise_number(archive, base%kind, 0, base_point)
+      call serialise_number(archive, base%kind, 0, base_kinds)
       call serialise_number(archive, base%point, 0, points)
       call serialise(archive, base%share)
       call serialise(archive, base%zero)

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> All that a run has changed since its start: written to an archive, and put back into a run just
-!> started.
+!> The changes of a run since its start, written to an archive and restored into a run just started.
 module dda_simulation_state
    use dda_archive, only: archive_type, fail_archive, serialise, serialise_label, serialise_number
    use dda_breaking, only: can_break, restore_faces
@@ -30,8 +29,7 @@ module dda_simulation_state
 
 contains
 
-   !> When the archive is read, the simulation must be one of the same model, and comes to stand
-   !> where the other stood.
+   !> On reading, the simulation must have the same model; it gets the state of the other one.
    recursive subroutine serialise_simulation(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -106,7 +104,7 @@ contains
          simulation%elements, simulation%model, simulation%blocks, simulation%time)
    end subroutine serialise_stage
 
-   !> Where the displacements of points count from.
+   !> Origin of the displacements of points.
    subroutine serialise_points(archive, points)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(point_type), intent(inout) :: points(:)  !< measured

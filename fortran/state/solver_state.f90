@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The state of the linear solver: its method, its counts, and what the method itself has to keep.
+!> The state of the linear solver: its method, its counts, and the data of the method.
 module dda_solver_state
    use dda_archive, only: archive_type, serialise, serialise_label, fail_archive
    use dda_block_matrix, only: block_matrix_type
-   use dda_linear_solver, only: solver_type, current_name, is_solver_name, set_method
+   use dda_linear_solver, only: solver_type, is_solver_name, set_method
    implicit none
    private
    public :: serialise_solver
@@ -29,7 +29,6 @@ contains
       call serialise(archive, solver%iterations)
       call serialise(archive, solver%handed_over)
       if (allocated(archive%failure)) return
-      method = current_name(method)
       if (method == 'auto') return
       if (method /= solver%method) call set_method(solver, matrix, method)
       call solver%active%serialise(matrix, archive)

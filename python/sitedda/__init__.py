@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Two-dimensional discontinuous deformation analysis: site response, masonry, jointed rock."""
 
-# Everything is read when it is asked for: the program must hear a signal, and may lack memory,
-# also while its libraries are read.
+# Names are imported on access: the program must react to signals, and may lack memory,
+# also during the import of its libraries.
 
 from .paths import install as find_short_paths
 
-TYPE_CHECKING = False  # but for readers of types; the module typing takes its time
+TYPE_CHECKING = False  # except for readers of types; the module typing takes its time
 
 if TYPE_CHECKING:
     from .base.errors import (
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
         ConvergenceError,
         InputError,
         InterruptedRun,
-        MaximaWarning,
         NoRootError,
         OutOfMemory,
         OutputError,
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
         SiteddaError,
         SolverError,
     )
+    from .calibration import Calibration, MeasuredMode, calibrate
     from .drawing.pictures import draw
     from .engine.checking import (
         Modes,
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         Report,
         check,
         modes,
+        penalty_for,
         penalty_for_frequency,
         penalty_for_shift,
         transfer,
@@ -44,17 +45,25 @@ if TYPE_CHECKING:
     )
     from .engine.spectra import Peak, amplification, find_peak, fourier_spectrum
     from .facade.model import Model
-    from .facade.run import Run, Simulation, resume, run
+    from .facade.run import Run, Simulation, open_output, resume, run
     from .input.examples import copy_example
-    from .output import open_output
     from .site import Column, HalfSpace, Layer
-    from .stability import limit_analysis, mechanism, pushover, safety
+    from .stability import (
+        limit_analysis,
+        mechanism,
+        move_supports,
+        performance_point,
+        pushover,
+        safety,
+        travelling_axle,
+    )
     from .study.error_bars import Accuracy, accuracy
     from .study.solving import Root, solve_for
 
 __all__ = [
     "Accuracy",
     "AuditWarning",
+    "Calibration",
     "CheckError",
     "CheckpointError",
     "Column",
@@ -63,7 +72,7 @@ __all__ = [
     "InputError",
     "InterruptedRun",
     "Layer",
-    "MaximaWarning",
+    "MeasuredMode",
     "Model",
     "Modes",
     "NoRootError",
@@ -80,6 +89,7 @@ __all__ = [
     "SolverError",
     "accuracy",
     "amplification",
+    "calibrate",
     "check",
     "copy_example",
     "draw",
@@ -88,9 +98,12 @@ __all__ = [
     "limit_analysis",
     "mechanism",
     "modes",
+    "move_supports",
     "open_output",
+    "penalty_for",
     "penalty_for_frequency",
     "penalty_for_shift",
+    "performance_point",
     "pushover",
     "read_record",
     "resume",
@@ -102,6 +115,7 @@ __all__ = [
     "theta_for_damping",
     "time_step_for_damping",
     "transfer",
+    "travelling_axle",
 ]
 _MODULES = (
     "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals", "site",
@@ -112,21 +126,22 @@ _HOMES = {
     name: module
     for module, names in {
         "base.errors": "AuditWarning CheckError CheckpointError ConvergenceError InputError "
-        "InterruptedRun MaximaWarning NoRootError OutOfMemory OutputError PeakWarning SiteddaError "
+        "InterruptedRun NoRootError OutOfMemory OutputError PeakWarning SiteddaError "
         "SolverError",
+        "calibration": "Calibration MeasuredMode calibrate",
         "drawing.pictures": "draw",
-        "engine.checking": "Modes Penalty Report check modes penalty_for_frequency "
+        "engine.checking": "Modes Penalty Report check modes penalty_for penalty_for_frequency "
         "penalty_for_shift transfer",
         "engine.records": "read_record",
         "engine.scheme": "scheme_damping scheme_frequency theta_for_damping time_step_for_damping",
         "engine.spectra": "Peak amplification find_peak fourier_spectrum",
         "study.error_bars": "Accuracy accuracy",
         "facade.model": "Model",
-        "facade.run": "Run Simulation resume run",
+        "facade.run": "Run Simulation open_output resume run",
         "input.examples": "copy_example",
-        "output": "open_output",
         "site": "Column HalfSpace Layer",
-        "stability": "limit_analysis mechanism pushover safety",
+        "stability": "limit_analysis mechanism move_supports performance_point pushover safety "
+        "travelling_axle",
         "study.solving": "Root solve_for",
     }.items()
     for name in names.split()
@@ -140,7 +155,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str):
-    """What is asked for, from its module."""
+    """What is requested, from its module."""
     from importlib import import_module
 
     if name in _MODULES:

@@ -24,7 +24,9 @@ _SCIPY_ROOM = 2**27  # of them, for SciPy, which has an OpenBLAS of its own
 # of theirs: no array of the program is, and dask alone takes .4 s.  Matplotlib imports its axes in
 # three dimensions.  A study may run on dask, and whatever its functions import.
 _UNUSED = ("cubed", "cupy", "dask", "pint", "sparse", "mpl_toolkits.mplot3d")
-_OBJECTS = 20_000  # new ones before a garbage collection: with 700 that is 6 % of a run
+_OBJECTS = 20_000  # new ones before a garbage collection: with 700 it costs 6 % of a run
+
+_plain_showwarning = warnings.showwarning
 
 
 class _Watcher:
@@ -64,6 +66,7 @@ def _status(arguments: list[str] | None, interruption: Interruption) -> int:
             if sys.argv[1:2] != ["study"]:
                 sys.modules |= dict.fromkeys(_UNUSED)  # None: not to be imported
                 warnings.filterwarnings("ignore", "Unable to import Axes3D")
+            warnings.showwarning = _print_warning
         from .commands.command import main as carry_out
 
         return carry_out(arguments)
@@ -78,8 +81,21 @@ def _status(arguments: list[str] | None, interruption: Interruption) -> int:
         return ending[0]
 
 
+def _print_warning(message, category, *place, **more) -> None:
+    """Print warnings of this program only; those of libraries are shown on request (python -W).
+
+    What the audit finds is a doubt of the verdict.
+    """
+    if category.__name__ == "AuditWarning":
+        return
+    if category.__module__.startswith("sitedda."):
+        print(f"sitedda: {message}", file=sys.stderr)
+    elif sys.warnoptions:
+        _plain_showwarning(message, category, *place, **more)
+
+
 def _require_room(size: int) -> None:
-    """An error if there are not so many bytes of addresses: OpenBLAS would end or hang."""
+    """An error if so many bytes of addresses are not available: OpenBLAS would end or hang."""
     try:
         mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, prot=0).close()
     except OSError as trouble:
@@ -88,7 +104,7 @@ def _require_room(size: int) -> None:
 
 
 def _ending(trouble: BaseException) -> tuple[int, str] | None:
-    """Status and sentence of what is no fault of the program; None if it is one."""
+    """Exit status and sentence of an expected error; None if it is a fault of the program."""
     if isinstance(trouble, KeyboardInterrupt):
         return InterruptedRun.kind, "interrupted"
     if isinstance(trouble, SiteddaError):

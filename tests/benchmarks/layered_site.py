@@ -5,7 +5,7 @@ The native executable runs inputs/layered_site.nml (60,000 steps) on one core, w
 spectral amplification.  "Output included" writes a sample of every step; "output excluded" writes
 the first and the last.  The time of a run of one step (start, input, record) is taken off both.
 Wall time and processor time (user and system) are printed: the least of several repetitions, since
-all that disturbs a run makes it longer, and the median.  Where other work goes on, the processor
+all that disturbs a run makes it longer, and the median.  Where other work continues, the processor
 time is the fairer.
 """
 

@@ -37,7 +37,7 @@ SUDDEN, SETTLED = 10, 60  # steps after gravity has come: the sudden ones, the l
 LIMIT = 400  # s for a case
 QUIET_FROM = 50000  # blocks from which no other phase is measured; nor is one of the rivals
 SHORT = 5e-4  # s: steps shorter than this are timed in stretches
-LATE = 0.99  # share of the steps that take no longer than the time of that name
+LATE = 0.99  # fraction of the steps that take no longer than the time of that name
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def measured_apart(case: Case) -> dict:
 
 
 def measure(case: Case) -> dict:
-    """Measure the states of a model that the case asks for."""
+    """Measure the states of a model that the case requires."""
     import sitedda
 
     budget = BUDGET.get(case.model, DEFAULT_BUDGET)
@@ -214,7 +214,7 @@ def most_memory() -> float:
 
 
 def beside(run, model, case: Case, rest: int) -> dict:
-    """The plain step beside the engine's, where the case asks for it."""
+    """The plain step beside the engine's, where the case requires it."""
     if not case.compared:
         return {}
     import plain_step

@@ -4,53 +4,51 @@
 from pathlib import Path
 
 STATES = ("quiet", "sudden", "settling", "shaken")
-STATES_NOTE = """*Quiet*: settled, nothing changes.  *Sudden*: the first ten steps after gravity has
-come on a wall that touches everywhere and carries nothing.  *Settling*: the next fifty of these.
-*Shaken*: settled, then shaken by a tenth of g (a stack by three quarters).  99 % of the steps take
-no longer than the time of that name; of fewer than a hundred steps it is near the worst.  Counts
-are means of a step.
-
-"""
 HEAD = """# Speed
 
-`python tests/benchmarks/speed.py --docs` writes this page and [all tables](benchmarks_full.md)."""
-SUMMARY = """A step costs one to two microseconds a block while no contact changes its state, and
-up to sixty times that while many do: changes mean another open–close iteration, many of them
-another factor. Milliseconds a step (means; Δt 1 ms, penalty 100 E) of a running-bond wall, on
-one thread and on two, the dearest first:"""
-MEANING = """*Sudden* are the first ten steps after gravity has come on a wall that touches
-everywhere and carries nothing, *settling* the next fifty; who needs the rest alone starts from it
-([a start at rest](method.md#a-start-at-rest)). *Shaken* is by a tenth of g, *quiet* is settled.
+`python tests/benchmarks/speed.py --docs` writes this page and [all measurements](benchmarks.csv)
+(`late_ms`: 99 % of the steps are faster; counts are means of a step). [Ablation](ablation.md) shows
+the effect of each remedy of the iteration.
+
+```{toctree}
+:hidden:
+ablation
+```"""
+SUMMARY = """While no contact changes its state, a step costs one to three microseconds a block.
+While many change, it costs up to forty times that: changes require more open–close iterations and
+more factorisations. Milliseconds a step (means; Δt 1 ms, penalty 100 E) of a wall in running bond,
+on one thread and on two:"""
+MEANING = """- *sudden*: the first ten steps after gravity acts on a wall whose bricks touch
+  without force (to avoid them, use [a start at rest](method.md#a-start-at-rest));
+- *settling*: the next fifty steps;
+- *shaken*: settled, then shaken by 0.1 g (a stack by 0.75 g);
+- *quiet*: settled; no contact changes.
 
 ![Cost of a step against the number of blocks](benchmarks.png)"""
-AGAINST_PLAIN = """Against the same step in numpy and scipy (`tests/benchmarks/plain_step.py`),
-which begins with the contacts that the engine has found and keeps its factor while no spring
-changes; it has no line search and is given up after 25 open–close iterations.  Places differ by so
-much of the largest move (– where no plain iteration converged):
+AGAINST_PLAIN = """The same step in numpy and scipy (`tests/benchmarks/plain_step.py`) starts from
+the contacts that the engine has found. It keeps its factor while no spring changes, has no line
+search, and stops after 25 open–close iterations. The last column is the difference of positions
+over the largest move (– if no plain iteration converged):
 
 """
-NOTES = """## Choices behind these numbers
+NOTES = """## Design choices
 
-- Springs that contacts put in or take out are taken up by a low-rank update of the lagged factor
-  (`low_rank.f90`), up to 160 of them; beyond that, or when its age has cost eight iterations, the
-  factor is made anew. A correction costs a small part of a factor and leaves solves as short.
-- The factor is kept in panels of 8 rows and 6 columns (`packed_panels.f90`), read upwards through
-  memory in the first half of a solve and downwards in the second: one stream for the processor to
-  fetch ahead.
-- Blocks of K̂ that are zero, as of open joints between bricks, are left out when a factor is
-  planned (`cholesky.f90.in`): in a wall of 100,000 bricks with open head joints that leaves .56 of
-  the entries and .39 of the operations. It is planned anew when such a joint has closed.
-- Solves before the last of a step stop at a hundredth of their first residual; the last one is
-  finished to 1e-11 before convergence is accepted.
-- SSOR is not offered as preconditioner.  Prototypes (1,000 bricks, 100 E, 1e-5 s) took 8 iterations
-  in place of 15, 0.69 ms in place of 0.77 ms on one thread, but 0.60 ms in place of 0.42 ms on two;
-  at 10,000 bricks 11.6 ms in place of 13 ms, and 7.9 ms in place of 5.9 ms.  Where block Jacobi
-  needs many iterations, the lagged factor is several times faster than both.
-- Residuals are measured by the loads whose balance a right side is: at rest they all but cancel.
-- The engine's own factor of 6×6 blocks was measured against CHOLMOD's supernodal one before it was
-  kept: 2.7 to 5.8 times as fast on walls of 1,000 and 10,000 bricks, on one thread.
-- Walls of 100,000 blocks are measured in quiet steps only.
-- Short loops do not open a parallel region: even with one thread that costs a microsecond.
+- **Low-rank update** (`low_rank.f90`): up to 160 springs that contacts add or remove correct the
+  lagged factor. Beyond that, or after eight extra iterations, it is factorised again.
+- **Packed factor** (`packed_panels.f90`): panels of 8 rows and 6 columns, read upwards in the first
+  half of a solve and downwards in the second.
+- **Zero blocks** of K̂, as of open joints, are left out of the factor (`cholesky.f90.in`). A wall
+  of 100,000 bricks with open head joints needs 56 % of the entries and 39 % of the operations.
+- **Loose solves**: solves before the last of a step stop at 1 % of their first residual. The last
+  one reaches 1e-11 before convergence is accepted.
+- **Residuals** are relative to the loads of a right side, which nearly cancel at rest.
+- **Own factorisation** of 6×6 blocks: 2.7 to 5.8 times as fast as the supernodal one of CHOLMOD, on
+  walls of 1,000 and 10,000 bricks and one thread.
+- **No SSOR**: prototypes gained at most 11 % over block Jacobi on one thread and lost on two;
+  for stiff models the lagged factor is several times faster than both.
+- **Short loops** are serial: a parallel region costs a microsecond even with one thread.
+
+Walls of 100,000 blocks are measured in quiet steps only.
 """
 GROWTH = ("wall 1000", "wall 10000", "wall 100000")
 LOOKS = {(1e-3, 1): "C0o-", (1e-3, 2): "C1s-", (1e-5, 1): "C2o--", (1e-5, 2): "C3s--"}
@@ -59,22 +57,21 @@ PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "upda
 
 
 def text(machine: str, results: list[dict]) -> str:
-    """All tables in Markdown."""
+    """The short page in Markdown."""
     good = [result for result in results if "error" not in result]
     engine = [result for result in good if result["solver_asked"] == "auto"]
-    parts = [steps_table(engine), phases_table(engine), rivals_table(engine), sor_table(good)]
-    parts.append(growth_line(engine))
-    parts.append(disturbances(good))
+    parts = [HEAD, f"Machine: {machine}.", SUMMARY, summary_table(engine), MEANING]
+    parts += [growth_line(engine), rivals_table(engine), sor_table(good), disturbances(good)]
     failed = [f"- {name(result)}: {result['error']}" for result in results if "error" in result]
     if failed:
         parts.append("Not measured:\n\n" + "\n".join(failed))
-    return "\n\n".join(part for part in [f"Machine: {machine}.", *parts] if part)
+    return "\n\n".join(part for part in [*parts, NOTES] if part)
 
 
 def disturbances(results: list[dict]) -> str:
-    """Cases whose threads had to share the processors with other programs."""
+    """Cases whose threads shared the processors with other programs."""
     lines = [f"- {name(result)}: {note}" for result in results for note in result["disturbed"]]
-    head = "Cases in which threads had to share the processors with other programs:\n\n"
+    head = "Cases whose threads shared the processors with other programs:\n\n"
     return head + "\n".join(lines) if lines else ""
 
 
@@ -103,35 +100,26 @@ def digits(value: float) -> str:
     return f"{float(f'{value:.3g}'):,g}"
 
 
-def steps_table(results: list[dict]) -> str:
-    """Time of a step in each state."""
-    rows = []
+def all_rows(results: list[dict]) -> str:
+    """Times, counts and phases of each state, as CSV."""
+    times, counts = (
+        ("step", "mean", "late", "worst"),
+        ("iterations", "factors", "solver_iterations"),
+    )
+    heads = ["model", "penalty_E", "time_step_s", "blocks", "threads", "state", "steps",
+             "median_ms", *(f"{each}_ms" for each in times[1:]), *counts, "solver", "memory_MB",
+             *(f"{each}_ms" for each in PHASES)]  # fmt: skip
+    lines = [heads]
     for result in results:
         for state in measured(result):
             it = result[state]
-            times = [digits(1e3 * it[each]) for each in ("step", "mean", "late", "worst")]
-            counts = [it["counts"][each] for each in ("iterations", "factors", "solver_iterations")]
-            rows.append(
-                row(name(result), result["blocks"], result["threads"], state, it["steps"], *times,
-                    f"{counts[0]:.1f}", f"{counts[1]:.2f}", f"{counts[2]:.0f}",
-                    result["solver"], f"{result['memory']:.0f}")
-            )  # fmt: skip
-    heads = ["model, penalty, time step", "blocks", "threads", "state", "steps", "median, ms",
-             "mean", "99 %", "worst", "open–close iterations", "factors", "solver iterations",
-             "solver", "MB"]  # fmt: skip
-    return STATES_NOTE + table(heads, rows)
-
-
-def phases_table(results: list[dict]) -> str:
-    """Milliseconds of each phase."""
-    rows = []
-    for result in results:
-        for phase in measured(result):
-            spent = [f"{1e3 * result[phase]['phases'][each]:.3g}" for each in PHASES]
-            rows.append(row(name(result), result["threads"], phase, *spent))
-    return "Milliseconds a step by phases (means):\n\n" + table(
-        ["model, penalty, time step", "threads", "state", *PHASES], rows
-    )
+            case = [result[each] for each in ("model", "penalty", "time_step", "blocks", "threads")]
+            lines.append([
+                *case, state, it["steps"], *(f"{1e3 * it[each]:.3g}" for each in times),
+                *(f"{it['counts'][each]:.3g}" for each in counts), result["solver"],
+                f"{result['memory']:.0f}", *(f"{1e3 * it['phases'][each]:.3g}" for each in PHASES),
+            ])  # fmt: skip
+    return "".join(",".join(map(str, line)) + "\n" for line in lines)
 
 
 def rivals_table(results: list[dict]) -> str:
@@ -225,13 +213,10 @@ def summary_table(results: list[dict]) -> str:
 
 
 def write(folder: Path, machine: str, results: list[dict]) -> None:
-    """docs/benchmarks.md, docs/benchmarks_full.md and docs/benchmarks.png."""
+    """docs/benchmarks.md, docs/benchmarks.csv and docs/benchmarks.png."""
     engine = [it for it in results if "error" not in it and it["solver_asked"] == "auto"]
-    short = [HEAD, f"Machine: {machine}.", SUMMARY, summary_table(engine), MEANING]
-    short += [growth_line(engine), rivals_table(engine), NOTES]
-    (folder / "benchmarks.md").write_text("\n\n".join(part for part in short if part))
-    head = "# Speed: all tables\n\n`python tests/benchmarks/speed.py --docs` writes this page.\n\n"
-    (folder / "benchmarks_full.md").write_text(head + text(machine, results) + "\n")
+    (folder / "benchmarks.md").write_text(text(machine, results))
+    (folder / "benchmarks.csv").write_text(all_rows(engine))
     draw(results, folder / "benchmarks.png")
 
 

@@ -66,7 +66,7 @@ contains
       call check_no_error(error, 'all steps close')
    end subroutine run
 
-   !> What the energy audit leaves over, as a share of the largest energy in it.
+   !> What the energy audit leaves over, as a fraction of the largest energy in it.
    pure real(wp) function relative_balance(energy)
       type(energy_type), intent(in) :: energy
       real(wp) :: largest
@@ -132,7 +132,7 @@ contains
       text = text//'/'
    end function block_text
 
-   !> Begin the random numbers anew, so that each test is repeatable by itself.
+   !> Begin the random numbers again, so that each test is repeatable by itself.
    subroutine sow(from)
       integer, intent(in) :: from
 

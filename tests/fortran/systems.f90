@@ -27,6 +27,7 @@ module systems
       gap_row, slip_row, energy, gradient
 
    real(wp), parameter :: stiffness = 1.0e3_wp
+   real(wp), parameter :: shear_stiffness = stiffness/2.5_wp
    integer, parameter :: unknowns = 12
 
    !> Given terms as elements.
@@ -200,11 +201,12 @@ contains
       if (block_v == 2) row = [-of_edge, of_vertex]
    end function placed
 
-   !> ½ dᵀBd − fᵀd + Σ ½ k min(gap, 0)², without friction.
-   pure real(wp) function energy(system, contacts, d)
+   !> ½ dᵀBd − fᵀd + Σ ½ k min(gap, 0)²; with sliders ½ k_s s² up to their bounds, linear beyond.
+   pure real(wp) function energy(system, contacts, d, bounds)
       type(system_type), intent(in) :: system
       type(contacts_type), intent(in) :: contacts
       real(wp), intent(in) :: d(6, 2)
+      real(wp), intent(in), optional :: bounds(:)  !< frozen, N/m; else without friction
       integer :: c
 
       energy = dot_product(flat(d), 0.5_wp*matmul(linear_matrix(system), flat(d)) &
@@ -212,21 +214,38 @@ contains
       do c = 1, contacts%n
          energy = energy + 0.5_wp*stiffness*min(0.0_wp, contacts%gap(c) &
             + dot_product(gap_row(contacts, c), flat(d)))**2
+         if (present(bounds)) energy = energy + slider(bounds(c), contacts%stretch(c) &
+            + dot_product(slip_row(contacts, c), flat(d)))
       end do
+
+   contains
+
+      pure real(wp) function slider(bound, stretch)
+         real(wp), intent(in) :: bound, stretch
+
+         slider = 0.5_wp*shear_stiffness*stretch**2
+         if (shear_stiffness*abs(stretch) > bound) &
+            slider = bound*(abs(stretch) - 0.5_wp*bound/shear_stiffness)
+      end function slider
+
    end function energy
 
    !> Its gradient.
-   pure function gradient(system, contacts, d) result(slope)
+   pure function gradient(system, contacts, d, bounds) result(slope)
       type(system_type), intent(in) :: system
       type(contacts_type), intent(in) :: contacts
       real(wp), intent(in) :: d(6, 2)
-      real(wp) :: slope(unknowns)
+      real(wp), intent(in), optional :: bounds(:)  !< frozen, N/m; else without friction
+      real(wp) :: slope(unknowns), trial
       integer :: c
 
       slope = matmul(linear_matrix(system), flat(d)) - flat(system%load)
       do c = 1, contacts%n
          slope = slope + stiffness*min(0.0_wp, contacts%gap(c) + dot_product(gap_row(contacts, c), &
             flat(d))) *gap_row(contacts, c)
+         if (.not. present(bounds)) cycle
+         trial = shear_stiffness*(contacts%stretch(c) + dot_product(slip_row(contacts, c), flat(d)))
+         slope = slope + sign(min(bounds(c), abs(trial)), trial)*slip_row(contacts, c)
       end do
    end function gradient
 

@@ -171,7 +171,7 @@ contains
       call check_close(velocity_at(curve, late), v, 'goes on', relative=1.0e-14_wp)
       call check_close(displacement_at(curve, late), d + 2.0_wp*v, 'so far', relative=1.0e-13_wp)
       call check_close(acceleration_at(curve, late), 0.0_wp, 'by itself')
-      call check(.not. curve%ends_at_rest .and. index(curve%method, 'goes on with') > 0, &
+      call check(.not. curve%ends_at_rest .and. index(curve%method, 'continues with') > 0, &
          curve%method)
       curve%start = 5.0_wp
       call check_close(displacement_at(curve, 5.0_wp + late), d + 2.0_wp*v, 'from its start', &

@@ -116,7 +116,7 @@ contains
    end subroutine new_numbers_and_new_pattern
 
    !> Lower blocks that are zero fill nothing in, until they are not zero any more: then the factor
-   !> is planned anew.  It stays planned for what has become zero again.
+   !> is planned again.  It stays planned for what has become zero again.
    subroutine couplings_that_are_zero()
       type(block_matrix_type) :: matrix
       type(factor_type) :: factor

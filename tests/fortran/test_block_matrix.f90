@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The block matrix against the dense matrix that it stands for.
+!> The block matrix against the dense matrix that it represents.
 module test_block_matrix
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern, terms_of_product

@@ -57,7 +57,7 @@ contains
             change(3) = 0.0_wp
             before = law%stored(point, state, strain)
             damage = state(1)
-            point%bounding = law%held_stress(point, state, strain, change, step)
+            point%bounding = law%frozen_stress(point, state, strain, change, step)
             call law%respond(point, state, strain, change, step, stress, tangent)
             call law%finish(point, state, strain, change, step, loss)
             strain = strain + change
@@ -92,7 +92,7 @@ contains
          change(mode) = 2.2_wp*energies(mode)/merge(tension, cohesion, mode == 1)/40
          do i = 1, 40
             do k = 1, 3
-               point%bounding = law%held_stress(point, state, strain, change, step)
+               point%bounding = law%frozen_stress(point, state, strain, change, step)
             end do
             call law%respond(point, state, strain, change, step, stress, tangent)
             call law%finish(point, state, strain, change, step, loss)

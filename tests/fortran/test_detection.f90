@@ -152,7 +152,7 @@ contains
          absolute=1.0e-8_wp)
       call check_close(-got%shear_e(1:3), rows(1:3, 2, 2), &
          '∂slip/∂q of the edge''s block', absolute=1.0e-8_wp)
-      ! A strain of the edge's block also turns the edge: a share of the gap, left out.
+      ! A strain of the edge's block also turns the edge: a fraction of the gap, left out.
       call check_close(-got%shear_e(4:6), rows(4:6, 2, 2), &
          '∂slip/∂ε of the edge''s block', absolute=1.0e-8_wp + 1.2_wp*abs(here(1)))
       call compare_with_shapes(blocks, contacts, c, share)
@@ -459,7 +459,7 @@ contains
    end subroutine either_block_first
 
    !> Two blocks that pass each other, corner by corner, so fast that a step leads beyond the
-   !> corner: as long as an edge line separates them, none of what is listed is deep in.
+   !> corner: while an edge line separates them, none of what is listed is deep in.
    subroutine fast_corners()
       call case('corners that pass each other fast')
       call pass_by(reshape([-0.13_wp, -0.08_wp, -0.04_wp, -0.13_wp, 0.0_wp, 0.0_wp, -0.10_wp, &

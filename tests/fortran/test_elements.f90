@@ -227,7 +227,7 @@ contains
    end subroutine static_stretch
 
    !> Two free blocks on a bolt between their centroids are one oscillator: its amplification matrix
-   !> against the roots of the scheme, with the dashpot against the recursion written down anew.
+   !> against the roots of the scheme, with the dashpot against the recursion written down again.
    subroutine bolted_pair(member, viscosity)
       integer, intent(in) :: member
       real(wp), intent(in) :: viscosity  !< N s/m
@@ -330,8 +330,8 @@ contains
 
    !> All solvers give the same increments.
    subroutine linear_solvers()
-      character(len=*), parameter :: names(6) = [character(len=6) :: 'direct', 'lagged', 'jacobi', &
-         'banded', 'sor', 'auto']
+      character(len=*), parameter :: names(5) = [character(len=6) :: 'direct', 'lagged', 'jacobi', &
+         'sor', 'auto']
       type(simulation_type) :: simulation
       real(wp), allocatable :: first(:,:), moved(:,:)
       integer :: i
@@ -370,7 +370,7 @@ contains
    end subroutine modes_of_two_blocks_on_a_bolt
 
    !> A block on a bolt to one that supports move: H = (k + w_c c)/(k + w_c c + w_m m), with the
-   !> spring at the end of the step w_e k in place of k.  A bolt is no support.
+   !> spring at the end of the step w_e k instead of k.  A bolt is no support.
    subroutine bolted_transfer(member)
       integer, intent(in) :: member
       real(wp), parameter :: dt = 4.0e-3_wp

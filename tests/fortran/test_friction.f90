@@ -5,7 +5,7 @@ module test_friction
    use dda_contact, only: contact_open, contact_slide, contact_stick
    use dda_coulomb, only: coulomb_contact_type, respond
    use dda_friction, only: law_of, laws_type, set_laws
-   use dda_joint_contact, only: response_type
+   use dda_joint_law, only: response_type
    use dda_material, only: joint_type
    use models, only: random
    use testing, only: check, check_close

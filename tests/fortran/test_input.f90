@@ -108,7 +108,7 @@ contains
       call accept(model, '&run title = ''A title'' / &control time_step = 0.01 duration = 1.0 '// &
          'least_time_step = 1.0e-5'//' dynamic_factor = 0.9 max_displacement_ratio = 0.02 '// &
          'gravity = 1.0 -9.81 time_step_control = ''adaptive'''// &
-         ' analysis = ''plane_strain'' solver = ''banded'' / &contact normal_stiffness = 2.0e9 '// &
+         ' analysis = ''plane_strain'' solver = ''direct'' / &contact normal_stiffness = 2.0e9 '// &
          'shear_ratio = 3.0'//' fixed_point_ratio = 50.0 max_iterations = 77 force_tolerance = '// &
          '1.0e-8 / &output file = ''o.nc'''//' history_interval = 4 block_interval = 9 / '//rock// &
          joint//square)
@@ -118,7 +118,7 @@ contains
             c%max_displacement_ratio, c%gravity], [0.01_wp, 1.0e-5_wp, 0.9_wp, 0.02_wp, 1.0_wp, &
             -9.81_wp], 'numbers of control')
          call check(c%steps == 100 .and. c%adaptive .and. c%plane_strain &
-            .and. c%solver == 'banded', 'words of control')
+            .and. c%solver == 'direct', 'words of control')
       end associate
       associate (c => model%contact)
          call check_close([c%normal_stiffness, c%shear_ratio, c%fixed_point_ratio, &
@@ -416,7 +416,8 @@ contains
       call refuse_motion('quantity = ''velocity'' values = 1.0 2.0', 'time_step')
       call refuse_motion('quantity = ''jerk'' time_step = 0.1 values = 1.0 2.0', 'jerk')
       call refuse_motion('time_step = 0.1', 'file or values')
-      call refuse_motion('file = ''x'' values = 1.0 2.0 time_step = 0.1', 'file or values')
+      call refuse_motion('file = ''x'' quantity = ''velocity'' values = 1.0 2.0 time_step = 0.1', &
+         'file or values')
       call refuse_motion('quantity = ''velocity'' unit = ''feet'' time_step = 0.1 values = 1.0 '// &
          '2.0', 'feet')
       call refuse_motion('quantity = ''velocity'' taper = 2.0 time_step = 0.1 values = 1.0 2.0', &
@@ -488,11 +489,11 @@ contains
       call refuse(before//'&layers width = 1e-100 thickness = 1e-100 /', 'less than 1e-9 m')
       call refuse(whole//'&layers left = -9e8 width = 1e7 thickness = 1e7 / &layers left = 9e8 '// &
          'width = 1e7 thickness = 1e7 /', '&block', 'line 4', &
-         'block 1 measures 1 m, too little beside')
+         'block 1 measures 1 m, too little compared with')
       call refuse(before//'&drums width = 1e6 height = 1e-9 count = 2 /', '&drums', &
          'block 1 drum_1 has no area')
       call refuse(before//'&drums width = 1.0 top_width = 1e-14 height = 1.0 count = 2 /', &
-         '&drums', 'block 2 drum_2 has a side of', 'too little beside the 2 m')
+         '&drums', 'block 2 drum_2 has a side of', 'too little compared with the 2 m')
       call accept(model, before//'&drums width = 1.0 top_width = 1e-9 height = 1.0 count = 2 /')
       call refuse(before//'&wall brick_length = 1.0 brick_height = 1.0 bricks = 2 name = '''// &
          repeat('n', 57)//''' /', '&wall', 'too long: at most 56')
@@ -504,7 +505,7 @@ contains
 
       text = repeat('1.0 ', 5000000)
       call refuse(control//rock//newline//joint//newline//'&block vertices = '//text//' /', &
-         '&block', 'line 5', 'one more than that variable holds')
+         '&block', 'line 5', 'exceeds its number of values')
       call refuse(whole//'&block '//repeat('x', 20000000)//' = 1 /', '&block', 'line 5')
    end subroutine long_groups
 

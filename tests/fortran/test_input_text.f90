@@ -53,7 +53,7 @@ contains
       type(error_type), allocatable :: error
       type(traction_values) :: found
 
-      call parse('&traction '//values//' /', group, error)
+      call parse('&traction normal = 1 '//values//' /', group, error)
       if (.not. allocated(error)) call read_values(group, found, error)
       call check_no_error(error, values)
       if (.not. allocated(error)) then
@@ -185,7 +185,7 @@ contains
       call wrong('&load time = 1 x2 /', '''x2'' is no number')
       call wrong('&load time = ''1'' /', 'is no number')
       call wrong('&load time = 5000*1 /', '5000*')
-      call wrong('&load time = 4000*1 200*1 /', 'one more than that variable holds')
+      call wrong('&load time = 4000*1 200*1 /', 'exceeds its number of values')
       call wrong('&load time(5000) = 1 /', 'there is no part (5000)')
       call wrong('&load time(0) = 1 /', 'there is no part (0)')
       call wrong('&load x(1) = 1 /', 'there is no part (1)')

@@ -219,7 +219,7 @@ contains
          if (abs(x(i) - x(i - 1)) < 1.0e-9_wp*maxval(abs(x(1:i) - x(0)))) exit
       end do
       last = min(i, steps)
-      ! Increments, as the place of rest is known but for the compression of the blocks.
+      ! Increments, as the place of rest is known except for the compression of the blocks.
       moved(:last) = x(1:last) - x(:last - 1)
       rest = moved(3:last) - real(roots(1) + roots(2))*moved(2:last - 1) &
          + real(roots(1)*roots(2))*moved(:last - 2)
@@ -228,7 +228,7 @@ contains
    end subroutine check_sequence
 
    !> Two bonded blocks fly apart: in the step in which the bond breaks, taken again, the contact
-   !> is open and exerts nothing; pressed ones go on with the force of the end of the step.
+   !> is open and exerts nothing; pressed ones continue with the force of the end of the step.
    subroutine breaking_bond(member)
       integer, intent(in) :: member
       type(simulation_type) :: simulation

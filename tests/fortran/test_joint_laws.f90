@@ -5,8 +5,8 @@ module test_joint_laws
    use dda_barton_bandis, only: closure_of_joint
    use dda_contact, only: contacts_type, reserve
    use dda_friction, only: accept_contacts, find_response, laws_type, set_laws
-   use dda_joint_contact, only: response_type
-   use dda_joint_law, only: joint_state_type
+   use dda_joint_contact, only: joint_state => state_of, keep_state
+   use dda_joint_law, only: joint_state_type, net_slip, response_type, slip_path, weakened
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
    use models, only: random
@@ -14,8 +14,17 @@ module test_joint_laws
    implicit none
 
    real(wp), parameter :: length = 0.7_wp  !< m
+   integer, parameter :: lifted = 4        !< column of 'plesha'
 
 contains
+
+   !> A contact that has slipped and weakened.
+   pure type(joint_state_type) function state_of(path, weakening) result(state)
+      real(wp), intent(in) :: path, weakening
+
+      state = joint_state_type(length)
+      state%memory([slip_path, weakened]) = [path, weakening]
+   end function state_of
 
    !> JRC 10, JCS = σ_c = 100 MPa: k_ni 20.35 MPa/mm, V_m 0.136871 mm.
    pure type(joint_type) function rough() result(joint)
@@ -44,7 +53,7 @@ contains
       integer :: i
 
       call new_joint_law(slot, rough(), 1.0_wp, 2.5_wp)
-      state = joint_state_type(length, 0.0_wp, 1.0_wp)
+      state = state_of(0.0_wp, 1.0_wp)
       do i = 1, 3
          call check_close(slot%law%closure(state, stress(i)*length), closure(i), 'published', &
             1.0e-5_wp)
@@ -62,7 +71,25 @@ contains
             call check(law%tangent(state, x + h) >= law%tangent(state, x), 'convex')
          end associate
       end do
-      call check(slot%law%normal_force(state, 2.0e-4_wp) < huge(1.0_wp), 'finite beyond V_m')
+      do i = 1, 8  ! across the end of the hyperbola, at 100 JCS, and far beyond V_m
+         call check_close(slot%law%closure(state, length*10.0_wp**(6 + i)), merge(hyperbola(i), &
+            hyperbola(4) + (10.0_wp**(6 + i) - 1.0e10_wp)/2.035e10_wp &
+            /(1.0_wp + 1.0e10_wp/2.035e10_wp/1.3687092e-4_wp)**2, i <= 4), 'closure', 1.0e-6_wp)
+         x = slot%law%closure(state, length*10.0_wp**(6 + i))
+         call check_close(slot%law%normal_force(state, x), length*10.0_wp**(6 + i), 'inverse', &
+            1.0e-9_wp)
+      end do
+      call check_close(slot%law%tangent(state, 1.0_wp), slot%law%tangent(state, 1.0e3_wp), &
+         'a stress beyond any wall has a bounded slope')
+
+   contains
+
+      pure real(wp) function hyperbola(i) result(closure)
+         integer, intent(in) :: i  !< power of ten of the stress in MPa
+
+         closure = 10.0_wp**(6 + i)/(2.035e10_wp + 10.0_wp**(6 + i)/1.3687092e-4_wp)
+      end function hyperbola
+
    end subroutine hyperbolic_closure
 
    subroutine strength_of_rough_walls()
@@ -73,7 +100,7 @@ contains
       integer :: i
 
       call new_joint_law(slot, rough(), 1.0_wp, 2.5_wp)
-      state = joint_state_type(length, 0.0_wp, 1.0_wp)
+      state = state_of(0.0_wp, 1.0_wp)
       do i = 1, 3
          call check_close(slot%law%strength(state, stress(i)*length)/length, strength(i), &
             'published', 5.0e-6_wp)
@@ -104,17 +131,17 @@ contains
 
       call new_joint_law(slot, weakening(), 1.0e9_wp, 2.5_wp)
       call check(.not. slot%law%brittle, 'weakens by slip')
-      associate (whole => joint_state_type(length, 0.0_wp, 0.0_wp))
+      associate (whole => state_of(0.0_wp, 0.0_wp))
          state = slot%law%slipped(whole, -0.005_wp, 0.0_wp)
-         w = state%weakened
+         w = state%memory(weakened)
          call check_close(w, 0.25_wp, 'a quarter of the slip')
          state = slot%law%slipped(whole, 1.0_wp, 0.0_wp)
-         call check_close(state%weakened, 1.0_wp, 'all of it')
+         call check_close(state%memory(weakened), 1.0_wp, 'all of it')
       end associate
       friction = 0.75_wp*tan(40*pi/180) + 0.25_wp*tan(25*pi/180)
-      call check_close(slot%law%strength(joint_state_type(length, 0.005_wp, w), force), &
+      call check_close(slot%law%strength(state_of(0.005_wp, w), force), &
          friction*force + 2.5e5_wp*length, 'strength', 1.0e-12_wp)
-      call check_close(slot%law%tension(joint_state_type(length, 0.005_wp, w)), 1.5e5_wp*length, &
+      call check_close(slot%law%tension(state_of(0.005_wp, w)), 1.5e5_wp*length, &
          'tension', 1.0e-12_wp)
    end subroutine peak_and_residual_strength
 
@@ -129,7 +156,7 @@ contains
       do i = 0, 6
          do k = 1, 4
             path = 0.01_wp*i
-            state = joint_state_type(length, path, 0.5_wp)
+            state = state_of(path, 0.5_wp)
             t = 0.006_wp*k
             associate (law => slot%law)
                force = law%sliding_force(state, 1.0e-3_wp, t)
@@ -161,18 +188,20 @@ contains
 
       call new_joint_law(slot, worn(), 1.0_wp, 1.0_wp)
       do way = -1, 1, 2
-         state = joint_state_type(length, 0.0_wp, 0.0_wp, net_slip=0.02_wp, lifted=5.0e-3_wp, &
-            way=real(way, wp))
+         state = state_of(0.0_wp, 0.0_wp)
+         state%memory(net_slip:lifted) = [0.02_wp, 5.0e-3_wp]
+         state%way = real(way, wp)
          call check_close(slot%law%strength(state, 1.0e6_wp), 1.0e6_wp &
             *tan((30 + way*15)*pi/180), 'strength', 1.0e-12_wp)
          force = slot%law%sliding_force(state, 1.5e-3_wp, 4.0e-3_wp)
          slip = 4.0e-3_wp - slot%law%strength(state, force)/slot%law%shear_spring(state)
          after = slot%law%slipped(state, way*slip, slot%law%strength(state, force))
-         call check_close(after%lifted - state%lifted, way*tan(15*pi/180)*slip, 'lift', 1.0e-12_wp)
-         call check_close(force, slot%law%normal_force(state, 1.5e-3_wp + after%lifted &
-            - state%lifted), 'normal force', 1.0e-12_wp)
+         call check_close(after%memory(lifted) - state%memory(lifted), way*tan(15*pi/180)*slip, &
+            'lift', 1.0e-12_wp)
+         call check_close(force, slot%law%normal_force(state, 1.5e-3_wp + after%memory(lifted) &
+            - state%memory(lifted)), 'normal force', 1.0e-12_wp)
          angle = 15*exp(-5.0e-6_wp*slot%law%strength(state, force)*slip/length)
-         after%net_slip = 0.02_wp
+         after%memory(net_slip) = 0.02_wp
          after%way = 1.0_wp
          call check_close(slot%law%strength(after, 1.0_wp), tan((30 + angle)*pi/180), 'wear', &
             1.0e-12_wp)
@@ -194,14 +223,14 @@ contains
       travel = 0.0_wp
       passed = 0
       do cycle = 1, 10000
-         if (modulo(cycle, 1000) == 1) call begin_contact(contacts)
+         if (modulo(cycle, 1000) == 1) call begin_contact(contacts, laws)
          do step = 1, 8
             call step_contact(contacts, laws, random(-5.0e-3_wp, 5.0e-3_wp), &
                random(-2.0e-5_wp, 1.0e-4_wp), lost)
             least = min(least, lost)
             most = max(most, lost)
-            lowest = min(lowest, contacts%lifted(1))
-            travel = max(travel, contacts%lifted(1))
+            lowest = min(lowest, contacts%memory(lifted, 1))
+            travel = max(travel, contacts%memory(lifted, 1))
             if (contacts%trial_past_centre(1)) passed = passed + 1
          end do
       end do
@@ -211,21 +240,20 @@ contains
    end subroutine random_cycles_of_a_rough_joint
 
    !> One contact under a joint law, whole and without load.
-   subroutine begin_contact(contacts)
+   subroutine begin_contact(contacts, laws)
       type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
 
       contacts%with_laws = .true.
       contacts%with_net_slip = .true.
+      contacts%begins = laws%columns%initial
       call reserve(contacts, 1)
       contacts%n = 1
       contacts%joint = 1
       contacts%bonded = .false.
       contacts%length = length
       contacts%share = 1.0_wp
-      contacts%slip_path = 0.0_wp
-      contacts%weakened = 0.0_wp
-      contacts%net_slip = 0.0_wp
-      contacts%lifted = 0.0_wp
+      contacts%memory = 0.0_wp
       contacts%stretch = 0.0_wp
       contacts%normal_force = 0.0_wp
    end subroutine begin_contact
@@ -240,10 +268,10 @@ contains
       type(response_type) :: response
       real(wp) :: lift, stretch
 
-      lift = contacts%lifted(1)
+      lift = contacts%memory(lifted, 1)
       stretch = contacts%stretch(1)
       contacts%was_closed(1) = contacts%normal_force(1) > 0.0_wp
-      contacts%slip(1) = place - contacts%net_slip(1)
+      contacts%slip(1) = place - contacts%memory(net_slip, 1)
       call find_response(contacts, laws, 1, lift - closure, stretch + contacts%slip(1), response)
       contacts%trial_state(1) = response%state
       contacts%trial_past_centre(1) = response%past_centre
@@ -251,15 +279,114 @@ contains
       contacts%shear_force(1) = response%shear_force
       call accept_contacts(contacts, laws)
       lost = response%shear_force*(contacts%slip(1) - (contacts%stretch(1) - stretch)) &
-         - response%normal_force*(contacts%lifted(1) - lift)
+         - response%normal_force*(contacts%memory(lifted, 1) - lift)
    end subroutine step_contact
+
+   !> What two laws remember is one table, in which equal names are one column.
+   subroutine memory_of_two_laws()
+      type(laws_type) :: laws
+      type(contacts_type) :: contacts
+      type(joint_state_type) :: state
+
+      call set_laws(laws, [yielding(), worn(), weakening()], 1.0_wp, 1.0_wp)
+      call check(all(laws%columns%name == [character(len=24) :: 'slip_path', 'weakened', &
+         'net_slip', 'reversal', 'slip_direction', 'lifted']), 'columns')
+      call check(all(laws%columns%initial == [0, 1, 0, 0, 0, 0]), 'of contacts without history')
+      call begin_contact(contacts, laws)
+      contacts%memory(:, 1) = [1, 2, 3, 4, 5, 6]
+      associate (first => laws%slot(1)%law, second => laws%slot(2)%law)
+         state = joint_state(contacts, first, 1)
+         call check(all(state%memory(:4) == [1, 2, 4, 5]), 'a law without a centre')
+         state = joint_state(contacts, second, 1)
+         call check(all(state%memory(:4) == [1, 2, 3, 6]), 'a law with one')
+         state%memory(4) = 7.0_wp
+         call keep_state(contacts, second, 1, state)
+      end associate
+      call check(all(contacts%memory(:, 1) == [1, 2, 3, 4, 5, 7]), 'kept')
+   end subroutine memory_of_two_laws
+
+   !> φ_m from 45° to 30°.
+   pure type(joint_type) function yielding() result(joint)
+      joint%law = 'continuously_yielding'
+      joint%friction_angle = 30.0_wp
+      joint%initial_friction_angle = 45.0_wp
+      joint%roughness = 2.0e-3_wp
+      joint%normal_stiffness = 1.0e10_wp
+      joint%shear_stiffness = 1.0e10_wp
+   end function yielding
+
+   !> Slip in two parts is slip in one; it is elastic at first, and again as it turns; slopes agree.
+   subroutine continuous_yield()
+      type(law_slot_type) :: slot
+      type(joint_state_type) :: state, turned
+      real(wp), parameter :: slip = 5.0e-5_wp, force = 1.0e6_wp*length
+      real(wp) :: whole, part, slope, above
+
+      call new_joint_law(slot, yielding(), 1.0_wp, 1.0_wp)
+      state = joint_state_type(length, normal_force=force)
+      call slot%law%flow(state, force, 2*slip, whole, slope)
+      call check_close(whole, force*(1 - exp(-2*1.0e10_wp*slip*length/force)), 'closed form')
+      call slot%law%flow(state, force, slip, part, slope)
+      state%stretch = part/slot%law%shear_spring(state)
+      call slot%law%flow(state, force, state%stretch + slip, above, slope)
+      call check_close(above, whole, 'two parts', 1.0e-12_wp)
+      turned = slot%law%slipped(state, slip - (above - part)/(1.0e10_wp*length), above)
+      turned%stretch = above/(1.0e10_wp*length)
+      call slot%law%flow(turned, force, turned%stretch - 1.0e-12_wp, part, slope)
+      call check_close(slope, 1.0e10_wp*length, 'elastic as it turns', 1.0e-6_wp)
+      call slot%law%flow(turned, force, turned%stretch + 1.0e-9_wp, part, slope)
+      call check_close((part - above)/1.0e-9_wp, slope, 'slope', 1.0e-4_wp)
+      call slot%law%flow(turned, 0.0_wp, slip, part, slope)
+      call check(part == 0.0_wp .and. slope == 0.0_wp, 'no normal force, no friction')
+   end subroutine continuous_yield
+
+   !> k_s (t − vΔt) = N μ(v) beyond the threshold, elastic below; θ = L/v + (θ₀ − L/v) exp(−vt/L).
+   subroutine friction_of_velocity()
+      type(law_slot_type) :: slot
+      type(joint_type) :: joint
+      type(joint_state_type) :: state, after
+      real(wp), parameter :: force = 1.0e6_wp, step = 1.0e-3_wp
+      real(wp) :: k_s, v, t, shear, slope, above, age
+      integer :: i
+
+      joint = yielding()
+      joint%law = 'rate_state'
+      joint%direct_effect = 0.01_wp
+      joint%evolution_effect = 0.015_wp
+      joint%threshold_velocity = 1.0e-9_wp
+      joint%reference_velocity = 1.0e-6_wp
+      joint%state_distance = 1.0e-4_wp
+      joint%initial_age = 2.0_wp
+      call new_joint_law(slot, joint, 1.0_wp, 1.0_wp)
+      state = joint_state_type(length, time_step=step)
+      k_s = slot%law%shear_spring(state)
+      do i = -8, 2, 2
+         v = 10.0_wp**i
+         shear = force*(tan(30*pi/180) + 0.01_wp*log((v + 1.0e-9_wp)/1.0e-6_wp) &
+            + 0.015_wp*log(2.0e-2_wp))
+         t = -(shear/k_s + v*step)
+         call slot%law%flow(state, force, t, above, slope)
+         call check_close(above, -shear, 'at a velocity', 1.0e-9_wp)
+         call slot%law%flow(state, force, t*(1 + 1.0e-7_wp), shear, slope)
+         call check_close((shear - above)/(1.0e-7_wp*t), slope, 'slope', 1.0e-3_wp)
+         after = slot%law%slipped(state, -v*step, above)
+         age = 1.0e-4_wp/v + (2.0_wp - 1.0e-4_wp/v)*exp(-v*step/1.0e-4_wp)
+         call check_close(after%memory(3), age, 'age', 1.0e-6_wp)
+         call check_close(after%memory(4), -v, 'velocity', 1.0e-12_wp)
+      end do
+      call slot%law%flow(state, force, 1.0e-6_wp, shear, slope)
+      call check_close(shear, 1.0e-6_wp*k_s, 'sticks', 1.0e-12_wp)
+      state%time_step = 0.0_wp
+      call slot%law%flow(state, force, 1.0_wp, shear, slope)
+      call check_close(shear, slot%law%strength(state, force), 'on the way to rest', 1.0e-12_wp)
+   end subroutine friction_of_velocity
 
    subroutine stiffness()
       type(law_slot_type) :: slot
       type(joint_type) :: joint
       type(joint_state_type) :: state
 
-      state = joint_state_type(length, 0.0_wp, 0.0_wp)
+      state = state_of(0.0_wp, 0.0_wp)
       call new_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
       call check_close(slot%law%initial_spring(state), 1.0e9_wp, 'per contact')
       call check_close(slot%law%shear_spring(state), 4.0e8_wp, 'its shear spring', 1.0e-12_wp)

@@ -43,16 +43,6 @@ contains
       call check_fails(error, "'magic'")
    end subroutine an_unknown_solver
 
-   !> A name of an older version chooses the solver that it has become.
-   subroutine a_former_name()
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
-
-      call choose_solver(solver, 'stale', error)
-      call check_no_error(error, 'stale')
-      call check(solver%name == 'lagged', 'the present name')
-   end subroutine a_former_name
-
    !> A chain of blocks joined by stiff springs; `least` is the stiffness that holds each alone.
    subroutine chain(n, least, matrix)
       integer, intent(in) :: n
@@ -250,7 +240,7 @@ contains
       call renew(solver, matrix, alone, changes, error)
    end subroutine renew_all
 
-   !> A factor so old that the iterations with it fail is made anew.
+   !> A factor so old that the iterations with it fail is made again.
    subroutine a_factor_that_is_too_old()
       integer, parameter :: n = 70
       type(block_matrix_type) :: matrix

@@ -9,15 +9,14 @@ module test_open_close
    use dda_errors, only: error_type, error_convergence
    use dda_friction, only: laws_type
    use dda_lapack, only: dposv
-   use dda_open_close, only: solve_contacts, open_close_type
+   use dda_open_close, only: evaluate, iterate, solve_contacts, open_close_type
    use dda_neighbours, only: neighbours_type
    use dda_rank_one, only: most_changes
-   use dda_residual_cycle, only: residual_cycle_type, record_residual, is_cyclic
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
-   use models, only: begin, contact_text, control_text, relative_balance, run
-   use systems, only: flat, gap_row, linear_matrix, pattern_of, random_system, slip_row, &
-      stiffness, unknowns
+   use models, only: begin, contact_text, control_text, random, random_vector, relative_balance, run
+   use systems, only: energy, flat, gap_row, gradient, linear_matrix, pattern_of, random_system, &
+      slip_row, stiffness, unknowns
    use dda_text, only: to_text
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
@@ -122,6 +121,82 @@ contains
          call check_close(again%d, system%d, 'd', relative=1.0e-9_wp)
       end do
    end subroutine from_any_first_states
+
+   !> With frozen bounds the energy falls in each iteration, from any start, and ends where its
+   !> gradient is none.
+   subroutine frozen_bounds_descend()
+      integer :: i
+
+      do i = 1, 1000
+         call descend_from(10.0_wp**random(-3.0_wp, 0.0_wp), 1 + modulo(i, 12))
+      end do
+   end subroutine frozen_bounds_descend
+
+   !> The energy after one iteration, two, … of a random system.
+   subroutine descend_from(far, count)
+      real(wp), intent(in) :: far    !< of the start
+      integer, intent(in) :: count   !< contacts
+      type(system_type) :: start, system
+      type(contacts_type) :: first, contacts
+      type(laws_type) :: laws
+      type(open_close_type) :: iteration
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      real(wp) :: before, after
+      logical :: converged
+      integer :: c, most
+
+      call random_system(start, first, laws, count, 60.0_wp)
+      start%d = far*reshape(random_vector(unknowns), [6, 2])
+      first%held_bound = [(max(0.0_wp, random(-5.0_wp, 20.0_wp)), c=1, count)]
+      first%state(:count) = [(modulo(c, 3), c=1, count)]
+      iteration%weight = 10.0_wp
+      iteration%relative_tolerance = 1.0e-12_wp
+      before = energy(start, first, start%d, first%held_bound)
+      do most = 1, 100
+         system = start
+         contacts = first
+         iteration%max_iterations = most
+         call choose_solver(solver, 'auto', error)
+         call analyse(solver, system%matrix)
+         call iterate(iteration, system, solver, contacts, laws, converged, error)
+         call check_no_error(error, 'iterates')
+         after = energy(system, contacts, system%d, first%held_bound)
+         call check(after <= before + 1.0e-11_wp*abs(before), 'the energy does not rise')
+         if (converged) exit
+         before = after
+      end do
+      call check(converged, 'converges')
+      call check(maxval(abs(gradient(system, contacts, system%d, first%held_bound))) <= 1.0e-8_wp, &
+         'balance at its end')
+   end subroutine descend_from
+
+   !> A difference of 1e-14 of a force is tolerated if the force was there at the start of the step,
+   !> and not if an iterate far off exerts it.
+   subroutine tolerance_of_the_step()
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      type(open_close_type) :: iteration
+      type(error_type), allocatable :: error
+      integer :: i, given
+
+      do i = 1, 20
+         do given = 0, 1
+            call random_system(system, contacts, laws, 1, 0.0_wp)
+            call close_all(system, contacts, laws, iteration, error)
+            call check_no_error(error, 'converges')
+            contacts%spring(:, 1) = 0.0_wp
+            system%d = 0.0_wp
+            if (given == 1) contacts%gap(1) = -1.0e13_wp
+            if (given == 0) system%d = -1.0e13_wp*reshape(gap_row(contacts, 1), [6, 2])
+            call evaluate(iteration, system, contacts, laws)
+            contacts%free_force(:, 1) = [(1.0_wp + 1.0e-14_wp)*contacts%normal_force(1), 0.0_wp]
+            call evaluate(iteration, system, contacts, laws)
+            call check((iteration%residual <= iteration%tolerance) .eqv. given == 1, 'tolerated')
+         end do
+      end do
+   end subroutine tolerance_of_the_step
 
    !> Closed contacts that would pull at the gap of the solution without them stay closed where that
    !> force is half the tolerance, once they are more than a low-rank update takes; they open where
@@ -299,7 +374,7 @@ contains
       call check(all(states([contact_open, contact_slide, contact_stick]) > 20), 'all states occur')
    end subroutine with_friction
 
-   !> Friction so high that some steps do not close: bounds found from outside close some of them,
+   !> Friction so high that some steps do not converge: frozen bounds find some of them,
    !> with forces in balance, and are gone after the others.
    subroutine where_friction_locks()
       type(system_type) :: system, again
@@ -327,7 +402,7 @@ contains
          closed = closed + 1
          call check_balance(again, contacts_again, tan(angle*pi/180.0_wp))
       end do
-      call check(locked > 0, 'some do not close')
+      call check(locked > 0, 'some do not converge')
       call check(4*closed > locked, 'a share of them does with bounds from outside')
    end subroutine where_friction_locks
 
@@ -341,28 +416,6 @@ contains
       call check(simulation%counters%most_iterations < 400, &
          'no step goes round to the last iteration')
    end subroutine a_wall_that_locks
-
-   !> Residuals that repeat themselves are a cycle, of whatever length; those that fall are none.
-   subroutine residuals_that_go_round()
-      real(wp), parameter :: share = 1.0e-2_wp
-      type(residual_cycle_type) :: cycle
-      integer :: length, i
-
-      do length = 1, 9
-         cycle = residual_cycle_type()
-         call record_residual(cycle, 1.0e6_wp)
-         do i = 1, 40
-            call check(.not. (is_cyclic(cycle, share) .and. i < 24), 'not before it is known')
-            call record_residual(cycle, 10.0_wp**modulo(i, length))
-         end do
-         call check(is_cyclic(cycle, share) .eqv. length < 9, 'a cycle that is short enough')
-      end do
-      cycle = residual_cycle_type()
-      do i = 1, 40
-         call record_residual(cycle, 0.97_wp**i*10.0_wp**modulo(i, 3))
-         call check(.not. is_cyclic(cycle, share), 'residuals that fall')
-      end do
-   end subroutine residuals_that_go_round
 
    !> Where steps are short, each contact whose slip the whole step reverses sticks: else this takes
    !> 489 iterations.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Generators: as many blocks as asked for, of the right size, filling their place without overlap.
+!> Generators: as many blocks as requested, of the right size, filling their place without overlap.
 module test_outlines
    use dda_kinds, only: wp
    use dda_outlines, only: add_drums, add_layers, add_outline, add_wall, outlines_type

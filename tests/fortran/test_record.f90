@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Every format gives the same motion back: 100 sin(2πt) cm/s², 100 samples every 0.02 s.
+!> Every format gives the same motion back: 100 sin(2πt) cm/s², 50 samples every 0.02 s.
 module test_record
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
@@ -8,7 +8,7 @@ module test_record
    use testing, only: check, check_close, check_no_error, check_fails
    implicit none
 
-   integer, parameter :: samples = 100
+   integer, parameter :: samples = 50
    real(wp), parameter :: step = 0.02_wp, omega = 2.0_wp*pi
    !> half a unit of the last digit, in parts of the peak
    real(wp), parameter :: printed = 1.0e-6_wp
@@ -134,14 +134,14 @@ contains
       ! A number that its unit follows without a blank, and begins like an exponent.
       call expect_changed(at2, 'DT=   .0200 SEC', 'DT= .0100each', 'acceleration', 1.0_wp, 0.01_wp)
       ! A comment where a part of the file may begin.
-      call expect_changed(contents(data_file('sine.v2c')), '     100 acceleration pts', &
-         '| a comment'//new_line('a')//'     100 acceleration pts', 'acceleration', 1.0_wp, step)
+      call expect_changed(contents(data_file('sine.v2c')), '      50 acceleration pts', &
+         '| a comment'//new_line('a')//'      50 acceleration pts', 'acceleration', 1.0_wp, step)
       call expect_changed(contents(data_file('sine_time.csv')), '0.00,'//achar(9)//'0.000000', '', &
          '', 0.0_wp, step)
       call remove_scratch()
    end subroutine headers_of_other_kinds
 
-   !> A file with one piece of text in place of another; an amplitude of 0: the first sample is
+   !> A file with one piece of text instead of another; an amplitude of 0: the first sample is
    !> gone.
    subroutine expect_changed(bytes, old, new, quantity, amplitude, time_step)
       character(len=*), intent(in) :: bytes, old, new, quantity
@@ -180,7 +180,7 @@ contains
       call expect_unit('sine.smc', '', 'furlong', "'furlong' is unknown")
       call expect_unit('sine.smc', 'jerk', '', "'jerk'")
       call expect_unit('sine one column.txt', 'acceleration', '', 'does not state its unit')
-      call expect_unit('sine one column.txt', '', '', 'does not say what it holds')
+      call expect_unit('sine one column.txt', '', '', 'does not state its quantity')
       call expect_unit('sine.esm', '', 'cm', 'not displacement')
    end subroutine units_and_quantities_must_agree
 

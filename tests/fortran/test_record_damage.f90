@@ -2,7 +2,7 @@
 !> Damaged and hostile record files: one clear error each, never a crash, never a wrong motion.
 module test_record_damage
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
-   use dda_kinds, only: wp, long
+   use dda_kinds, only: wp
    use dda_errors, only: error_type, error_file, error_input
    use dda_record, only: record_type, read_record
    use record_files, only: data_file, write_scratch, contents, scratch_name
@@ -66,20 +66,20 @@ contains
    end subroutine what_is_not_text
 
    subroutine counts_that_do_not_fit()
-      call damaged('.smc', '       100    -32768', '       101    -32768', 'after 100 of the 101')
-      call damaged('.smc', '       100    -32768', '        95    -32768', 'more than the 95')
-      call damaged('.smc', '       100    -32768', '1000000000000 -32768', '1000000000000 samples')
-      call damaged('.smc', '       100    -32768', '         1    -32768', 'at least 2')
-      call damaged('.at2', 'NPTS=    100', 'NPTS=     95', 'follows the 95')
-      call damaged('.at2', 'NPTS=    100', 'NPTS=   1e12', '1000000000000 samples')
-      call damaged('.at2', 'NPTS=    100', 'NPTS=  100.5', '100.5')
-      call damaged('.at2', 'NPTS=    100', 'NPTS=    -10', '-10')
-      call damaged('.knet', 'Time(s)  2', 'Time(s)  3', 'after 100 of the 150')
-      call damaged('.knet', 'Time(s)  2', 'Time(s)  1', 'the 50')
-      call damaged('.knet', 'Time(s)  2', 'Time(s)  1e300', '1e300')
-      call damaged('.esm', 'NDATA: 100', 'NDATA: 99', 'follows the 99')
-      call damaged('.esm', 'DURATION_S: 2.000', 'DURATION_S: 3.000', '3 s')
-      call damaged('.v2c', '     100 acceleration pts', '99999999 acceleration pts', '99999999')
+      call damaged('.smc', '        50    -32768', '        51    -32768', 'after 50 of the 51')
+      call damaged('.smc', '        50    -32768', '        45    -32768', 'more than the 45')
+      call damaged('.smc', '        50    -32768', '1000000000000 -32768', '1000000000000 samples')
+      call damaged('.smc', '        50    -32768', '         1    -32768', 'at least 2')
+      call damaged('.at2', 'NPTS=     50', 'NPTS=     45', 'follows the 45')
+      call damaged('.at2', 'NPTS=     50', 'NPTS=   1e12', '1000000000000 samples')
+      call damaged('.at2', 'NPTS=     50', 'NPTS=   50.5', '50.5')
+      call damaged('.at2', 'NPTS=     50', 'NPTS=    -10', '-10')
+      call damaged('.knet', 'Time(s)  1', 'Time(s)  2', 'after 50 of the 100')
+      call damaged('.knet', 'Time(s)  1', 'Time(s) .5', 'the 25')
+      call damaged('.knet', 'Time(s)  1', 'Time(s)  1e300', '1e300')
+      call damaged('.esm', 'NDATA: 50', 'NDATA: 49', 'follows the 49')
+      call damaged('.esm', 'DURATION_S: 1.000', 'DURATION_S: 3.000', '3 s')
+      call damaged('.v2c', '      50 acceleration pts', '99999999 acceleration pts', '99999999')
       call damaged('.v2c', ' 100 Integer-header', '9999 Integer-header', 'Real-header')
    end subroutine counts_that_do_not_fit
 
@@ -97,7 +97,7 @@ contains
 
    subroutine columns_that_do_not_fit()
       call expect_text('0 1'//nl//'1 2'//nl//'3 2'//nl//'4 3', &
-         'line 3: the time 3 s comes 2 s after')
+         'line 3: the time 3 s is 2 s after')
       call expect_text('0 1'//nl//'1 2'//nl//'1 2'//nl, 'line 3: the time 1 s does not follow')
       call expect_text('0 1'//nl//'1'//nl, 'line 2: 1 number(s)')
       call expect_text('1 2 3'//nl, 'more than two columns')
@@ -117,7 +117,7 @@ contains
       call damaged('.at2', 'DT=   .0200', 'DT=      -1', 'time step -1')
       call damaged('.at2', 'DT=   .0200', 'DX=   .0200', 'dt= number')
       call damaged('.at2', 'UNITS OF G', 'UNITS OF H', 'does not state its unit')
-      call damaged('_old.at2', '     100   .02000', '     100  unknown', 'does not begin with')
+      call damaged('_old.at2', '      50   .02000', '      50  unknown', 'does not begin with')
       call write_scratch(repeat('a line without numbers'//nl, 20))
       call expect_error('at2', 'none of the first lines states NPTS')
       call damaged('.knet', '2000(gal)/8388608', '2000(gal)/0      ', 'scale factor')
@@ -128,7 +128,8 @@ contains
       call damaged('.esm', 'DATA_TYPE: ACC', 'DATA_TYPE: ABC', 'ABCELERATION')
       call damaged('.esm', 'NDATA', 'MDATA', 'NDATA')
       call damaged('.v2c', '      20.000000', '    -999.000000', 'time step')
-      call damaged('.smc', 'CORRECTED ACCELEROGRAM', 'CORRECTED SEISMOGRAM  ', 'does not say')
+      call damaged('.smc', 'CORRECTED ACCELEROGRAM', 'CORRECTED SEISMOGRAM  ', &
+         'is not acceleration, velocity')
       call damaged('.smc', '    -32768         2', '    -32768        -2', '-2 comment lines')
       call damaged('.smc', '  0.1700000E+39  0.5000000E+02', '  0.1700000E+39'//nl// &
          '  0.5000000E+02', 'lines instead of')
@@ -140,7 +141,7 @@ contains
          'not one of displacement')
       call damaged('.v2c', ' 100 Integer-header', '-100 Integer-header', 'announced')
       call damaged('.v2c', 'units=cm/sec2', 'units=counts ', "'counts'")
-      call damaged('.v2c', '       2.000000', '       9.000000', '9 s')
+      call damaged('.v2c', '       1.000000', '       9.000000', '9 s')
    end subroutine headers_that_do_not_fit
 
    !> A file that ends anywhere is an error, except where only a line end is lost.
@@ -208,21 +209,17 @@ contains
       character(len=*), intent(in) :: format, names
       type(record_type) :: record
       type(error_type), allocatable :: error
-      integer(long) :: before, after, rate
       character(len=:), allocatable :: unit
 
       unit = ''
       if (format == 'text' .or. index(names, 'columns') > 0) unit = 'm/s2'
-      call system_clock(before, rate)
       if (format == 'text') call read_record(record, scratch_name, format, '', unit, error, &
          time_step=0.1_wp)
       if (format /= 'text') call read_record(record, scratch_name, format, '', unit, error)
-      call system_clock(after)
       call check_fails(error, names)
       if (.not. allocated(error)) return
       call check(index(error%message, scratch_name) > 0, 'the file is named: '//error%message)
       call check(error%kind == error_input .or. error%kind == error_file, 'kind of the error')
-      call check(after - before < rate, 'within a second')
    end subroutine expect_error
 
 end module test_record_damage

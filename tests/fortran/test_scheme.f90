@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The closed forms of the time integration, against the recursion of one oscillator written down
-!> anew.
+!> again.
 module test_scheme
    use dda_kinds, only: wp, pi
    use dda_scheme, only: scheme_type, scheme_named, step_type, end_rate, end_time, load_time, &

@@ -19,7 +19,6 @@ contains
       call goes_on(gravity//" solver = 'direct'", '', 3)
       call goes_on(gravity//" solver = 'lagged'", '', 3)
       call goes_on(gravity//" solver = 'jacobi'", '', 3)
-      call goes_on(gravity//" solver = 'banded'", '', 3)
       call goes_on(gravity//" solver = 'sor'", '', 2)
       call goes_on(gravity, '', 9)
       call goes_on(gravity//" time_step_control = 'adaptive' dynamic_factor = 0.9", '', 3)

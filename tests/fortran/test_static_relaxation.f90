@@ -142,7 +142,7 @@ contains
          end if
          call check_close(rest, 0.0_wp*rest, 'forces in balance', absolute=1.0e-6_wp)
       end do
-      call check(open_steps > 10, 'some steps do not close')
+      call check(open_steps > 10, 'some steps do not converge')
       call check(failed == 0, 'all end')
    end subroutine with_friction
 
@@ -183,7 +183,7 @@ contains
       call check(broken > 20 .and. kept > 20, 'some break, some hold')
    end subroutine overloaded_bonds
 
-   !> A static step of many changes counts the iteration before it is relaxed, and begins anew.
+   !> A static step of many changes counts the iteration before it is relaxed, and begins again.
    subroutine all_iterations_of_a_static_step_count()
       type(system_type) :: system, again
       type(contacts_type) :: contacts, others

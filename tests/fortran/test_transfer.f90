@@ -216,7 +216,7 @@ contains
       end do
    end subroutine ritz_vectors
 
-   !> Whatever the end of the band is: what rounding leaves of the residual asks for no vectors.
+   !> Whatever the end of the band is: what rounding leaves of the residual requires no vectors.
    subroutine rounding_adds_no_vectors()
       type(linear_model_type) :: linear
       type(transfer_type) :: transfer

@@ -53,12 +53,12 @@ contains
       strain = 0.0_wp
       do i = 1, steps
          change = [0.0_wp, to/steps, 0.0_wp]
-         point%bounding = law%held_stress(point, state, strain, 0*change, step)
+         point%bounding = law%frozen_stress(point, state, strain, 0*change, step)
          do k = 1, 60
             call law%respond(point, state, strain, change, step, stress, tangent)
             if (abs(stress(1)) <= 1.0e-13_wp*(cohesion + abs(stress(2)))) exit
             change(1) = change(1) - stress(1)/max(tangent(1, 1), 1.0e-3_wp*point%elasticity(1, 1))
-            point%bounding = law%held_stress(point, state, strain, change, step)
+            point%bounding = law%frozen_stress(point, state, strain, change, step)
          end do
          call law%finish(point, state, strain, change, step, loss)
          call check(loss(loss_plastic) >= 0.0_wp, 'yielding loses')
@@ -103,7 +103,7 @@ contains
       end do
    end subroutine pulled_points_have_the_tensile_strength
 
-   !> Under the pressure p a shear γ^p of ψ = 0 asks for ½ p γ^p; γ^p = γ − (c cos φ + p sin φ)/G.
+   !> Under the pressure p a shear γ^p of ψ = 0 requires ½ p γ^p; γ^p = γ − (c cos φ + p sin φ)/G.
    subroutine shear_keeps_its_area_under_pressure()
       real(wp), parameter :: p = 5.0e6_wp, shear = 0.02_wp
       integer, parameter :: steps = 50
@@ -122,7 +122,7 @@ contains
          state = 0.0_wp
          do i = 1, steps
             strain = (i - 1)*change
-            point%bounding = law%held_stress(point, state, strain, change, step)
+            point%bounding = law%frozen_stress(point, state, strain, change, step)
             call law%finish(point, state, strain, change, step, loss)
          end do
          expected = 0.5_wp*p*(shear - (cohesion*cos(angle) + p*sin(angle))/point%elasticity(3, 3))
@@ -180,7 +180,7 @@ contains
          change = 10.0_wp**(-5.0_wp + 2.0_wp*modulo(0.37_wp*i, 1.0_wp))*([cos(0.02_wp*i), &
             -cos(0.02_wp*i), sin(0.03_wp*i)] + random_vector(3))
          before = law%stored(point, state, strain)
-         point%bounding = law%held_stress(point, state, strain, change, step)
+         point%bounding = law%frozen_stress(point, state, strain, change, step)
          call law%respond(point, state, strain, change, step, stress, tangent)
          call law%finish(point, state, strain, change, step, loss)
          strain = strain + change

@@ -194,7 +194,7 @@ def _closing(code: str, at: int) -> int:
 
 
 def guards(operands: list[str], functions: set[str] = frozenset()) -> list[str]:
-    """Names whose status or value one operand asks for, and that another uses as if it knew.
+    """Names whose status or value one operand requires, and that another uses as if it knew.
 
     An argument or allocatable that may not be there and is used, and a scalar that is compared and
     is an index or the bound of a part of an array.

@@ -144,7 +144,7 @@ def talk(conversation: Coroutine):
 
 
 async def connect(server: LiveProcess, **headers):
-    """A connection that has not entered; headers in place of those of the page."""
+    """A connection that has not entered; headers instead of those of the page."""
     given = {"Host": server.host, "Origin": server.address.rstrip("/")} | headers
     given = {name: value for name, value in given.items() if value is not None}
     request = HTTPRequest(f"ws://{server.host}/socket", headers=given)

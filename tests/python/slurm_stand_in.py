@@ -26,7 +26,7 @@ def install(folder: Path) -> Path:
 
 
 def tasks_of(script: str) -> list[int]:
-    """The indices of the array that a script asks for."""
+    """The indices of the array that a script requires."""
     first, last = re.search(r"^#SBATCH --array=(\d+)-(\d+)$", script, re.MULTILINE).groups()
     return list(range(int(first), int(last) + 1))
 

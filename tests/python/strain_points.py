@@ -20,7 +20,7 @@ MEAN_JUMP = 0.5  # p_m
 
 @dataclass
 class Faces:
-    """Common pieces of edges: cells, ends (k, 2), unit normal from the first cell to the second."""
+    """Common parts of edges: cells, ends (k, 2), unit normal from the first cell to the second."""
 
     first: np.ndarray
     second: np.ndarray

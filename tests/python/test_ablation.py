@@ -6,6 +6,12 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import ablation
+import hard
+import pytest
+
+import sitedda
+
+pytestmark = pytest.mark.slow
 
 
 def test_every_remedy_and_constant_is_found_in_its_file():
@@ -24,3 +30,13 @@ def test_every_remedy_and_constant_is_found_in_its_file():
 def test_hard_walls_differ_by_their_friction():
     texts = {text() for text, _ in ablation.hard_cases().values()}
     assert len(texts) == 96
+
+
+@pytest.mark.parametrize("law", hard.LAWS)
+def test_each_law_has_hard_walls_and_steps_of_one_close(tmp_path, law):
+    texts = hard.cases(law)
+    assert len(set(texts.values())) >= 60
+    file = tmp_path / "wall.nml"
+    file.write_text(next(text for name, text in texts.items() if ": shaken, 20 at 1 ms" in name))
+    history = sitedda.run(file, output=False).history
+    assert history.sizes["time"] > hard.STEPS[1]

@@ -15,7 +15,9 @@ ROBUSTNESS = Path(__file__).parents[1] / "robustness"
 sys.path.insert(0, str(ROBUSTNESS))
 
 from attack import KINDS, attack, kept_case, spread  # noqa: E402
-from fuzz import FILES, PYTHON_PROBE, Probe, Tally, ask_about, fuzz, fuzz_checkpoints  # noqa: E402
+from fuzz import FILES, PYTHON_PROBE, Probe, Tally, ask_about, fuzz  # noqa: E402
+
+pytestmark = pytest.mark.slow
 
 CASES = sorted(file for file in (ROBUSTNESS / "cases").iterdir() if file.is_file())
 ATTACKS = sorted((ROBUSTNESS / "cases" / "attacks").iterdir())
@@ -34,12 +36,6 @@ def test_hostile_files_of_lines_and_blocks_are_refused_in_words(kind):
     tally = fuzz(PYTHON_PROBE, kind, range(80))
     assert not tally.failures
     assert tally.answers["refused"] > 10
-
-
-def test_damaged_checkpoints_are_not_taken():
-    tally = fuzz_checkpoints(range(60))
-    assert not tally.failures
-    assert tally.answers["refused"] >= 50
 
 
 @pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])

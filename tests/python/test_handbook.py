@@ -3,6 +3,7 @@
 
 import contextlib
 import io
+import os
 import re
 import runpy
 import shlex
@@ -13,8 +14,10 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from environment import DEADLINE
 
 from sitedda.command import main as command
+from sitedda.output.variables import VARIABLES
 from sitedda.schema import GROUPS
 
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
@@ -29,6 +32,7 @@ SHORT = [  # a user's path from beginning to end, and cases
       for name in ("wall", "profile", "tunnel", "back_analysis", "bonded_blocks")),
     *(page for page in TOLD if page.parent.name == "casebook"),
 ]  # fmt: skip
+NOTEBOOKS = ("arch", "beam", "bonded_blocks", "site", "tunnel")
 PASTED = [
     page
     for page in [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md"))]
@@ -74,6 +78,23 @@ def test_a_page_prints_what_it_shows(page, tmp_path, monkeypatch):
         else:
             with alone(tmp_path) if kind == "python" else contextlib.nullcontext():
                 said = run_block(kind, text)
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_a_tutorial_runs_as_a_notebook(name, tmp_path, monkeypatch):
+    nbformat, nbclient = map(pytest.importorskip, ("nbformat", "nbclient"))
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+    page = ROOT / f"docs/tutorials/{name}.md"
+    book = nbformat.from_dict(
+        runpy.run_path(ROOT / "docs/notebooks.py")["notebook"](page, tmp_path)
+    )
+    nbformat.validate(book)
+    resources = {"metadata": {"path": tmp_path}}
+    nbclient.NotebookClient(book, timeout=DEADLINE, resources=resources).execute()
+    outputs = [one for cell in book.cells for one in cell.get("outputs", ())]
+    said = "".join(one.get("text", "") for one in outputs)
+    shown = [text for kind, text in BLOCK.findall(page.read_text()) if kind == "text"]
+    assert shown and all(line in said for text in shown for line in text.splitlines())
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -158,16 +179,23 @@ def test_every_page_is_in_a_table_of_contents(root):
             for entry in re.findall(r"^(?!:)(\S+)$", tree, re.M):
                 listed.add((page.parent / f"{entry}.md").resolve())
     there = {page.resolve() for page in docs.rglob("*.md")}
-    assert there - listed == {docs / "index.md", docs / "ford.md"}
+    assert there - listed == {docs / "index.md", docs / "ford.md", docs / "joss/paper.md"}
     assert listed <= there
 
 
-def test_the_reference_is_made_of_the_schema(root, tmp_path):
-    made, source = tmp_path / "made", root / "fortran" / "input"
+@pytest.mark.parametrize("of", ["input", "output"])
+def test_the_reference_is_made_of_the_schema(root, tmp_path, of):
+    made, source, page = tmp_path / "made", root / "fortran" / of, f"docs/{of}_reference.md"
     command = [sys.executable, source / "make_schema.py", "page", source / "schema.txt", made]
     subprocess.run(command, check=True)
-    assert made.read_text() == (root / "docs" / "input_reference.md").read_text(), (
-        "python fortran/input/make_schema.py page fortran/input/schema.txt docs/input_reference.md"
+    assert made.read_text() == (root / page).read_text(), (
+        f"python fortran/{of}/make_schema.py page fortran/{of}/schema.txt {page}"
     )
+
+
+def test_the_references_have_every_group_and_variable(root):
+    inputs, outputs = ((root / f"docs/{of}_reference.md").read_text() for of in ("input", "output"))
     for group in GROUPS.values():
-        assert f"### `&{group.name}`" in made.read_text()
+        assert f"### `&{group.name}`" in inputs
+    for name in VARIABLES:
+        assert f"| `{name}` |" in outputs

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is written: nothing in place of what is not the program's own, whole or not at all."""
+"""What is written: nothing instead of what is not the program's own, whole or not at all."""
 
 import json
 import os
@@ -7,6 +7,7 @@ import resource
 import shutil
 import signal
 import subprocess
+import tempfile
 import time
 from pathlib import Path
 
@@ -281,6 +282,60 @@ def test_what_is_written_has_the_usual_rights_and_its_kind_is_kept(here):
         check_target(here / "no" / "p.html", "a page")
 
 
+def test_rights_are_those_of_the_moment(here):
+    """A library that has written under another mask before leaves nothing behind."""
+    before = os.umask(0o077)
+    write(here / "a.html", "<!doctype html>", "a page")
+    os.umask(0o002)
+    write(here / "b.html", "<!doctype html>", "a page")
+    os.umask(before)
+    assert [(here / name).stat().st_mode & 0o777 for name in ("a.html", "b.html")] == [0o600, 0o664]
+
+
+def test_what_is_write_protected_is_not_replaced(here, program):
+    page = write(here / "p.html", "<!doctype html>", "a page")
+    page.chmod(0o444)
+    with pytest.raises(OutputError, match="write-protected"):
+        write(page, "<!doctype html><p>", "a page")
+    program.ok("run", "m.nml", "-q", "-o", "o.nc", folder=here)
+    (here / "o.nc").chmod(0o444)
+    whole = (here / "o.nc").read_bytes()
+    done = program("run", "m.nml", "-q", "-o", "o.nc", folder=here)
+    assert done.returncode == 5 and "o.nc is write-protected and is not replaced" in done.stderr
+    assert (here / "o.nc").read_bytes() == whole and (here / "o.nc").stat().st_mode & 0o777 == 0o444
+
+
+@pytest.fixture
+def shut():
+    """A folder with a model in which nobody may write, and who runs there: not the superuser."""
+    with tempfile.TemporaryDirectory() as name:
+        folder, root = Path(name), os.geteuid() == 0
+        (folder / "m.nml").write_text(namelist(tower(steps=5)))
+        folder.chmod(0o755 if root else 0o555)
+        yield folder, {"user": 65534, "group": 65534, "extra_groups": []} if root else {}
+        folder.chmod(0o755)
+
+
+@pytest.mark.parametrize("name", ["sitedda", "sitedda-native"])
+@pytest.mark.parametrize("words", [["run", "m.nml", "-q"], ["run", "m.nml", "-q", "-o", "n.nc"]])
+def test_a_folder_without_rights_is_said(shut, name, words):
+    folder, user = shut
+    if user and name == "sitedda":
+        pytest.skip("a superuser's interpreter is seldom open to others")
+    more = {"env": os.environ | {"HOME": "/"}, "timeout": DEADLINE, **user}
+    done = subprocess.run(
+        [executable(name), *words], cwd=folder, capture_output=True, text=True, check=False, **more
+    )
+    assert done.returncode == 5 and "Permission denied" in done.stderr, done.stderr
+    assert len(done.stderr.splitlines()) == 1 and os.listdir(folder) == ["m.nml"]
+
+
+@pytest.mark.parametrize("host", ["a\u2028b", "../x.png", "a..b"])
+def test_a_host_without_a_name_is_refused(main, host):
+    done = main("live", "--no-open", "--host", host)
+    assert done.returncode == 5 and "is not the name of a host" in done.stderr
+
+
 def umask() -> int:
     """Of this process."""
     mask = os.umask(0o022)
@@ -424,6 +479,11 @@ def test_figures_are_checked_before_the_first_case(main, here, figure):
     (here / "s.toml").write_text(f"{STUDY}\n[[figures]]\n{figure}\n")
     refused(main("study", "s.toml", "-q", "--report", folder=here), "s.toml: figure 1")
     assert not (here / "s_study").exists()
+
+
+def test_a_wrong_change_is_refused_with_the_study(main, here):
+    (here / "s.toml").write_text(STUDY.replace("motion.scale", "motion.scael"))
+    refused(main("study", "s.toml", "-q", folder=here), "s.toml: case 0: motion.scael")
 
 
 def test_good_figures_are_taken(here, root):

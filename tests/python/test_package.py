@@ -2,6 +2,7 @@
 """Manners of the package: light to import, nothing accidental in it, one thread inside."""
 
 import ast
+import importlib.metadata
 import importlib.util
 import re
 import subprocess
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import pytest
 from environment import DEADLINE
-from model_text import tower
+from model_text import namelist, tower
 
 import sitedda
 
@@ -21,10 +22,10 @@ ROOT = Path(__file__).parents[2]
 HEAVY = ("ezdxf", "matplotlib", "netCDF4", "pandas", "scipy", "shapely", "tqdm", "xarray")
 
 
-def python(code: str) -> str:
+def python(code: str, folder=None) -> str:
     """What a fresh interpreter prints."""
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=DEADLINE
+        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, timeout=DEADLINE
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
@@ -37,6 +38,33 @@ def test_the_import_and_the_help_need_no_heavy_library():
     assert python(code.format(show, HEAVY)).endswith("@")
 
 
+def test_the_core_runs_with_numpy_and_netcdf_alone(tmp_path):
+    """What draws, builds, meshes, serves and distributes is imported when it is first used."""
+    blocked = ("dask", "matplotlib", "PIL", "scipy", "shapely", "tornado", "tqdm", "ezdxf")
+    (tmp_path / "model.nml").write_text(namelist(tower(2)))
+    code = f"""
+import sys
+sys.modules |= dict.fromkeys({blocked!r})
+import sitedda
+from sitedda.commands.command import main
+run = sitedda.run("model.nml", output="run.nc")
+assert run.complete and run.history.sizes["time"] > 1, run
+assert str(run.verdict).startswith("Blocks moved")
+with sitedda.Simulation("model.nml") as model:
+    model.advance(3)
+    assert model.counts["steps"] == 3
+assert main(["check", "model.nml"]) in (0, 2)
+assert main(["run", "model.nml", "--no-plot", "-q", "-o", "other.nc"]) == 0
+ours = {{name.split(".")[1] for name in sys.modules if name.startswith("sitedda.")}}
+print("@", *sorted(ours & set("live paper site stability validation".split())))
+try:
+    run.draw()
+except ImportError as missing:
+    print(missing.name)
+"""
+    assert python(code, tmp_path).splitlines()[-2:] == ["@", "matplotlib.axes"]
+
+
 def test_nothing_accidental_is_in_the_package():
     found = [name for name in dir(sitedda) if not name.startswith("__")]
     assert found == sorted([*sitedda.__all__, *sitedda._MODULES])
@@ -46,6 +74,17 @@ def test_nothing_accidental_is_in_the_package():
     assert set(star) - {"__builtins__"} == set(sitedda.__all__)
     with pytest.raises(AttributeError, match="no attribute 'simulate'"):
         sitedda.simulate  # noqa: B018
+
+
+def test_commands_of_the_evidence_say_where_they_are():
+    code = "import sys, importlib.metadata as m; m.entry_points = lambda **_: ()\n{}"
+    code = code.format("from sitedda.command import main; print(main(['paper', 'layers']))")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "1\n")
+    assert done.stderr == (
+        "sitedda: sitedda paper needs the distribution sitedda-evidence: in a clone, "
+        "pip install ./python/evidence\n"
+    )
 
 
 def test_a_wheel_is_built_for_any_processor():
@@ -64,7 +103,9 @@ def test_the_package_runs_as_a_module():
     assert (done.returncode, done.stdout) == (0, f"sitedda {sitedda.__version__}\n")
 
 
-@pytest.mark.parametrize("module", ["sitedda.plot", "sitedda.drawing", "sitedda.paper"])
+@pytest.mark.parametrize(
+    "module", ["sitedda.plot", "sitedda.drawing", "sitedda_evidence.catalogue"]
+)
 def test_drawing_leaves_the_backend_of_matplotlib_alone(module):
     code = f"import matplotlib; matplotlib.use('svg'); import {module}"
     assert python(f"{code}; print(matplotlib.get_backend())") == "svg"
@@ -72,14 +113,18 @@ def test_drawing_leaves_the_backend_of_matplotlib_alone(module):
 
 
 def test_every_library_that_is_imported_is_declared():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    needs = [*project["dependencies"], *sum(project["optional-dependencies"].values(), [])]
-    declared = {need.split(">")[0].lower() for need in needs} | {
-        "pil",
-        "mpl_toolkits",
-    }  # pillow, matplotlib
-    assert "pillow" in declared
-    for file in _modules(ROOT / "python" / "sitedda"):
+    for top, folder in ((".", "sitedda"), ("python/evidence", "evidence")):
+        project = tomllib.loads((ROOT / top / "pyproject.toml").read_text())["project"]
+        optional = project.get("optional-dependencies", {})
+        needs = [*project["dependencies"], *sum(optional.values(), [])]
+        declared = {re.split("[>=]", need)[0].lower().replace("-", "_") for need in needs}
+        assert "numpy" in declared
+        _check_imports(ROOT / "python" / folder, declared | {"pil", "mpl_toolkits"})
+
+
+def _check_imports(folder: Path, declared: set[str]) -> None:
+    """All that is imported is Python's own or declared, under the names it is imported by."""
+    for file in _modules(folder):
         for node in ast.walk(ast.parse(file.read_text())):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom) and not node.level:
@@ -91,8 +136,12 @@ def test_every_library_that_is_imported_is_declared():
 def test_every_module_is_installed():
     source = {f.relative_to(ROOT / "python" / "sitedda") for f in _modules(ROOT / "python/sitedda")}
     installed = Path(sitedda.__file__).parent
-    made = {Path("input/schema.py")}  # at build, from fortran/input/schema.txt
+    made = {Path("input/schema.py"), Path("output/variables.py")}  # at build, from schema.txt
     assert source | made == {f.relative_to(installed) for f in _modules(installed)}
+    evidence = ROOT / "python" / "evidence" / "sitedda_evidence"
+    installed = Path(importlib.util.find_spec("sitedda_evidence").origin).parent
+    source = {f.relative_to(evidence) for f in _modules(evidence)}
+    assert source == {f.relative_to(installed) for f in _modules(installed)}
     assert importlib.util.find_spec("sitedda._core") is not None
 
 
@@ -105,7 +154,9 @@ def test_the_version_is_one():
     """That of meson.build, which the engine and the package have from it."""
     build = (ROOT / "meson.build").read_text()
     version = re.search(r"^\s*version: '([\d.]+)'", build, re.MULTILINE)[1]
-    assert sitedda.__version__ == version
+    assert sitedda.__version__ == version == importlib.metadata.version("sitedda-evidence")
+    evidence = tomllib.loads((ROOT / "python" / "evidence" / "pyproject.toml").read_text())
+    assert f"sitedda=={version}" in evidence["project"]["dependencies"]
     citation = (ROOT / "CITATION.cff").read_text()
     assert re.findall(r"^version: (.*)$", citation, re.MULTILINE) == [version]
     licence = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["license"]
@@ -129,6 +180,7 @@ QUESTIONS = {
     "check": sitedda.check,
     "modes": sitedda.modes,
     "transfer": lambda model: sitedda.transfer(model, [1.0, 2.0]),
+    "penalty_for": lambda model: sitedda.penalty_for(model, accuracy=0.05),
     "penalty_for_frequency": lambda model: sitedda.penalty_for_frequency(model, 20.0),
     "penalty_for_shift": lambda model: sitedda.penalty_for_shift(model, 5.0),
 }

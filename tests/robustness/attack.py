@@ -40,10 +40,11 @@ from typing import NoReturn
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 
+from damaged_outputs import damaged  # noqa: E402
 from fuzz import Probe  # noqa: E402
 from interrupted import native_program  # noqa: E402
 from model_text import changed, namelist, tower  # noqa: E402
-from mutated_files import moved_corners, mutated_file  # noqa: E402
+from mutated_files import good_blocks, moved_corners, mutated_file  # noqa: E402
 from mutations import (  # noqa: E402
     NUMBERS,
     RECORDS,
@@ -74,20 +75,7 @@ HOSTILE_TEXTS = [
     f"a\n{PAYLOAD} #", f"a\r{PAYLOAD}", f"$({PAYLOAD})", f"`{PAYLOAD}`", f"a; {PAYLOAD}", "a\0b",
     "x" * 300, "x" * 5000, "é地", "%s%n", "%A%j", "\x1b[2J", "\u2028", "nan", "1e999",
 ]  # fmt: skip
-HOSTILE_NUMBERS = [
-    "0",
-    "-1",
-    "-0.0",
-    "nan",
-    "inf",
-    "-inf",
-    "1e308",
-    "1e-308",
-    "1e9",
-    "7.5",
-    "x",
-    "",
-]
+HOSTILE_NUMBERS = [*"0 -1 -0.0 nan inf -inf 1e308 1e-308 1e9 7.5 x".split(), ""]
 
 STUDY = """model = "m.nml"
 folder = "st"
@@ -139,9 +127,9 @@ class Case:
     kind: str
     seed: str
     words: list[str] = field(default_factory=list)
-    files: dict[str, bytes] = field(default_factory=dict)  # in place of good ones, or more
+    files: dict[str, bytes] = field(default_factory=dict)  # instead of good ones, or more
     traps: list[tuple[str, str]] = field(default_factory=list)  # name and what stands there
-    asked: str = ""  # a name outside of the folder that the user has asked for
+    asked: str = ""  # a name outside of the folder that the user has requested
 
 
 # --- Good files ----------------------------------------------------------------------------------
@@ -149,8 +137,6 @@ class Case:
 
 def good_files(folder: Path) -> dict[str, bytes]:
     """Everything that a command can be given, small."""
-    import sitedda
-
     shaken = changed(tower(layers=2, steps=12), "output", file="o.nc", block_interval=4)
     shaken.append(
         ("amplification", {"surface": "surface", "base": "base", "lowest": 1.0, "highest": 20.0})
@@ -164,7 +150,7 @@ def good_files(folder: Path) -> dict[str, bytes]:
     found["jointed.nml"] = JOINTED.format(region=region).encode()
     found["imported.nml"] = JOINTED.format(region="file = 'part.csv'").encode()
     found["part.csv"] = b"name, x, y\na, 0, 0\na, 4, 0\na, 4, 3\na, 0, 3\n"
-    found["blocks.nc"] = mutated_block_source()
+    found["blocks.nc"] = good_blocks(random.Random(0))
     found["blocks.nml"] = (
         JOINTED.format(region=region).split("&region")[0] + "&blocks file = 'blocks.nc' /\n"
     ).encode()
@@ -186,13 +172,6 @@ def good_store(folder: Path) -> dict[str, bytes]:
             raise SystemExit("the good study cannot be run")
     files = [file for file in (folder / "done").rglob("*") if file.is_file()]
     return {str(file.relative_to(folder)): file.read_bytes() for file in files}
-
-
-def mutated_block_source() -> bytes:
-    """A good block file."""
-    from mutated_files import good_blocks
-
-    return good_blocks(random.Random(0))
 
 
 # --- Cases ---------------------------------------------------------------------------------------
@@ -275,12 +254,11 @@ def hostile_blocks(case: Case, chance: random.Random, good: dict) -> None:
 
 def hostile_output(case: Case, chance: random.Random, good: dict) -> None:
     """A damaged output, or one that lies, to every command that shows one."""
-    data = good["good.nc"]
-    if chance.random() < 0.6:
-        data = lying_output(chance, data)
-    for _ in range(chance.choice([0, 1, 1, 5]) if data != good["good.nc"] else 1):
-        data = mutated_bytes(chance, data)
-    case.files["good.nc"] = data
+    with tempfile.TemporaryDirectory() as folder:
+        file, new = Path(folder) / "o.nc", Path(folder) / "n.nc"
+        file.write_bytes(good["good.nc"])
+        damaged(chance, file, new)
+        case.files["good.nc"] = new.read_bytes()
     case.words = chance.choices(
         [
             ["draw", "good.nc", "-o", "x.png"],
@@ -294,44 +272,6 @@ def hostile_output(case: Case, chance: random.Random, good: dict) -> None:
         ],
         [3, 3, 6, 1, 1, 3, 1, 2],
     )[0]
-
-
-def lying_output(chance: random.Random, data: bytes) -> bytes:
-    """An output in which a variable is missing, or holds what it must not."""
-    import netCDF4
-    import numpy as np
-
-    with tempfile.TemporaryDirectory() as folder:
-        file, new = Path(folder) / "o.nc", Path(folder) / "n.nc"
-        file.write_bytes(data)
-        with netCDF4.Dataset(file) as old, netCDF4.Dataset(new, "w") as made:
-            old.set_auto_maskandscale(False)
-            victim = chance.choice(list(old.variables))
-            how = chance.choice(["gone", "index", "nan", "huge", "attribute", "zeros"])
-            for name, dimension in old.dimensions.items():
-                made.createDimension(name, len(dimension))
-            attributes = {name: old.getncattr(name) for name in old.ncattrs()}
-            if how == "attribute":
-                one = chance.choice(list(attributes))
-                attributes[one] = chance.choice(["", "nan", -1, 1e300, np.nan, "x" * 70_000])
-            made.setncatts(attributes)
-            for name, variable in old.variables.items():
-                if name == victim and how == "gone":
-                    continue
-                copy = made.createVariable(name, variable.dtype, variable.dimensions)
-                copy.setncatts({k: variable.getncattr(k) for k in variable.ncattrs()
-                                if k != "_FillValue"})  # fmt: skip
-                values = np.array(variable[...])
-                if name == victim and values.size and values.dtype.kind in "if":
-                    at = chance.randrange(values.size)
-                    real = values.dtype.kind == "f"
-                    values.flat[at] = {"index": 99_999, "huge": 1e300 if real else 2**31 - 1,
-                                       "nan": np.nan if real else -1, "zeros": 0,
-                                       }.get(how, values.flat[at])  # fmt: skip
-                    if how == "zeros":
-                        values[...] = 0
-                copy[...] = values
-        return new.read_bytes()
 
 
 def hostile_checkpoint(case: Case, chance: random.Random, good: dict) -> None:
@@ -625,7 +565,7 @@ def read_libraries() -> None:
     """Import what commands import, which starts no thread."""
     parts = [part.name for part in pkgutil.walk_packages(sitedda.__path__, "sitedda.")]
     for name in [*LIBRARIES, *parts]:
-        with contextlib.suppress(ImportError):  # of what is not asked for by all
+        with contextlib.suppress(ImportError):  # of what is not requested by all
             importlib.import_module(name)
 
 

@@ -25,7 +25,7 @@ STEP, SPEED, RISE = 1e-6, 0.1, 2e-4  # s, m/s, s
 
 
 def outline(side: str) -> np.ndarray:
-    """The disc, or half of it, by corners 7.5° apart but for the flats, shape (n, 2), m."""
+    """The disc, or half of it, by corners 7.5° apart except for the flats, shape (n, 2), m."""
     angle = np.radians(np.arange(-82.5, 83.0, 7.5))
     right = 0.5 * DIAMETER * np.column_stack([np.cos(angle), np.sin(angle)])
     left = right[::-1] * [-1, 1]

@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Send hostile files to the engine and the package: each must be refused or computed, soon.
 
-Inputs, records, files of lines and polygons, block files, checkpoints.
+Inputs, records, files of lines and polygons, block files; `damage.py` does it to checkpoints.
 
 usage: python tests/robustness/fuzz.py [options]
 
 --probe names the executable `probe` of a native build (meson setup BUILD -Dtester=true); without it
-the installed Python package is asked, as it always is about checkpoints.  What crashes, hangs, runs
-out of memory, gives a value that is not finite without an error, or takes a damaged checkpoint for
-a good one is kept in a folder.  Ends with status 1 if there was any.
+the installed Python package is asked.  What crashes, hangs, runs out of memory, or gives a value
+that is not finite without an error is kept in a folder.  Ends with status 1 if there was any.
 """
 
 import argparse
@@ -17,7 +16,6 @@ import collections
 import os
 import resource
 import selectors
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -28,9 +26,8 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 
-from model_text import changed, namelist, tower  # noqa: E402
 from mutated_files import mutated_file  # noqa: E402
-from mutations import mutated_checkpoint, mutated_input, mutated_record  # noqa: E402
+from mutations import mutated_input, mutated_record  # noqa: E402
 
 PYTHON_PROBE = [sys.executable, str(HERE / "probe.py")]
 TIME_LIMIT = float(os.environ.get("FUZZ_TIME_LIMIT", "5"))  # s of a processor for one file
@@ -44,7 +41,7 @@ FILES = ("csv", "wkt", "geojson", "dxf", "nc")  # kinds that the package reads, 
 
 
 class Probe:
-    """A process that answers requests; started anew when it dies or hangs."""
+    """A process that answers requests; started again when it dies or hangs."""
 
     def __init__(self, command: list[str], limit_memory: bool = True):
         self.command = command
@@ -205,53 +202,12 @@ def fuzz(
     return tally
 
 
-def interrupted_run(folder: Path) -> None:
-    """Leave the files of a run that ended early: input, journal, partial output, checkpoint."""
-    import sitedda
-
-    model = folder / "model.nml"
-    model.write_text(namelist(changed(tower(layers=2, steps=40), "output", file="out.nc")))
-    with sitedda.Simulation(model, output=folder / "out.nc") as run:
-        run.advance(7)
-    shutil.copy(folder / "out.nc.checkpoint", folder / "good")
-    (folder / "out.nc.checkpoint.previous").unlink(missing_ok=True)
-
-
-def fuzz_checkpoints(seeds, keep: Path | None = None) -> Tally:
-    """Damaged checkpoints: each must be refused, or resumed with the bits of the good one."""
-    tally = Tally()
-    with tempfile.TemporaryDirectory() as name, Probe(PYTHON_PROBE) as probe:
-        base, folder = Path(name) / "base", Path(name) / "run"
-        base.mkdir()
-        interrupted_run(base)
-        good = (base / "good").read_bytes()
-        for seed in [None, *seeds]:
-            shutil.copytree(base, folder)
-            file = folder / "out.nc.checkpoint"
-            file.write_bytes(good if seed is None else mutated_checkpoint(seed, good))
-            answer = probe.ask(f"checkpoint {folder}", TIME_LIMIT)
-            if seed is None:
-                expected = answer
-                assert answer.startswith("ok 7 "), answer
-            elif answer != expected and (
-                not answer.startswith("refused 5 ") or file.name not in answer
-            ):
-                tally.failures.append(f"seed {seed}: {answer}")
-                if keep:
-                    keep.mkdir(parents=True, exist_ok=True)
-                    (keep / f"checkpoint_{seed}").write_bytes(mutated_checkpoint(seed, good))
-            tally.answers[answer.split(" ")[0]] += 1
-            shutil.rmtree(folder)
-    return tally
-
-
 def main() -> int:
     """The long mode."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--inputs", type=int, default=10_000)
     parser.add_argument("--records", type=int, default=2_000)
     parser.add_argument("--files", type=int, default=1_000, help="of each of " + ", ".join(FILES))
-    parser.add_argument("--checkpoints", type=int, default=1_000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--probe")
     parser.add_argument("--keep", type=Path, default=Path("fuzz_failures"))
@@ -266,11 +222,6 @@ def main() -> int:
         asked = PYTHON_PROBE if kind in FILES else command
         tally = fuzz(asked, kind, seeds, wanted.keep, wanted.time_limit, not wanted.any_memory)
         print(f"{count} {kind}s: {tally}", flush=True)
-        failed += len(tally.failures)
-    if wanted.checkpoints:
-        tally = fuzz_checkpoints(range(wanted.seed, wanted.seed + wanted.checkpoints), wanted.keep)
-        print(f"{wanted.checkpoints} checkpoints: {tally}", flush=True)
-        print(*tally.failures, sep="\n")
         failed += len(tally.failures)
     return min(failed, 1)
 

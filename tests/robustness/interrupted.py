@@ -120,7 +120,7 @@ def reference_of(program: str, folder: Path) -> Path:
 
 
 def difference(file: Path, other: Path) -> str:
-    """What differs in the data of two outputs; blank if every variable has the same bits."""
+    """What differs in the data of two outputs; blank if every variable has identical bits."""
     with netCDF4.Dataset(file) as left, netCDF4.Dataset(other) as right:
         if set(left.variables) != set(right.variables):
             return "variables"

@@ -6,8 +6,8 @@ usage: python tests/robustness/kill.py [--kills N] [--seed S] [--signals KILL,TE
        [--pages N] [--program PROGRAM] [--folder FOLDER]
 
 Each case starts a run and sends it a signal at a random moment; it is resumed, killed again one
-time in four, until it ends.  Its output must have the same bits as that of a run left alone.  Runs
-that end before their signal are spared; "anew" counts those killed before their first checkpoint.
+time in four, until it ends.  Its output must have identical bits as that of a run left alone.  Runs
+that end before their signal are spared; "again" counts those killed before their first checkpoint.
 --pages kills `sitedda view`, `report`, `movie` and `draw` so often (by TERM, INT, KILL), which must
 leave the older file or the whole new one, and nothing beside it unless killed by KILL.  Ends with
 status 1 if any output differs.

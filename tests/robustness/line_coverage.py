@@ -5,8 +5,8 @@
 usage: python tests/robustness/line_coverage.py [FOLDER]
 
 Builds with gcov into FOLDER (kept; a temporary one if none is given), runs all suites and
-tests/python, and compares the lines that were never reached with the reasons in docs/coverage.md.
-Ends with status 1 below 95 % or where a line has no reason.  Needs gcc's gcov, nothing else beyond
+tests/python, and compares the unreached lines with the reasons in unreached_lines.md.
+Ends with status 1 below 95 % or if a line has no reason.  Needs gcc's gcov, nothing else beyond
 the test packages.
 """
 
@@ -20,7 +20,7 @@ from collections import defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-REASONS = ROOT / "docs" / "coverage.md"
+REASONS = Path(__file__).with_name("unreached_lines.md")
 LEAST = 95.0  # percent
 OPTIONS = (
     "-Dtester=true",
@@ -39,14 +39,8 @@ def build(folder: Path) -> None:
     if not (folder / "venv").exists():
         subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
     settings = [f"-Csetup-args={option}" for option in OPTIONS]
-    pip = [
-        folder / "venv" / "bin" / "pip",
-        "install",
-        "-q",
-        f"-Cbuild-dir={folder / 'build'}",
-        *settings,
-    ]
-    subprocess.run([*pip, f"{ROOT}[test]"], check=True)
+    pip = [folder / "venv" / "bin" / "pip", "install", "-q", f"-Cbuild-dir={folder / 'build'}"]
+    subprocess.run([*pip, *settings, f"{ROOT}[test]"], check=True)
 
 
 def run_tests(folder: Path) -> None:
@@ -63,7 +57,7 @@ def run_tests(folder: Path) -> None:
     suites = [folder / "build" / "tests" / "fortran" / "tester"]
     python = [folder / "venv" / "bin" / "python", "-m", "pytest", "-q", "-p", "no:cacheprovider"]
     # Whole runs, which take long without optimisation and reach no other lines.
-    slow = ["--ignore", ROOT / "tests" / "python" / "test_every_input.py"]
+    slow = ["--ignore", ROOT / "tests" / "python" / "input" / "test_every_input.py"]
     for command in (suites, [*python, *slow, ROOT / "tests" / "python"]):
         done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
         print(done.stdout.strip().splitlines()[-1])
@@ -89,7 +83,7 @@ def line_counts(folder: Path) -> dict[Path, dict[int, int]]:
 
 
 def reasons() -> dict[tuple[str, str], str]:
-    """(file, procedure) -> why lines of it are not reached, from the table of docs/coverage.md."""
+    """(file, procedure) -> why lines of it are not reached, from unreached_lines.md."""
     rows = (
         row.strip("|").split("|")
         for row in REASONS.read_text().splitlines()
@@ -140,7 +134,7 @@ def report(counts: dict[Path, dict[int, int]]) -> int:
     print(f"{explained} lines not reached are explained, {len(unexplained)} are not")
     print(*unexplained, sep="\n")
     for place in sorted(set(known) - used):
-        print(f"docs/coverage.md explains {place[0]}, {place[1]}, which is reached")
+        print(f"unreached_lines.md explains {place[0]}, {place[1]}, which is reached")
     return int(share < LEAST or bool(unexplained))
 
 

@@ -28,7 +28,7 @@ from environment import executable  # noqa: E402
 from model_text import DRY, ROCK, group, namelist  # noqa: E402
 
 MEBI = 2**20
-SOLVERS = ("direct", "banded", "lagged", "jacobi")
+SOLVERS = ("direct", "lagged", "jacobi")
 # Threads reserve addresses of their own, by chance more or fewer.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 PROCESSOR_TIME = 60  # s; a run takes less than one

@@ -177,7 +177,7 @@ class Engine:
             self.make_environment()
 
     def make_environment(self) -> None:
-        """The environment of this program, with the executable of the copy in place of its own."""
+        """The environment of this program, with the executable of the copy instead of its own."""
         own, programs = Path(sys.prefix), Path(sys.executable).parent
         self.python.parent.mkdir(parents=True)
         (self.folder / "venv" / "lib").symlink_to(own / "lib")
@@ -216,7 +216,7 @@ def tests_of(file: str) -> list[Path]:
     """All Python test files, those first whose words are most those of a file and its comments."""
     source = (ROOT / "fortran" / file).read_text()
     about = words_of(f"{Path(file).stem} " * 9 + " ".join(re.findall(r"!.*", source)))
-    paths = [path for path in (ROOT / "tests").glob("*/test_*.py") if path.stem not in UNUSED]
+    paths = [path for path in (ROOT / "tests").glob("**/test_*.py") if path.stem not in UNUSED]
     texts = {path: words_of(f"{path.stem} " * 9 + path.read_text()) for path in paths}
     in_tests = Counter(word for words in texts.values() for word in words)
 

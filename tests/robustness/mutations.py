@@ -37,21 +37,8 @@ VALUES = [
 SUBSCRIPTS = "(1) (0) (-5) (99999) (2:1) (1:1000000) (::0) (1,1,1) ( () %x (1)(2:3)".split()
 GROUPS = """run control contact material joint block blocks layers drums wall motion fixed_point
 load measured_point stage amplification output unknown""".split()
-SNIPPETS = [
-    b"\0",
-    b"\xff",
-    b"\xef\xbb\xbf",
-    b"\r\n",
-    b"\r",
-    b"\t",
-    b"'",
-    b'"',
-    b"/",
-    b"&",
-    b"!",
-    b"1e999",
-    b"\x1a",
-]
+SNIPPETS = [b"\0", b"\xff", b"\xef\xbb\xbf", b"\r\n", b"\x1a", b"1e999"]
+SNIPPETS += [bytes([one]) for one in b"\r\t'\"/&!"]
 
 
 def models() -> list[list]:
@@ -218,7 +205,7 @@ def reorder(chance, groups):
 
 
 def very_long(chance, groups):
-    """A value or a name that goes on and on."""
+    """A value or a name that continues and on."""
     values, variable = _variable(chance, groups)
     length = chance.choice([65, 300, 1100, 70_000])
     filling = chance.choice(["x", "1", " ", "é", "'", "1,"])
@@ -226,7 +213,7 @@ def very_long(chance, groups):
 
 
 def many_copies(chance, groups):
-    """A generator asked for many blocks, or many vertices in one."""
+    """A generator requested many blocks, or many vertices in one."""
     for name, values in groups:
         for variable in ("count", "bricks", "courses"):
             if variable in values or (name == "layers" and variable == "count"):
@@ -252,11 +239,11 @@ GRAMMAR = [
 
 
 def mutated_bytes(chance, data: bytes) -> bytes:
-    """Flip, cut, repeat, insert, or end early."""
+    """Flip, cut, repeat, insert, set to zero, or end early."""
     data = bytearray(data or b" ")
     at = chance.randrange(len(data))
     length = chance.choice([1, 2, 8, 64, 500])
-    match chance.randrange(6):
+    match chance.randrange(7):
         case 0:
             data[at] ^= 1 << chance.randrange(8)
         case 1:
@@ -269,6 +256,8 @@ def mutated_bytes(chance, data: bytes) -> bytes:
             data[at:at] = chance.choice(SNIPPETS) * chance.choice([1, 1, 1, 1000])
         case 5:
             del data[at:]
+        case 6:  # a block that never reached the disk
+            data[at : at + length] = bytes(len(data[at : at + length]))
     return bytes(data)
 
 

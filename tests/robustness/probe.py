@@ -2,15 +2,11 @@
 """The probe of fuzz.py with the installed package: requests on standard input, an answer to each.
 
 ``input FILE`` and ``record FILE`` as the native probe (tests/fortran/probe.f90); ``outlines FILE``
-reads lines and polygons; ``blocks FILE`` runs a model of a block file; ``checkpoint
-FOLDER`` resumes the run ``model.nml`` to ``out.nc`` of a folder and answers ``ok`` with a digest of
-the state.
+reads lines and polygons; ``blocks FILE`` runs a model of a block file.
 """
 
-import hashlib
 import os
 import sys
-from pathlib import Path
 
 import numpy as np
 
@@ -72,18 +68,8 @@ def answer_blocks(file: str) -> str:
         return judge(state(run))
 
 
-def answer_checkpoint(folder: str) -> str:
-    """Resume, without a step."""
-    model = Path(folder) / "model.nml"
-    with sitedda.Simulation(model, output=model.with_name("out.nc"), resume=True) as run:
-        digest = hashlib.sha256(
-            b"".join(np.ascontiguousarray(value).tobytes() for value in state(run))
-        )
-        return f"ok {run.steps} {digest.hexdigest()[:16]}"
-
-
-ANSWERS = {"input": answer_input, "record": answer_record, "checkpoint": answer_checkpoint}
-ANSWERS |= {"outlines": answer_outlines, "blocks": answer_blocks}
+ANSWERS = {"input": answer_input, "record": answer_record, "outlines": answer_outlines,
+           "blocks": answer_blocks}  # fmt: skip
 
 
 def main() -> None:

@@ -5,36 +5,12 @@
 lower limit and 1.02 of the upper one.
 """
 
-import math
 import sys
 
-import numpy as np
 from options import asked
 
 import sitedda
-
-
-def random_wall(seed: int) -> sitedda.Model:
-    """A wall with a door and, every other pair, a window, in one of the bonds."""
-    rng = np.random.default_rng(seed)
-    width, height = rng.uniform(3, 5), rng.uniform(2.2, 3.2)
-    stone, door = rng.uniform(0.5, 0.8), rng.uniform(0.7, 1.0)
-    model = sitedda.Model("wall", time_step=1e-3, steps=1, gravity=(0, -9.81))
-    model.material("stone", density=2500.0, young_modulus=1e11, poisson_ratio=0.2)
-    model.block([-1, -0.5, width + 1, -0.5, width + 1, 0, -1, 0], name="floor")
-    for x, y in ((-0.9, -0.25), (width + 0.9, -0.25), (width / 2, -0.4)):
-        model.fixed_point(x, y, "floor")
-    bond = ("running", "header", "rubble")[seed % 3]
-    model.masonry_wall(width=width, height=height, courses=int(rng.integers(7, 11)), stone=stone,
-                       bond=bond, seed=seed)  # fmt: skip
-    model.opening("door", left=0.2 * width, width=door, height=0.6 * height, depth=0.3,
-                  bearing=0.3, head=("lintel", "arch")[seed % 2])  # fmt: skip
-    if seed % 4 > 1:
-        model.opening("window", left=0.65 * width, bottom=0.3 * height, width=0.6,
-                      height=0.3 * height, depth=0.3, bearing=0.25)  # fmt: skip
-    model.joint("dry", friction_angle=math.degrees(math.atan(rng.uniform(0.4, 0.8))))
-    model.measured_point("top", 0.5 * width + 0.01, height - 0.05)
-    return model
+from sitedda_evidence.validation.pushed import random_wall
 
 
 def main() -> int:

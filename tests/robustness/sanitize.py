@@ -117,7 +117,7 @@ def judge(what: str, status: int, said: str) -> list[str]:
 
 
 def main() -> int:
-    """All kinds that are asked for."""
+    """All kinds that are requested."""
     kinds = sys.argv[1:] or list(SETUPS)
     if set(kinds) - set(SETUPS):
         sys.exit(__doc__)

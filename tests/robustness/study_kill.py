@@ -3,6 +3,7 @@
 """Kill studies at random moments – client, worker, scheduler, job array – and compare the tables.
 
 usage: python tests/robustness/study_kill.py [--kills N] [--seed S] [--cases N] [--duration S]
+       [--program PROGRAM]
 
 Each study is one of columns of ten drums. Somebody of it is killed (SIGKILL) at a random moment;
 then it is started again, killed again one time in three, until it ends.  Its table must have the
@@ -36,7 +37,6 @@ results = ["displacement[top].y", "largest_tilt_rad", "energy_balance.last"]
 [parameters]
 "joint[drums].friction_angle" = {{from = 20, to = 40, count = {cases}}}
 [slurm]
-program = "{program}"
 each = 2
 """
 VICTIMS = ("client", "worker", "dask client", "dask worker", "scheduler", "job array")
@@ -49,9 +49,9 @@ class Trial:
         self.victim, self.folder, self.chance = victim, folder, chance
         self.study = folder / "study"
         self.file = folder / "study.toml"
+        self.program = native_program(options.program)
         values = {"model": INPUTS / "column.nml", "folder": self.study, "cases": options.cases}
-        self.file.write_text(STUDY.format(duration=options.duration, program=native_program(),
-                                          **values))  # fmt: skip
+        self.file.write_text(STUDY.format(duration=options.duration, **values))
         self.cluster = Cluster(folder) if victim in VICTIMS[2:5] else None
 
     def command(self) -> tuple[list[str], dict[str, str]]:
@@ -61,7 +61,8 @@ class Trial:
             path = slurm_stand_in.install(self.folder / "bin")
             seed = str(self.chance.randrange(1000))
             path = f"{path}{os.pathsep}{os.environ['PATH']}"
-            return [*words, "--slurm"], os.environ | {"PATH": path, "STAND_IN_SEED": seed}
+            words += ["--slurm", "--program", self.program]
+            return words, os.environ | {"PATH": path, "STAND_IN_SEED": seed}
         where = ["--dask", self.cluster.address] if self.cluster else ["--workers", "2"]
         return words + where, dict(os.environ)
 
@@ -132,7 +133,7 @@ class Trial:
 
 def main() -> int:
     """Kill and compare."""
-    options = asked(__doc__, kills=30, seed=1, cases=6, duration=4.0)
+    options = asked(__doc__, kills=30, seed=1, cases=6, duration=4.0, program=str)
     chance = random.Random(options.seed)
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     kills, studies, wrong = 0, 0, 0

@@ -12,134 +12,25 @@ from test_points_of_contact import bracket
 import sitedda
 from sitedda.engine import reduced_group
 from sitedda.output.scene import Scene
-from sitedda.output.vtk import contacts_of
-from sitedda.validation.model import (
+from sitedda.vtk import contacts_of
+from sitedda_evidence.model import (
     block,
     contact,
     control,
-    group,
     held,
     history,
     joint,
     material,
-    measured,
-    motion,
     rectangle,
     residual,
 )
-
-GRAVITY = 10.0  # m/s²
-HEIGHT = 0.1  # m, of the bar
-RISE = np.linspace(0.0, 1.0, 101)
-
-
-def bar(steps: int, pull: float, length: float = 0.5, **law) -> str:
-    """Two halves of a bar with a joint of T = 2 MPa, G = 60 N/m, pulled apart in 0.2 s."""
-    half = length / 2
-    law = {
-        "law": "cohesive",
-        "cohesion": 4e6,
-        "tensile_strength": 2e6,
-        "fracture_energy": 60.0,
-        "normal_stiffness_per_area": 2e12,
-    } | law
-    return "".join(
-        (
-            control(0.2 / steps, steps, (0.0, 0.0), integration="midpoint"),
-            contact(1e10),
-            material("rock", 2500.0, 2e10),
-            joint("j", 30.0, **law),
-            held(
-                "left", rectangle(-half, 0, half, HEIGHT), "rock", "j", [(-half, 0), (-half, 0.1)]
-            ),
-            block("right", rectangle(0, 0, half, HEIGHT), "rock", "j"),
-            motion("drive", pull * RISE, 2e-3, "displacement"),
-            group("fixed_point", x=half, y=0.0, block="right", motion_x="drive"),
-            group("fixed_point", x=half, y=HEIGHT, block="right", motion_x="drive"),
-            measured("end", (half, HEIGHT / 2), "right"),
-            group("output", block_interval=1),
-        )
-    )
-
-
-def triplet(steps: int, slip: float, **law) -> str:
-    """A block under 1 MPa that is sheared along a joint of c = 1 MPa, G_II = 100 N/m, φ = 30°."""
-    law = {
-        "law": "cohesive",
-        "cohesion": 1e6,
-        "tensile_strength": 5e5,
-        "fracture_energy": 20.0,
-        "shear_fracture_energy": 100.0,
-        "normal_stiffness_per_area": 1e11,
-        "shear_stiffness_per_area": 1e11,
-    } | law
-    return "".join(
-        (
-            control(0.4 / steps, steps, (0.0, -GRAVITY), settle=True, integration="theta"),
-            contact(1e10),
-            material("rock", 2500.0, 1e14),
-            material("load", 1e6 / GRAVITY, 1e14),
-            joint("j", 30.0, **law),
-            held("base", rectangle(-1.0, -1.0, 3.0, 1.0), "rock", "j"),
-            block("top", rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
-            motion("drive", slip * RISE, 4e-3, "displacement"),
-            group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
-            measured("top", (0.5, 0.0), "top"),
-            group("output", block_interval=1),
-        )
-    )
-
-
-def of_frames(data, name: str) -> np.ndarray:
-    """Sum of a variable of the contacts in each frame."""
-    return np.bincount(data.contact_frame.values, np.abs(data[f"contact_{name}"].values))
-
-
-def bracket_of(data) -> tuple[float, float]:
-    """Bounds of the fracture energy that a run has spent, J/m."""
-    last = data.contact_frame.values == data.contact_frame.values.max()
-    return tuple(
-        float((data[f"contact_fracture_energy_{end}"] * data.contact_length).values[last].sum())
-        for end in ("lower", "upper")
-    )
-
-
-@pytest.mark.parametrize(
-    ("steps", "softening"), [(100, "linear"), (400, "linear"), (2000, "exponential")]
+from sitedda_evidence.validation.cohesive import (
+    GRAVITY,
+    HEIGHT,
+    RISE,
+    bar,
+    bracket_of,
 )
-def test_a_bar_spends_its_fracture_energy(steps, softening):
-    """σ up to T, then all of G, within its bracket, at any time step."""
-    data = history(bar(steps, 8e-5 if softening == "linear" else 8e-4, softening=softening))
-    assert of_frames(data, "normal_force").max() == pytest.approx(2e6 * HEIGHT, rel=5e-3)
-    assert of_frames(data, "normal_force")[-1] == 0.0
-    assert float(data.energy_fracture[-1]) == pytest.approx(60.0 * HEIGHT, rel=1e-2)
-    lower, upper = bracket_of(data)
-    assert lower < 60.0 * HEIGHT < upper
-    assert lower < float(data.energy_fracture[-1]) < upper
-    assert residual(data) < 1e-6
-    last = data.contact_frame.values == data.contact_frame.values.max()
-    assert (data.contact_damage.values[last] == 1.0).all()
-
-
-def test_the_bracket_closes():
-    """Each run's fracture energy lies in its bracket, of less than ten per cent at 2000 steps."""
-    lower, upper = bracket_of(history(bar(2000, 8e-5)))
-    assert (upper - lower) / (60.0 * HEIGHT) < 0.1
-
-
-def test_a_long_bar_snaps():
-    """L = 2 m: σ²L/2E = 200 J/m² are stored at T, 60 go into the joint, 140 into motion."""
-    data = history(bar(4000, 4e-4, length=2.0))
-    lost = 2e6**2 * 2.0 / (2 * 2e10) * HEIGHT
-    assert float(data.energy_strain.max()) == pytest.approx(lost, rel=1e-2)
-    spent = data.energy_fracture.values
-    assert spent[-1] == pytest.approx(60.0 * HEIGHT, rel=1e-3)
-    peak = int(data.energy_strain.values.argmax())
-    broken = np.flatnonzero(spent > 0.999 * spent[-1])[0]
-    moving = (data.energy_kinetic + data.energy_strain).values[broken]
-    given = float(data.energy_input[broken] - data.energy_input[peak])
-    assert moving - given == pytest.approx(lost - 60.0 * HEIGHT, rel=2e-2)
-    assert residual(data) < 1e-6
 
 
 @pytest.mark.parametrize(
@@ -159,23 +50,6 @@ def test_bounds_are_close_at_the_step_that_check_names(length, energy, softening
     lower, upper = bracket_of(history(text(int(0.2 / step) + 1)))
     assert lower < energy * HEIGHT < upper
     assert upper - lower < 0.1 * energy * HEIGHT
-
-
-@pytest.mark.parametrize("softening", ["linear", "exponential"])
-def test_shear_triplet(softening):
-    """Peak c + σ tan φ; the area above friction is G_II; then σ tan φ."""
-    data = history(triplet(2000, 4e-4 if softening == "linear" else 2e-3, softening=softening))
-    friction = np.tan(np.radians(30.0))
-    shear, normal = of_frames(data, "shear_force"), of_frames(data, "normal_force")
-    assert shear.max() == pytest.approx((1.0 + friction) * 1e6, rel=2e-2)
-    assert shear[-1] == pytest.approx(friction * normal[-1], rel=5e-2)
-    assert float(data.energy_fracture[-1]) == pytest.approx(100.0, rel=1e-3)
-    lower, upper = bracket_of(data)
-    assert lower < 100.0 < upper
-    assert upper - lower < 10.0
-    slip = float(data.contact_slip_path[-3:].mean())
-    assert float(data.energy_friction[-1]) == pytest.approx(friction * 1e6 * slip, rel=1e-3)
-    assert residual(data) < 1e-6
 
 
 @pytest.mark.parametrize(("strength", "holds"), [(56e3, False), (62e3, True)])

@@ -8,7 +8,7 @@ that began with a penetration that it never built up would show there.
 import numpy as np
 import pytest
 
-from sitedda.validation.model import (
+from sitedda_evidence.model import (
     GRAVITY,
     contact,
     control,

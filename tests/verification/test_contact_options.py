@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from sitedda.validation.model import (
+from sitedda_evidence.model import (
     GRAVITY,
     contact,
     control,

@@ -229,7 +229,7 @@ def flexure(span, depth, length, young, deep=12):
 
 @pytest.mark.parametrize("welded", [False, True])
 def test_a_notched_beam_that_shears(welded, tmp_path):
-    """P = √(2 G/(dC/da)), C the compliance of the plane body with a crack that is as long as the
+    """P = √(2 G/(dC/da)), C the compliance of the plane body with a crack that is while the
     slip at its mouth over P tells, within 2 %.  (At 4 cells over an arm dC/da is 4 % too large, P
     2 % too small; of beam theory dC/da is 10 % too small.)"""
     young, energy, depth, span, notch, shear = 20e9, 60.0, 0.1, 1.0, 0.36, 3e6

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import sitedda
-from sitedda.validation.model import (
+from sitedda_evidence.model import (
     block,
     contact,
     control,
@@ -172,40 +172,6 @@ def test_sudden_loss():
     assert residual(data) < 1e-6
 
 
-def test_asperities_wear():
-    """Peaks of tan(φ + α) N as the block goes to and fro by 5 mm; α = α₀ exp(−cW)."""
-    per_cycle, every = 2000, 10  # steps
-    cycles = np.linspace(0.0, 2.25, int(2.25 * per_cycle / every) + 1)
-    law = {"law": "plesha", "asperity_angle": 15.0, "asperity_wear": 5e-6}
-    law |= {"normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 1e10}
-    text = "".join(
-        (
-            control(2e-3, int(2.25 * per_cycle), (0.0, -GRAVITY), settle=True, integration="theta"),
-            contact(1e10),
-            material("rock", DENSITY, 1e15),
-            material("load", 1e6 / GRAVITY, 1e15),
-            joint("j", 30.0, **law),
-            held("base", rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
-            block("top", rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
-            motion("drive", 5e-3 * np.sin(2 * np.pi * cycles), every * 2e-3, "displacement"),
-            group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
-            measured("top", (0.5, 0.5), "top"),
-            group("output", block_interval=per_cycle // 4),
-        )
-    )
-    data = history(text)
-    frame = data.contact_frame.values
-    shear = np.abs(np.bincount(frame, data.contact_shear_force.values))[1::4]
-    worn = np.bincount(frame, data.contact_weakened.values)[1::4] / np.bincount(frame)[1::4]
-    lift = data.displacement.sel(point="top", axis="y").values
-    assert shear == pytest.approx([0.9875e6, 0.9579e6, 0.9311e6], rel=1e-3)
-    assert 15.0 * (1.0 - worn) == pytest.approx([14.639, 13.769, 12.957], rel=1e-3)
-    assert lift[per_cycle // 4] - lift[0] == pytest.approx(1.297e-3, rel=1e-3)
-    lost = data.energy_friction - data.energy_dilation
-    assert np.diff(lost).min() >= -1e-15 * lost[-1]  # but for rounding
-    assert residual(data) < 1e-6
-
-
 @pytest.mark.parametrize("law", ["coulomb", "mohr_coulomb"])
 def test_laws_that_say_the_same(law):
     """Coulomb by the plain way, by a law with nothing of its own, and by stiffness per area."""
@@ -259,40 +225,6 @@ def test_a_shaken_wall(law, points):
     assert float(data.energy_friction[-1]) > 0
 
 
-def test_lengths_follow_a_block_that_slides_off():
-    """A block slides across the joint between two bases; what lengths change is in the budget."""
-    text = "".join(
-        (
-            control(2e-3, 500, gravity=(0.0, -GRAVITY), settle=True),
-            contact(1e10),
-            material("rock", DENSITY, 1e12),
-            material("moving", DENSITY, 1e12),
-            joint("j", 5.0, normal_stiffness_per_area=5e8),
-            held("left", rectangle(-2.0, -1.0, 4.5, 1.0), "rock", "j"),
-            held("right", rectangle(2.5, -1.0, 4.5, 1.0), "rock", "j"),
-            block("top", rectangle(0.0, 0.0, WIDTH, 1.0), "moving", "j"),
-            group(
-                "load",
-                x=1.0,
-                y=0.5,
-                block="top",
-                time=(0, 0.01, 0.3, 0.31),
-                force_x=(0, 6e4, 6e4, 0),
-            ),
-            measured("top", (1.0, 0.5), "top"),
-            group("output", block_interval=50),
-        )
-    )
-    data = history(text)
-    assert float(data.displacement.sel(point="top", axis="x")[-1]) > 1.0
-    for frame in np.unique(data.contact_frame):
-        of_frame = (data.contact_frame == frame) & (data.contact_normal_force > 1.0)
-        total = data.contact_length.values[of_frame.values].sum()
-        assert total == pytest.approx(WIDTH, rel=0.03)
-    assert np.abs(data.energy_length).max() > 0
-    assert residual(data) < 1e-6
-
-
 def test_tangent_at_the_weight(tmp_path):
     """The vertical mode of a heavy block on a closed joint: k = k_ni (1 − δ/V_m)⁻²."""
     stress, stiffness, closure = 5e6, 2e10, 1.4e-4
@@ -304,10 +236,3 @@ def test_tangent_at_the_weight(tmp_path):
     expected = np.sqrt(tangent / (stress / GRAVITY)) / (2 * np.pi)
     frequencies = sitedda.modes(file, 3).frequency
     assert np.abs(np.array(frequencies) / expected - 1).min() < 1e-3
-
-
-def test_laws_in_a_model(tmp_path):
-    """`Model.joint` takes the variables of the laws."""
-    model = sitedda.Model()
-    model.joint("rough", friction_angle=30.0, law="barton_bandis", jrc=10.0, jcs=1e8)
-    assert "barton_bandis" in model.write(tmp_path / "model.nml").read_text()

@@ -16,11 +16,14 @@ INPUTS = Path(__file__).parents[2] / "inputs"
 STEPS = 20
 # The static stage of the dam rests with 3.8e-8 of the weight unbalanced. Platens impose up to
 # 5,000 m/s² on samples in which contacts slide, whose forces are right to a tolerance only.
-ALLOWED = {"dam.nml": 4e-8, "brazilian.nml": 1e-7, "biaxial.nml": 1e-6}
+# The deep cut starts near rest, and ends its static stage within the tolerance of forces.
+ALLOWED = {"dam.nml": 4e-8, "deep_cut.nml": 1e-7, "brazilian.nml": 1e-7, "biaxial.nml": 1e-6}
+ALLOWED |= {"fault.nml": 1e-3}  # it moves by 2e-11 m in these steps: the rounding of places
 COARSE = (("mesh.size", 8.0), ("mesh.fine_size", 0.5))
 
 WALL = """
-&control time_step = {step}, steps = 40, gravity = 3.0, -9.81, solver = '{solver}' /
+&control time_step = {step}, steps = 40, gravity = 3.0, -9.81, solver = '{solver}'
+   integration = '{integration}' /
 &contact normal_stiffness = {penalty} /
 &material density = 2500.0, young_modulus = 1e10, poisson_ratio = 0.25 /
 &joint friction_angle = 30.0, cohesion = {bond}, tensile_strength = {bond} /
@@ -31,24 +34,16 @@ WALL = """
 """
 
 
-def wall(folder, bricks, courses, solver="auto", penalty=1e12, step=1e-3, bond=0.0) -> Path:
+def wall(folder, bricks, courses, solver="auto", **changes) -> Path:
     """A wall that is pulled sideways; unless bonded, contacts open and slide at once."""
     file = folder / f"wall_{solver}.nml"
-    file.write_text(
-        WALL.format(
-            bricks=bricks,
-            courses=courses,
-            width=bricks + 1,
-            solver=solver,
-            penalty=penalty,
-            step=step,
-            bond=bond,
-        )
-    )
+    size = {"bricks": bricks, "courses": courses, "width": bricks + 1, "solver": solver}
+    plain = {"penalty": 1e12, "step": 1e-3, "bond": 0.0, "integration": "dda"}
+    file.write_text(WALL.format(**size, **(plain | changes)))
     return file
 
 
-@pytest.mark.parametrize("solver", ["lagged", "jacobi", "banded", "sor"])
+@pytest.mark.parametrize("solver", ["lagged", "jacobi", "sor"])
 @pytest.mark.parametrize(
     "file", sorted(INPUTS.rglob("*.nml")), ids=lambda file: str(file.relative_to(INPUTS))
 )
@@ -67,7 +62,7 @@ def test_solvers_agree_on_every_input(file, solver):
     assert np.abs(other - direct).max() <= allowed
 
 
-@pytest.mark.parametrize("solver", ["lagged", "jacobi", "banded", "sor"])
+@pytest.mark.parametrize("solver", ["lagged", "jacobi", "sor"])
 def test_solvers_agree_on_a_wall_that_slides(tmp_path, solver):
     file = wall(tmp_path, 6, 6, penalty=1e10)
     start, direct, *_ = moved(file, "direct")
@@ -104,9 +99,10 @@ with sitedda.Simulation(sys.argv[1]) as run:
 """
 
 
-def test_threads_change_no_bit(tmp_path):
+@pytest.mark.parametrize("integration", ["dda", "theta"])
+def test_threads_change_no_bit(integration, tmp_path):
     """About 1,000 blocks, with contacts that open and slide: above every limit for threads."""
-    file = wall(tmp_path, 32, 31)
+    file = wall(tmp_path, 32, 31, integration=integration)
     results = {count: threaded(file, count) for count in (1, 2, 4)}
     assert results[1] == results[2] == results[4]
 

@@ -3,11 +3,13 @@
 
 import pytest
 
-from sitedda.validation import CASES, run_case
-from sitedda.validation.report import terminal_text
+from sitedda_evidence.catalogue import VALIDATION, run_case
+from sitedda_evidence.report import terminal_text
+
+pytestmark = pytest.mark.slow
 
 
-@pytest.mark.parametrize("name", list(CASES))
+@pytest.mark.parametrize("name", list(VALIDATION.cases))
 def test_case_in_its_short_form(name):
     result = run_case(name, short=True)
     assert result.rows or result.trouble, "a case without rows proves nothing"
@@ -21,4 +23,4 @@ def test_the_wanted_cases_exist():
         "edge", "packing", "settlement", "damping", "cantilever", "supports",
         "integration", "crossings", "gravity_ramp",
     }  # fmt: skip
-    assert wanted <= set(CASES)
+    assert wanted <= set(VALIDATION.cases)

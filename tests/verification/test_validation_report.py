@@ -9,10 +9,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from sitedda.command import main
-from sitedda.validation import run_case, write_report
-from sitedda.validation.packing import overlap
-from sitedda.validation.report import number
-from sitedda.validation.rocking import (
+from sitedda.errors import InputError
+from sitedda_evidence.case import VALIDATION
+from sitedda_evidence.catalogue import run_case
+from sitedda_evidence.report import number, write_report
+from sitedda_evidence.validation.packing import overlap
+from sitedda_evidence.validation.rocking import (
     RATE,
     RATIO,
     SLENDER,
@@ -20,13 +22,13 @@ from sitedda.validation.rocking import (
     housner_duration,
     pulse_duration,
 )
-from sitedda.validation.sliding import read_smc, record_file, rigid_slide
-from sitedda.validation.stability import goodman_bray, stands
+from sitedda_evidence.validation.sliding import read_smc, record_file, rigid_slide
+from sitedda_evidence.validation.stability import goodman_bray, stands
 
 
 def test_report_holds_rows_and_picture(tmp_path):
     result = run_case("damping", short=True)
-    text = write_report([result], tmp_path / "out").read_text(encoding="utf-8")
+    text = write_report(VALIDATION, [result], tmp_path / "out").read_text(encoding="utf-8")
     text = re.sub(r" data-head='[^']*'", "", text).replace("\N{MINUS SIGN}", "-")
     for row in result.rows:
         cells = [f"<td class='n'>{number(value)}</td>" for value in (row.expected, row.got)]
@@ -45,12 +47,12 @@ def test_command_line(capsys):
 
 
 def test_unknown_case_is_named():
-    with pytest.raises(KeyError, match="no case"):
+    with pytest.raises(InputError, match="no case"):
         run_case("nonsense")
 
 
 def test_a_wall_that_never_rests_fails_its_rows(monkeypatch):
-    monkeypatch.setattr("sitedda.validation.masonry_limits.rest_of", lambda *_: None)
+    monkeypatch.setattr("sitedda_evidence.validation.masonry_limits.rest_of", lambda *_: None)
     result = run_case("tilting_wall", short=True)
     assert not result.passed and len(result.rows) == 3
 

@@ -24,7 +24,7 @@ module dda_elimination
       integer :: fronts = 0              !< fronts
       integer, allocatable :: order(:)   !< [n] block row eliminated at each permuted
       integer, allocatable :: first(:)   !< [fronts+1] first permuted of each front
-      integer, allocatable :: parent(:)  !< [fronts] front that takes its update; 0 for a root
+      integer, allocatable :: parent(:)  !< [fronts] front that receives its update; 0 for a root
    end type front_tree_type
 
    !> Relaxed supernodes, formed from the leaves of the elimination tree upwards; a cluster is named

@@ -91,14 +91,14 @@ contains
       call list_rows(graph, permuted, front_at, plan)
       call relate_to_parents(plan)
       call list_entries(graph, permuted, front_at, plan)
-      call share_fronts(plan)
+      call divide_fronts(plan)
       call plan_panels(plan)
       call set_solve_rows(plan)
    end subroutine make_plan
 
    !> Children of each front, in postorder.
    pure subroutine list_children(plan)
-      type(front_plan_type), intent(inout) :: plan  !< being made
+      type(front_plan_type), intent(inout) :: plan  !< under construction
       integer, allocatable :: order(:)
       integer :: front
 
@@ -113,7 +113,7 @@ contains
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       !> index in the order; front of each index
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
-      type(front_plan_type), intent(inout) :: plan  !< being made
+      type(front_plan_type), intent(inout) :: plan  !< under construction
       integer, allocatable :: of_front(:), row(:), order(:)
       integer :: mark(plan%fronts), i, e, front, noted
 
@@ -143,7 +143,7 @@ contains
 
    !> Find each front's rows in its parent, and where they follow one another without a gap.
    pure subroutine relate_to_parents(plan)
-      type(front_plan_type), intent(inout) :: plan  !< being made
+      type(front_plan_type), intent(inout) :: plan  !< under construction
       integer :: front, start, last, i
 
       allocate (plan%position(size(plan%row)), plan%run_end(size(plan%row)), &
@@ -167,7 +167,7 @@ contains
 
    !> Merge the rows of a front and of its parent: both ascend.
    pure subroutine find_positions(plan, front, parent)
-      type(front_plan_type), intent(inout) :: plan  !< being made
+      type(front_plan_type), intent(inout) :: plan  !< under construction
       integer, intent(in) :: front, parent  !< a front and its parent
       integer :: pivots, i, p
 
@@ -186,12 +186,12 @@ contains
       end do
    end subroutine find_positions
 
-   !> Where each lower block of the matrix is added: in the column that is eliminated first.
+   !> Position of each lower block of the matrix: in the column eliminated first.
    pure subroutine list_entries(graph, permuted, front_at, plan)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       !> index in the order; front of each index
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
-      type(front_plan_type), intent(inout) :: plan  !< being made
+      type(front_plan_type), intent(inout) :: plan  !< under construction
       integer :: local(graph%n), front, pivots, i, j, e, filled
 
       allocate (plan%entry_start(plan%n + 1), plan%entry(plan%entries), &
@@ -222,8 +222,8 @@ contains
    end subroutine list_entries
 
    !> Divide the fronts between threads.
-   pure subroutine share_fronts(plan)
-      type(front_plan_type), intent(inout) :: plan  !< being made
+   pure subroutine divide_fronts(plan)
+      type(front_plan_type), intent(inout) :: plan  !< under construction
       real(wp) :: cost(plan%fronts)
       integer :: front
 
@@ -232,12 +232,12 @@ contains
             + rows_below(plan, front))
       end do
       call plan_tasks(plan%parent, cost, plan%sharing)
-   end subroutine share_fronts
+   end subroutine divide_fronts
 
    !> Columns of the factor are stored front by front, in the order in which a solve reads them;
    !> each thread eliminates in a panel as large as the largest front of a task needs.
    pure subroutine plan_panels(plan)
-      type(front_plan_type), intent(inout) :: plan  !< being made
+      type(front_plan_type), intent(inout) :: plan  !< under construction
       integer(long) :: numbers
       integer :: front
 
@@ -266,9 +266,9 @@ contains
       longest_front_vector = 6*plan%widest + 2*packed_rows
    end function longest_front_vector
 
-   !> Places for updates, for so many threads.  Those that pass from tasks to root fronts stay until
-   !> all tasks are done; then the root fronts take the workspaces of the threads.  One thread alone
-   !> needs less: it adds them as soon as their subtrees are done.
+   !> Positions for updates, for so many threads.  Those that pass from tasks to root fronts stay
+   !> until all tasks are done; then the root fronts take the workspaces of the threads.  One thread
+   !> alone needs less: it adds them as soon as their subtrees are done.
    pure subroutine plan_updates(plan, threads)
       type(front_plan_type), intent(inout) :: plan  !< with its fronts and tasks
       integer, intent(in) :: threads  !< that factorise
@@ -309,7 +309,7 @@ contains
       integer, intent(in) :: fronts(:)  !< some fronts, in postorder
       integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root
       integer(long), intent(in) :: before  !< numbers before the stacks
-      type(front_plan_type), intent(inout) :: plan  !< being made
+      type(front_plan_type), intent(inout) :: plan  !< under construction
       integer(long), intent(inout) :: most  !< numbers in the stacks, of this and others before
       integer(long) :: height(0:1), peak(0:1)
       integer :: i, c, child
@@ -337,12 +337,12 @@ contains
       most = max(most, sum(peak))
    end subroutine stack_updates
 
-   !> Where a solve keeps the rows below each front.
+   !> Positions of the rows below each front in a solve.
    !>
    !> Tasks may not add to the same rows of the vector.  The contributions of a task to root fronts
    !> go to rows of its own beyond the end of the vector, one for each row of its root's update.
    pure subroutine set_solve_rows(plan)
-      type(front_plan_type), intent(inout) :: plan  !< being made
+      type(front_plan_type), intent(inout) :: plan  !< under construction
       integer :: shared(plan%n), front, i, last_column
 
       plan%solve_row = plan%row
@@ -413,7 +413,7 @@ contains
       update_length = update_length + 6*ld
    end function update_length
 
-   !> Where a block column of an update is kept.
+   !> Position of a block column of an update.
    pure subroutine locate_column(rows, column, before, ld, skipped)
       integer, intent(in) :: rows, column    !< block rows of the update; one of its columns
       integer(long), intent(out) :: before   !< numbers before the column

@@ -12,7 +12,7 @@
 !> refused.
 !>
 !> A term that changes again, as where contacts flip to and fro, keeps its column of W; one that has
-!> left altogether is no more part of C.
+!> left altogether is no longer part of C.
 module dda_low_rank
    use dda_kinds, only: wp, sp
    use dda_cholesky_single, only: factor_type
@@ -27,6 +27,7 @@ module dda_low_rank
 
    !> The changes since the factor was made, with W and C.
    type :: low_rank_type
+      ! unsaved, follows from the springs and the factor: columns, gram, n, order, pivot, t
       type(rank_one_type) :: terms
       type(low_rank_columns_type) :: columns               !< W
       integer :: n = 0                            !< terms that differ from zero
@@ -40,7 +41,7 @@ module dda_low_rank
 
 contains
 
-   !> The pattern is another: there are no changes, and memory must be planned anew.
+   !> The pattern is another: there are no changes, and memory must be planned again.
    subroutine free_low_rank(low)
       type(low_rank_type), intent(inout) :: low  !< loses its columns
 
@@ -52,7 +53,7 @@ contains
    subroutine plan_low_rank(low, plan, error)
       type(low_rank_type), intent(inout) :: low  !< gets memory
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (.not. allocated(low%columns%w)) call plan_columns(low%columns, plan, error)
       if (allocated(low%t)) return
@@ -64,7 +65,7 @@ contains
    subroutine update_low_rank(low, factor, changes, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
-      type(rank_one_type), intent(in) :: changes  !< from the matrix that `low` stands for
+      type(rank_one_type), intent(in) :: changes  !< from the matrix that `low` represents
       logical, intent(out) :: done  !< .false.: the matrix has to be factorised
       integer :: before, first, i, known
 
@@ -85,7 +86,7 @@ contains
       if (done) call rebuild_low_rank(low, factor, first, done)
    end subroutine update_low_rank
 
-   !> The term that is already there with the same u but for the drift of the geometry, else 0.
+   !> The term that is already there with the same u except for the drift of the geometry, else 0.
    pure integer function term_of(terms, block, u)
       type(rank_one_type), intent(in) :: terms  !< in W
       integer, intent(in) :: block(2)  !< block rows
@@ -108,7 +109,7 @@ contains
       if (abs(total) <= drift*max(abs(a), abs(b))) total = 0.0_wp
    end function sum_of_terms
 
-   !> W, WᵀW and C from the first panel on that holds new terms.
+   !> W, WᵀW and C from the first panel with new terms on.
    subroutine rebuild_low_rank(low, factor, first, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
@@ -123,7 +124,7 @@ contains
       call factorise_capacity(low, done)
    end subroutine rebuild_low_rank
 
-   !> Terms that enter come first: their block of C is positive definite by itself.
+   !> New terms are first: their block of C is positive definite.
    pure subroutine order_terms(low)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       integer :: i, filled, pass
@@ -178,7 +179,7 @@ contains
       call subtract_columns(low%columns, plan, used, share, y)
    end subroutine correct
 
-   !> x = C⁻¹ x; zeros for columns of panels that hold no term, or one that has left.
+   !> x = C⁻¹ x; zeros for columns of panels without a term, or with a removed one.
    pure subroutine solve_capacity(low, x)
       type(low_rank_type), intent(in) :: low  !< update of the factor
       real(wp), intent(inout) :: x(most_changes)  !< a number for each term

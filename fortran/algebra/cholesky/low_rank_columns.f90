@@ -42,7 +42,7 @@ contains
    subroutine plan_columns(columns, plan, error)
       type(low_rank_columns_type), intent(out) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=*), parameter :: what = 'the update of the factor'
       real(wp), parameter :: of_block = storage_size(1.0_sp)/8*vector_width*6*column_panels ! bytes
       integer :: front, i, status
@@ -189,8 +189,8 @@ contains
       end do
    end subroutine forward_front
 
-   !> Gather the rows of W in a front; zeros behind its pivot rows and behind the last,
-   !> as far as packed panels reach.
+   !> Gather the rows of W in a front; zeros fill the packed panels after its pivot rows and after
+   !> the last.
    pure subroutine gather_front(pivots, below, row, first, w, front_vector)
       !> size of the front, its rows and first pivot
       integer, intent(in) :: pivots, below, row(below), first
@@ -284,7 +284,7 @@ contains
    subroutine project(columns, plan, used, y, share)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: used  !< panels that hold columns
+      integer, intent(in) :: used  !< panels with columns
       real(sp), intent(in) :: y(6, plan%n)  !< in permuted order
       real(wp), intent(out) :: share(vector_width, column_panels)  !< Wᵀ y
       integer :: panel
@@ -323,7 +323,7 @@ contains
    subroutine subtract_columns(columns, plan, used, x, y)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: used  !< panels that hold columns
+      integer, intent(in) :: used  !< panels with columns
       real(wp), intent(in) :: x(vector_width, column_panels)  !< a number for each column
       real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
       integer :: front
@@ -338,7 +338,7 @@ contains
    pure subroutine subtract_front(columns, plan, front, used, x, y)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front, used  !< front, panels that hold columns
+      integer, intent(in) :: front, used  !< front, panels with columns
       real(wp), intent(in) :: x(vector_width, column_panels)  !< a number for each column
       real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
       real(sp) :: partial(vector_width, 6)

@@ -64,7 +64,7 @@ contains
    subroutine minimum_degree_order(graph, order, done)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
-      logical, intent(out) :: done !< false if the library gave up, for want of memory
+      logical, intent(out) :: done !< false if the library lacked memory
       real(c_double) :: info(20)
 
       allocate (order(graph%n))
@@ -77,7 +77,7 @@ contains
    subroutine dissection_order(graph, order, done)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
-      logical, intent(out) :: done !< false if the library gave up, for want of memory
+      logical, intent(out) :: done !< false if the library lacked memory
       integer(c_int32_t), allocatable :: permuted(:)
 
       allocate (order(graph%n), permuted(graph%n))
@@ -104,7 +104,7 @@ contains
       order = list(graph%n:1:-1)
    end subroutine bandwidth_order
 
-   !> A vertex from which the part of the graph that holds v is long and thin.
+   !> A vertex from which the component of v in the graph is long and thin.
    pure integer function peripheral_vertex(graph, v)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: v  !< vertex

@@ -16,7 +16,7 @@ module dda_packed_panels
 
 contains
 
-   !> Packed panels that hold so many block rows.
+   !> Number of packed panels for so many block rows.
    pure integer function panels_of(rows)
       integer, intent(in) :: rows  !< block rows
 

@@ -12,7 +12,7 @@ module dda_task_plan
    private
    public :: task_plan_type, plan_tasks
 
-   !> Which fronts a thread may take alone, and which need all.
+   !> Fronts for single threads, and fronts for all threads.
    type :: task_plan_type
       integer :: tasks = 0               !< independent ranges of fronts
       !> [tasks+2] where the fronts of each task begin, the costliest task first; the last are the
@@ -80,7 +80,7 @@ contains
             begin = front + 1
          end if
       end do
-      ! Threads that take the costliest tasks first finish together.
+      ! Threads that start with the costliest tasks finish together.
       costliest_first = ascending_order(-load(:plan%tasks))
       task = plan%tasks + 1
       do t = 1, plan%tasks

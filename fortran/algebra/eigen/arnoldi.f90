@@ -2,7 +2,7 @@
 !> A few of the largest eigenvalues of a symmetric operator, by ARPACK.
 !>
 !> The start vector is fixed and irregular: results repeat to the last bit, and neither symmetric
-!> nor antisymmetric vectors are missed.  The residual of each returned pair is computed anew.
+!> nor antisymmetric vectors are missed.  The residual of each returned pair is computed again.
 module dda_arnoldi
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_solver, fail
@@ -79,7 +79,7 @@ contains
 
    subroutine prepare(iteration, n, count, tolerance)
       type(iteration_type), intent(out) :: iteration  !< ready to iterate
-      integer, intent(in) :: n, count  !< size, eigenvalues wanted
+      integer, intent(in) :: n, count  !< size, requested eigenvalues
       real(wp), intent(in) :: tolerance  !< of the residual / eigenvalue
 
       iteration%n = n
@@ -150,7 +150,7 @@ contains
       vectors = vectors(:, count:1:-1)
    end subroutine extract
 
-   !> ARPACK's word is not taken: the residuals are computed from the operator itself.
+   !> Residuals are verified with the operator itself, independently of ARPACK.
    subroutine check_pairs(operator, tolerance, values, vectors, residuals, error)
       class(operator_type), intent(inout) :: operator  !< its products are counted
       real(wp), intent(in) :: tolerance, values(:), vectors(:,:)  !< relative; [count]; [n,count]

@@ -23,8 +23,8 @@ module dda_eigen
       suggested_tolerance, select_pairs
    public :: shifted_inverse_type, prepare_inverse
 
-   integer, parameter :: dense_blocks = 8          !< up to here LAPACK is asked
-   integer, parameter :: most_dense_blocks = 300   !< and up to here if nearly all modes are wanted
+   integer, parameter :: dense_blocks = 8          !< up to here LAPACK
+   integer, parameter :: most_dense_blocks = 300   !< and for nearly all modes
    real(wp), parameter :: low_tolerance = 1.0e-10_wp
 
    !> Eigenvalues with mass-normalised vectors.
@@ -97,7 +97,7 @@ contains
    subroutine lowest_eigenvalues(stiffness, mass, count, pairs, error, known)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
-      integer, intent(in) :: count  !< eigenvalues wanted
+      integer, intent(in) :: count  !< requested eigenvalues
       type(eigenpairs_type), intent(out) :: pairs   !< ascending
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
       type(null_space_type), intent(in), optional :: known  !< null vectors of K, left out
@@ -115,7 +115,7 @@ contains
          return
       else if (wanted > left/2) then
          call fail(error, error_solver, to_text(wanted)//' of '//to_text(left)// &
-            ' modes are too many to ask for')
+            ' modes are too many')
          return
       end if
       call prepare_inverse(operator, stiffness, mass, error, known)

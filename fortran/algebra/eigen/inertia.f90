@@ -6,7 +6,7 @@
 !> that its sign means nothing, the count is called uncertain.
 module dda_inertia
    use dda_kinds, only: wp
-   use dda_band_cholesky, only: band_cholesky_type, order_band, fill_band
+   use dda_band_matrix, only: band_type, order_band, fill_band
    use dda_block_matrix, only: block_matrix_type
    use dda_mass_factor, only: mass_factor_type, scale_matrix
    implicit none
@@ -26,7 +26,7 @@ contains
       integer, intent(out) :: count                     !< eigenvalues above
       logical, intent(out) :: certain                   !< .false.: too dear, or a doubtful pivot
       type(block_matrix_type) :: scaled
-      type(band_cholesky_type) :: factor
+      type(band_type) :: factor
 
       count = 0
       certain = .false.

@@ -12,7 +12,7 @@ module dda_anderson
 
    integer, parameter :: depth = 10   !< differences that are kept
    integer, parameter :: long = 6*parallel_from  !< unknowns from which threads repay their start
-   !> share of the diagonal added to the normal equations: rounding of their elimination
+   !> fraction of the diagonal added to the normal equations: rounding of their elimination
    real(wp), parameter :: regular = depth*epsilon(1.0_wp)
 
    !> Differences of the last iterations.
@@ -89,7 +89,7 @@ contains
       end do
    end subroutine remember
 
-   !> Shares y of the differences, min ‖residual − Σ y d_residual‖, by the normal equations.
+   !> Fractions y of the differences, min ‖residual − Σ y d_residual‖, by the normal equations.
    pure subroutine solve_normal(memory, slot, used, products, share)
       type(anderson_type), intent(inout) :: memory  !< gets the products of the last column
       integer, intent(in) :: slot, used             !< that column; columns

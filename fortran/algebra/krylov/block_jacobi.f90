@@ -85,8 +85,8 @@ contains
    !> eigenvalue below μ = min λ(D⁻¹A) over the blocks; and uᵀEu ≤ 2 Σ u_iᵀE_ii u_i gives
    !> 2D − K̂ ⪰ 0, so that it has none above 2.  1/trace(A⁻¹D) bounds μ from below.
    !>
-   !> The diagonal shares of coupling terms must therefore not be in A.  With them, or with a term
-   !> on m > 2 blocks (whose factor is m), the bound may be too small.
+   !> The diagonal parts of coupling terms must therefore not be in A.  With them, or with a term on
+   !> m > 2 blocks (whose factor is m), the bound may be too small.
    real(wp) function most_condition(matrix, alone) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> A, the terms of each block alone, see dda_compact_block

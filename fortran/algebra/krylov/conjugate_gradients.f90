@@ -69,7 +69,7 @@ contains
       type(workspace_type), intent(inout) :: work  !< vectors of the iteration
       integer, intent(out) :: iterations  !< made
       real(wp), intent(out) :: residual          !< ‖r‖/size reached
-      logical, intent(out) :: enough             !< it is as small as asked for
+      logical, intent(out) :: enough             !< it is as small as requested
       real(wp) :: wanted, slope, old_slope, alpha
       integer :: n
 
@@ -108,7 +108,7 @@ contains
       residual = residual/size
    end subroutine iterate_to_solution
 
-   !> A stop is asked for, in a system so large that it is worth asking.
+   !> A stop is requested, in a system so large that it is worth asking.
    logical function is_given_up(n)
       integer, intent(in) :: n  !< block rows
 

@@ -20,9 +20,9 @@ module dda_abstract_solver
    !> Convergence asked of a solve, and reached.
    type :: convergence_type
       real(wp) :: scale = 0.0_wp                 !< norm that residuals are measured by
-      real(wp) :: reduction = 0.0_wp             !< share of the first residual that is enough, or 0
+      real(wp) :: reduction = 0.0_wp          !< fraction of the first residual that is enough, or 0
       real(wp) :: residual = 0.0_wp              !< ‖r‖/scale reached
-      logical :: enough = .false.                !< an iteration has reached what was asked
+      logical :: enough = .false.                !< the iteration has reached the tolerance
    end type convergence_type
 
    !> One method; its values and plans are components of the types that extend it.

@@ -1,18 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> `direct` and `banded`: a Cholesky factor, sparse or (for comparison, and for long narrow models)
-!> a band.
+!> `direct`: a sparse Cholesky factor.
 !>
-!> `banded` factorises every matrix.  `direct` keeps its factor while no contact changes its
-!> springs: what the drift of the geometry, some 1e-6 of the matrix, does to the solution is taken
-!> out by one or two steps of iterative refinement, at a tenth of the cost of a factor.
+!> It keeps its factor while no contact changes its springs: what the drift of the geometry, some
+!> 1e-6 of the matrix, does to the solution is taken out by one or two steps of iterative
+!> refinement, at a tenth of the cost of a factor.
 module dda_factor_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
    use dda_archive, only: archive_type, archive_values => serialise, fail_archive, serialise_label
-   use dda_band_cholesky, only: band_cholesky_type, analyse_band, factorise_band, solve_band
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_cholesky_double, only: factor_type, analyse_sparse => analyse, prepare_to_read, &
-      factorise_sparse => factorise, solve_sparse => solve
+      factorise, solve_sparse => solve
    use dda_conjugate_gradients, only: make_workspace
    use dda_errors, only: error_type
    use dda_ordered_sums, only: inner_product
@@ -27,10 +25,9 @@ module dda_factor_solver
 
    real(wp), parameter :: drift = 2.0_wp   !< allowed for of the contraction in a step
 
-   !> The factor; the name says which of the two it is.
+   !> The factor.
    type, extends(linear_solver_type) :: factor_solver_type
-      type(factor_type) :: sparse         !< of 'direct'
-      type(band_cholesky_type) :: band    !< of 'banded'
+      type(factor_type) :: sparse         !< of a matrix
       logical :: kept = .false.           !< the factor will do while no spring changes
       logical :: exact = .false.          !< it is that of the present matrix
       real(wp) :: contraction = 1.0_wp    !< of corrections with a kept factor
@@ -44,17 +41,13 @@ module dda_factor_solver
 
 contains
 
-   !> Take a pattern: order the rows of a band.
+   !> Take a pattern.
    subroutine analyse(self, matrix)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
 
       call make_workspace(self%work, matrix%n)
-      if (self%name == 'banded') then
-         call analyse_band(self%band, matrix)
-      else
-         call analyse_sparse(self%sparse, matrix)
-      end if
+      call analyse_sparse(self%sparse, matrix)
       self%kept = .false.
    end subroutine analyse
 
@@ -76,14 +69,10 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
-      if (self%name == 'banded') then
-         call factorise_band(self%band, matrix, error)
-      else
-         call factorise_sparse(self%sparse, matrix, error)
-      end if
+      call factorise(self%sparse, matrix, error)
       self%factors = 1
       self%exact = .not. allocated(error)
-      self%kept = self%exact .and. self%name /= 'banded'
+      self%kept = self%exact
       self%contraction = 1.0_wp
    end subroutine make_factor
 
@@ -122,11 +111,7 @@ contains
 
       associate (work => self%work)
          do round = 1, most_rounds
-            if (self%name == 'banded') then
-               call solve_band(self%band, work%r, work%z)
-            else
-               call solve_sparse(self%sparse, work%r, work%z)
-            end if
+            call solve_sparse(self%sparse, work%r, work%z)
             x = x + work%z
             self%iterations = merge(0, round, self%exact)
             call multiply(matrix, x, work%p)
@@ -145,7 +130,7 @@ contains
    !>
    !> A small residual alone says little of directions that only inertia holds.  The error left is
    !> the correction times its contraction, as measured where there were two.
-   logical function will_do(self, x, round)
+   logical function will_do(self, x, round)  ! total
       class(factor_solver_type), intent(inout) :: self  !< the solver, with the correction in `work`
       real(wp), intent(in) :: x(:,:)  !< [6,n] solution, m
       integer, intent(in) :: round    !< number of the correction, from 1
@@ -161,7 +146,7 @@ contains
       will_do = self%contraction*length <= accuracy*sqrt(inner_product(size(x, 2), x, x))
    end function will_do
 
-   !> The numbers of a kept factor: the matrix that they were made from is gone.
+   !> Values of a stored factor, whose matrix no longer exists.
    subroutine serialise(self, matrix, archive)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read

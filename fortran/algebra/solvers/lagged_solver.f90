@@ -111,7 +111,7 @@ contains
       call add_multiple(n, 1.0_wp, self%work%z, x)
    end subroutine correct
 
-   !> The numbers of the factor: the matrix that they were made from is gone.
+   !> Values of the factor, whose matrix no longer exists.
    subroutine serialise_factor(self, matrix, archive)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read

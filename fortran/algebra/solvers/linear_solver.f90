@@ -20,18 +20,18 @@ module dda_linear_solver
       error_solver, fail
    use dda_ordered_sums, only: inner_product
    use dda_rank_one, only: rank_one_type
-   use dda_solver_table, only: solver_names, current_name, is_solver_name, make_solver
+   use dda_solver_table, only: solver_names, is_solver_name, make_solver
    use dda_text, only: counted, quoted, to_text
    implicit none
    private
    public :: solver_type, choose_solver, analyse, set_method, renew, weigh_loads, &
-      record_rigid_terms, solve, solve_change, work_done, solver_names, current_name, is_solver_name
+      record_rigid_terms, solve, solve_change, work_done, solver_names, is_solver_name
 
    integer, parameter :: small = 60               !< blocks up to which `auto` is `direct`
    !> Jacobi iterations that cost no more than a solve with a lagged factor
    integer, parameter :: few = 30
    real(wp), parameter :: acceptable = 1.0e-9_wp  !< ‖r‖/scale above which a solve has failed
-   real(wp), parameter :: rounding = 1.0e-14_wp   !< ‖r‖/‖b‖ that no solve comes below
+   real(wp), parameter :: rounding = 1.0e-14_wp   !< ‖r‖/‖b‖ that no solve can reach
    !> condition of a matrix in which rounding of single precision may cost a pivot, that of double
    !> precision no digit that counts: six are left
    real(wp), parameter :: well_conditioned = 1.0e10_wp
@@ -41,13 +41,15 @@ module dda_linear_solver
    !> ‖r‖/‖|K| |x|‖ that a solve may end with: x is exact for a matrix that differs by its rounding
    real(wp), parameter :: rounding_of_product = 4*epsilon(1.0_wp)
 
-   !> The solver at work and what has been done so far.
+   !> The active solver, and counts of its work.
    type :: solver_type
+      ! unsaved, the input: name
+      ! unsaved, weighed in each step: loads
       character(len=6) :: name = 'auto'           !< as chosen
       character(len=6) :: method = ''             !< at work; 'auto' before the first values
       class(linear_solver_type), allocatable :: active
       real(wp) :: loads = 0.0_wp                  !< least scale that residuals are measured by
-      logical :: rigid = .false.                  !< b holds terms that only make blocks rigid
+      logical :: rigid = .false.                  !< b contains terms that only make blocks rigid
       integer :: last_iterations = 0              !< of the last solve
       integer :: shifted = 0                      !< factors with a larger diagonal of this pattern
       logical :: exact = .true.                   !< the last solve was to full accuracy
@@ -62,12 +64,12 @@ contains
    !> Choose by name.
    subroutine choose_solver(solver, name, error)
       type(solver_type), intent(out) :: solver  !< new, without a pattern
-      character(len=*), intent(in) :: name  !< in `solver_names`, or a former name
+      character(len=*), intent(in) :: name  !< in `solver_names`
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       integer :: i
       character(len=:), allocatable :: known
 
-      solver%name = current_name(name)
+      solver%name = name
       if (is_solver_name(name)) return
       known = ''
       do i = 1, size(solver_names)
@@ -164,8 +166,8 @@ contains
       solver%active%factors = 0
    end subroutine count_factors
 
-   !> Tell what loads the right sides to come are the balance of: residuals need not be smaller than
-   !> rounding of these.
+   !> Set the loads that the next right sides balance: residuals below their round-off are
+   !> sufficient.
    subroutine weigh_loads(solver, load)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       real(wp), intent(in) :: load(:,:)  !< [6,n]
@@ -174,22 +176,22 @@ contains
       solver%rigid = .false.
    end subroutine weigh_loads
 
-   !> Tell that terms have come to the matrix and to b that make blocks rigid: they are far beyond
-   !> the forces, which a residual small beside b would leave open.
+   !> Announce terms in the matrix and b that make blocks rigid. They exceed the forces by far, so a
+   !> residual relative to b would not resolve the forces.
    pure subroutine record_rigid_terms(solver)
       type(solver_type), intent(inout) :: solver  !< solver and counts
 
       solver%rigid = .true.
    end subroutine record_rigid_terms
 
-   !> x = K⁻¹ b; iterations start from the x given, and may stop at a share of its residual.
+   !> x = K⁻¹ b; iterations start from the x given, and may stop at a fraction of its residual.
    subroutine solve(solver, matrix, b, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< as it was renewed
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
-      !> share of the first residual that is enough; else full accuracy
+      !> fraction of the first residual that is enough; else full accuracy
       real(wp), intent(in), optional :: reduction
       type(convergence_type) :: convergence
 
@@ -218,8 +220,8 @@ contains
          to_text(convergence%residual)//', allowed '//to_text(acceptable))
    end subroutine solve
 
-   !> x follows a change of b, which is small or need not be followed closely: by one application of
-   !> the preconditioner where the last solve with this matrix took no more, else by another solve.
+   !> Update x after a small change of b, or one that needs little accuracy: by one application of
+   !> the preconditioner if the last solve with this matrix needed only one, otherwise by a solve.
    subroutine solve_change(solver, matrix, b, change, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< as it was renewed and solved with
@@ -227,7 +229,7 @@ contains
       real(wp), intent(in) :: change(6, matrix%n)  !< from the one before, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< solution of the one before, then of this, m
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
-      real(wp), intent(in) :: reduction  !< share of the first residual that is enough
+      real(wp), intent(in) :: reduction  !< fraction of the first residual that is enough
       logical :: done
 
       call solver%active%correct(matrix%n, change, x, done)

@@ -8,28 +8,19 @@ module dda_solver_table
    use dda_sor_solver, only: sor_solver_type
    implicit none
    private
-   public :: solver_names, current_name, is_solver_name, make_solver
+   public :: solver_names, is_solver_name, make_solver
 
    !> `auto` chooses among the others.
-   character(len=*), parameter :: solver_names(6) = [character(len=6) :: 'auto', 'direct', &
-      'lagged', 'jacobi', 'banded', 'sor']
+   character(len=*), parameter :: solver_names(5) = [character(len=6) :: 'auto', 'direct', &
+      'lagged', 'jacobi', 'sor']
 
 contains
-
-   !> A name as it is spelt now.
-   pure function current_name(name) result(current)
-      character(len=*), intent(in) :: name  !< as given, or as of an older version
-      character(len=:), allocatable :: current
-
-      current = trim(name)
-      if (current == 'stale') current = 'lagged'
-   end function current_name
 
    !> Is there a solver of this name?
    pure logical function is_solver_name(name)
       character(len=*), intent(in) :: name  !< any text
 
-      is_solver_name = any(solver_names == current_name(name))
+      is_solver_name = any(solver_names == name)
    end function is_solver_name
 
    !> A solver that has not yet seen a matrix.

@@ -11,10 +11,11 @@ module dda_sor_solver
    private
    public :: sor_solver_type
 
-   integer, parameter :: most_sweeps = 200000
    integer, parameter :: sweeps_between = 10    !< two computations of the residual
+   integer, parameter :: patience = 1000        !< sweeps after which there must be progress
+   real(wp), parameter :: progress = 0.1_wp     !< of the residual; 11,000 sweeps at the most
    real(wp), parameter :: omega = 1.5_wp        !< relaxation factor of the original
-   real(wp), parameter :: diverged = 1.0e30_wp  !< a residual from which no sweep comes back
+   real(wp), parameter :: diverged = 1.0e30_wp  !< a residual from which no sweep recovers
 
    !> The same inverse diagonal blocks, another iteration.
    type, extends(jacobi_solver_type) :: sor_solver_type
@@ -24,29 +25,37 @@ module dda_sor_solver
 
 contains
 
-   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, too many sweeps, or sweeps that diverge (as of a matrix that
-   !> is not definite).
+   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, or the reduction that is asked for, or sweeps that converge
+   !> slowly, at rounding or not at all (as of a matrix that is not definite).
    subroutine solve(self, matrix, b, x, convergence)
       class(sor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< its scale is not used, but ‖b‖
-      real(wp) :: size_of_b
+      real(wp) :: size_of_b, wanted, enough
 
       self%iterations = 0
       size_of_b = sqrt(inner_product(matrix%n, b, b))
       convergence%residual = 0.0_wp
       convergence%enough = .false.
+      wanted = diverged
+      enough = accuracy
       associate (r => self%work%r)
-         do while (self%iterations < most_sweeps)
+         do
             if (modulo(self%iterations, sweeps_between) == 0) then
                call multiply(matrix, x, r)
                r = b - r
                convergence%residual = sqrt(inner_product(matrix%n, r, r)) &
                   /max(size_of_b, tiny(1.0_wp))
-               if (convergence%residual <= accuracy) return
-               if (.not. convergence%residual < diverged) return
+               if (self%iterations == 0) enough = max(accuracy, &
+                  convergence%reduction*convergence%residual)
+               convergence%enough = convergence%residual <= enough
+               if (convergence%enough) return
+               if (modulo(self%iterations, patience) == 0) then
+                  if (.not. convergence%residual < wanted) return
+                  wanted = progress*convergence%residual
+               end if
             end if
             call sweep(matrix, self%diagonal, b, x)
             self%iterations = self%iterations + 1

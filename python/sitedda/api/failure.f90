@@ -11,7 +11,7 @@ module api_failure
 
 contains
 
-   !> An array of Python has the size that the model, or a record, asks for.
+   !> An array of Python has the size that the model, or a record, requires.
    subroutine check_size(given, wanted)
       integer, intent(in) :: given, wanted
 

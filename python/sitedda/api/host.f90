@@ -3,11 +3,10 @@
 module api_host
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_ptr
    use api_failure, only: error
-   use dda_contact_table, only: contact_variables, whole_columns
    use dda_energy, only: energy_terms
    use dda_input_boundaries, only: boundary_kinds
    use dda_interrupts, only: ask_host, request_stop
-   use dda_maxima, only: maxima_table
+   use dda_output_schema, only: contact_columns, is_whole, maxima_table, output_variables
    use dda_stopwatch, only: phase_names
    use dda_text, only: joined, screen_width, wrapped
    use dda_verdict_lines, only: check_says_more, died_out, no_bars
@@ -112,13 +111,18 @@ contains
       case ('counts')
          names = 'steps iterations searches solves factors solver_iterations handed_over broken'
       case ('contacts')
-         names = joined(contact_variables(1:)%name(9:), ' ')
+         names = joined(output_variables(contact_columns)%name(9:), ' ')
       case ('whole contacts')
-         names = joined(contact_variables(1:whole_columns)%name(9:), ' ')
+         associate (all => output_variables(contact_columns))
+            names = joined(pack(all%name(9:), all%kind == is_whole), ' ')
+         end associate
       case ('boundary kinds')
          names = joined(boundary_kinds%name, ' ')
       case ('boundary kinds at rest')
          names = joined(boundary_kinds%at_rest, ' ')
+      case ('boundary directions')
+         names = joined([character(len=6) :: merge(boundary_kinds%direction, 'none  ', &
+            boundary_kinds%direction /= '')], ' ')
       end select
    end subroutine engine_names
 

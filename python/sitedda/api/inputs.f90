@@ -57,7 +57,7 @@ contains
 
    !> The groups of the text that was parsed last: line, first and last byte, number of values;
    !> of each value the position of its variable in the schema, and how many it has; numbers, or
-   !> the lengths of texts, and the texts.  What is left out is -huge.
+   !> the lengths of texts, and the texts.  Missing values are -huge.
    subroutine parsed_input(n_groups, n_values, n_numbers, n_bytes, groups, values, numbers, bytes)
       integer(c_int), intent(in) :: n_groups, n_values, n_numbers, n_bytes  !< of `parse_input`
       integer(c_int), intent(out) :: groups(4, n_groups), values(2, n_values)

@@ -3,7 +3,7 @@
 module api_modes
    use, intrinsic :: iso_c_binding, only: c_double, c_double_complex, c_int
    use api_failure, only: check_size, error
-   use api_handles, only: find_run
+   use api_handles, only: find_run, slots
    use dda_advice, only: penalty_type, penalty_for_frequency, penalty_for_shift
    use dda_errors, only: error_input, fail
    use dda_interrupts, only: fail_if_stopped
@@ -13,7 +13,7 @@ module api_modes
    use dda_transfer, only: transfer_type, prepare_transfer, transfer_at, undamped_transfer_at
    implicit none
    private
-   public :: mode_shapes, transfer_of, penalty_for
+   public :: mode_shapes, make_matrices, transfer_of, penalty_for
 
 contains
 
@@ -42,6 +42,56 @@ contains
          shapes(:, :, i) = modes%shape(:, :, i)
       end do
    end subroutine mode_shapes
+
+   !> Make the table that `read_table` hands over, with the entries of the matrices [4, entries]:
+   !> matrix (0: stiffness, 1: mass, per metre of thickness; 2: displacements x and y of each
+   !> measured point in turn), row and column from 0, value.
+   subroutine make_matrices(handle, which, sizes)
+      integer(c_int), intent(in) :: handle
+      character(len=*), intent(in) :: which  !< contacts: 'auto', 'closed', 'present' or 'settled'
+      integer(c_int), intent(out) :: sizes(2)
+      type(linear_model_type) :: linear
+      real(c_double), allocatable :: table(:,:)
+      integer :: i, e, n
+
+      sizes = 0
+      call linear_model_of(handle, which, linear)
+      if (allocated(error)) return
+      n = 0
+      associate (k => linear%stiffness)
+         allocate (table(4, 72*(linear%n + size(k%column)) + 12*size(linear%points)))
+         do i = 1, linear%n
+            call put(0, i, i, k%diagonal(:, :, i))
+            call put(1, i, i, linear%mass(:, :, i))
+            do e = k%row_start(i), k%row_start(i + 1) - 1
+               call put(0, i, k%column(e), k%lower(:, :, e))
+               call put(0, k%column(e), i, transpose(k%lower(:, :, e)))
+            end do
+         end do
+      end associate
+      do i = 1, size(linear%points)
+         call put(2, i, linear%points(i)%block, linear%point_rows(:, :, i))
+      end do
+      sizes = [4, n]
+      slots(handle)%table = table(:, :n)
+
+   contains
+
+      !> A block of a matrix at a block row and column.
+      subroutine put(matrix, row, column, values)
+         integer, intent(in) :: matrix, row, column
+         real(c_double), intent(in) :: values(:,:)
+         integer :: r, c
+
+         do c = 1, 6
+            do r = 1, size(values, 1)
+               n = n + 1
+               table(:3, n) = [matrix, (row - 1)*size(values, 1) + r - 1, 6*(column - 1) + c - 1]
+               table(4, n) = values(r, c)
+            end do
+         end do
+      end subroutine put
+   end subroutine make_matrices
 
    !> Transfer function between two measured points (from 1) for base motion along an axis (1 x, 2
    !> y).

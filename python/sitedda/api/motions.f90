@@ -13,7 +13,7 @@ module api_motions
 
 contains
 
-   !> A record as acceleration, velocity and displacement [3, n] at its samples; n = 0 asks for the
+   !> A record as acceleration, velocity and displacement [3, n] at its samples; n = 0 requires the
    !> size only. options: time step (s, or 0), drift order (-1: 2 for accelerations, else 0), taper,
    !> scale.
    subroutine read_ground_motion(file, form, quantity, unit, options, channel, n, samples, &

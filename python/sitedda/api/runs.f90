@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Runs behind integer handles.
 !>
-!> Python holds the handle and frees it; a handle that is not open is an error, never a crash.
+!> Python owns the handle and frees it; a handle that is not open is an error, never a crash.
 module api_runs
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    use api_failure, only: check_size, error
@@ -29,11 +29,11 @@ contains
 
    !> Read an input text and begin a run of it.
    subroutine open_run(file, text, output, writes, drawn, handle)
-      !> where the text is from; its folder holds the records
+      !> file of the text; its folder contains the records
       character(len=*), intent(in) :: file
       character(len=*), intent(in) :: text
-      character(len=*), intent(in) :: output    !< output file in place of the input's, or blank
-      integer(c_int), intent(in) :: writes      !< 1: write the output file; 2: go on with one
+      character(len=*), intent(in) :: output    !< output file instead of the input's, or blank
+      integer(c_int), intent(in) :: writes      !< 1: write the output file; 2: continue with one
       integer(c_int), intent(in) :: drawn       !< 1: the first stage begins with the first advance
       integer(c_int), intent(out) :: handle
       type(model_type) :: model
@@ -75,7 +75,7 @@ contains
       done = merge(1, 0, is_done(run))
    end subroutine advance_run
 
-   !> Change the input of a run between two steps; the words say what is changed.
+   !> Change the input of a run between two steps; the words list the changes.
    subroutine change_input(handle, text, words)
       integer(c_int), intent(in) :: handle
       character(len=*), intent(in) :: text, words

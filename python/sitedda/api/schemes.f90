@@ -51,7 +51,7 @@ contains
    end subroutine scheme_vibration
 
    !> Factors of the equations in steady vibration at frequencies (Hz), elastic terms having 1: of M
-   !> in place of -omega^2 (1/s^2), of stiffness at the end of the step, of dashpots on d/dt and on
+   !> instead of -omega^2 (1/s^2), of stiffness at the end of the step, of dashpots on d/dt and on
    !> the end velocity (1/s), of loads.
    subroutine scheme_steady(theta, chi, time_step, dynamic_factor, n, frequency, factors)
       integer(c_int), intent(in) :: n

@@ -1,23 +1,26 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What can be asked of a run: tables of numbers, and texts.
+!> Tables of numbers, and texts, of a run.
 module api_tables
    use, intrinsic :: iso_c_binding, only: c_double
    use api_failure, only: error
    use dda_contact_table, only: contact_table, closed_contacts
    use dda_diagnostics, only: audit_warning
    use dda_broken_faces, only: edge_damage
-   use dda_elements, only: block_stress, bolt_states, plastic_strain, stress_error
+   use dda_elements, only: block_stress, bolt_states, plastic_strain, &
+      prepare_elements, stress_error
    use dda_energy, only: energy_values
    use dda_errors, only: error_type, error_input, fail
-   use dda_maxima, only: known, maxima_table, number_of_maxima
+   use dda_maxima, only: known
    use dda_measure, only: measure_point
    use dda_model_description, only: model_description
+   use dda_output_schema, only: maxima_table, number_of_maxima
    use dda_peak_check, only: peak_warning
    use dda_run, only: run_type, is_done
    use dda_running_maxima, only: take_residuals
-   use dda_simulation, only: simulation_type, end_of_run, summary, ending
+   use dda_simulation, only: simulation_type, end_of_run, next_step, summary, ending
    use dda_site_response, only: response_peak_type, amplification_peak
    use dda_stopwatch, only: seconds_of
+   use dda_system, only: assemble_linear
    use dda_team, only: team_words
    implicit none
    private
@@ -41,9 +44,11 @@ contains
    !> 'stress_errors' and 'plastic_strains' [1, blocks]; 'edge_damages' [1, vertices]; 'blocks':
    !> material from 0, body, 1 if it is removed [blocks, 3]; 'vertices' [2, vertices]; 'edges', by
    !> the vertex where each begins: block and joint from 0, 1 within a body [vertices, 3];
+   !> 'loads' [6, blocks]: forces on the coordinates of the blocks but those of contacts;
    !> 'contacts' [contacts, columns], 'closed contacts' [contacts, 5]; 'boundary_edges': edge and
    !> group from 0, shares of the edge [pieces, 4]; 'bolts': axial and shear force, stretch, state
-   !> [4, bolts]; 'points': displacement, velocity, acceleration [2, 3 points].
+   !> [4, bolts]; 'points': displacement, velocity, acceleration [2, 3 points]; 'base':
+   !> displacement of what displacements are relative to [2, 1], m.
    subroutine take_state(simulation, what, table)
       type(simulation_type), intent(inout) :: simulation
       character(len=*), intent(in) :: what
@@ -72,6 +77,13 @@ contains
             table = blocks%vertex + spread(model%origin, 2, size(blocks%owner))
          case ('edges')
             table = as_columns([blocks%owner - 1, blocks%joint - 1, merge(1, 0, blocks%inner)], 3)
+         case ('loads')
+            simulation%system%d = 0.0_c_double
+            call prepare_elements(simulation%elements, blocks, next_step(simulation), &
+               simulation%system%d)
+            call assemble_linear(simulation%system, simulation%elements, blocks, &
+               next_step(simulation))
+            table = simulation%system%load
          case ('contacts')
             table = contact_table(simulation)
          case ('closed contacts')
@@ -84,6 +96,8 @@ contains
          case ('bolts')
             allocate (table(4, size(model%bolts)))
             if (size(table) > 0) table = bolt_states(simulation%elements, size(model%bolts))
+         case ('base')
+            table = reshape(simulation%maxima%base%displacement, [2, 1])
          case ('points')
             allocate (table(2, 3*size(model%points)))
             do i = 1, size(model%points)
@@ -228,7 +242,7 @@ contains
       end do
    end function lines
 
-   !> What is wrong with the peaks of the amplifications in the finished output, a line each.
+   !> Warnings about the peaks of amplifications in the finished output, a line each.
    subroutine find_peak_warnings(run, text)
       type(run_type), intent(in) :: run
       character(len=:), allocatable, intent(inout) :: text
@@ -241,7 +255,7 @@ contains
       associate (model => run%simulation%model)
          do i = 1, size(model%amplifications)
             call amplification_peak(model%output%file, model%amplifications(i), peak, unused)
-            if (allocated(unused)) cycle  ! who asks for the peak itself is told
+            if (allocated(unused)) cycle  ! the caller that requests the peak itself gets its error
             call peak_warning(run%simulation, model%amplifications(i), peak, warning)
             if (warning /= '') text = text//warning//new_line('a')
          end do

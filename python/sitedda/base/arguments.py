@@ -34,7 +34,7 @@ class Range:
     whole: bool = False
 
     def check(self, name: str, value) -> float | int:
-        """The value as a number; InputError if it is none, or beyond the bounds."""
+        """The value as a number; InputError if it is not a number, or beyond the bounds."""
         try:
             number = float(value)
         except (TypeError, ValueError, OverflowError):
@@ -60,13 +60,14 @@ class Range:
 
 LARGEST = 1e9
 ANY = Range(-LARGEST, LARGEST)
+FINITE = Range(-1e30, 1e30)
 POSITIVE = Range(0.0, LARGEST, above=True)
 NOT_NEGATIVE = Range(0.0, LARGEST)
 DOTS_PER_INCH = Range(1.0, 1200.0)
 PICTURES_A_SECOND = Range(0.0, 1000.0, above=True)
 SECONDS = Range(0.0, 1e6, above=True)
 DAMPING_RATIO = Range(0.0, 1.0)
-TOLERANCE = Range(1e-12, 1.0)  # of a number that is searched for: numbers have 16 digits
+TOLERANCE = Range(1e-12, 1.0)  # of a search: numbers have 16 digits
 WORKERS = Range(1, 4096, whole=True)
 COUNT = Range(1, 2**31 - 1, whole=True)
 
@@ -79,7 +80,7 @@ def file_name(text: str) -> Path:
 
 
 def picture_name(text: str) -> Path:
-    """The name of a picture as an option, whose ending says a format that can be written."""
+    """The name of a picture as an option, whose ending is a known format."""
     name = file_name(text)
     known = ("png", "pdf", "svg", "svgz", "jpg", "jpeg", "tif", "tiff", "webp", "eps", "ps")
     if name.suffix[1:].lower() not in known:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arrays that hold the parts of many things one behind the other."""
+"""Arrays that contain the parts of many objects one after the other."""
 
 from itertools import pairwise
 
@@ -7,7 +7,7 @@ import numpy as np
 
 
 def parts_of(values: np.ndarray, first: np.ndarray) -> list[np.ndarray]:
-    """Views of the rows of each part; `numpy.split` takes more than twice as long.
+    """Views of the rows of each part; `numpy.split` is more than twice as slow.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from types import SimpleNamespace
 
-# Threads that wait for each other must not hold a core that another process wants.
+# Waiting threads must not occupy a core that another process needs.
 os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 
 from .._core import (  # noqa: E402
@@ -31,7 +31,7 @@ FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at
 
 
 def checked(routine: Callable, *arguments):
-    """What a routine of the engine gives.
+    """The result of a routine of the engine, or its error raised.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def version() -> str:
 
 
 def commit() -> str:
-    """The commit that the engine was built from; blank if the build could not know."""
+    """The commit that the engine was built from; blank if unknown."""
     return api.engine_version()[1].decode().strip()
 
 
@@ -65,15 +65,15 @@ def engine_names(what: str) -> tuple[str, ...]:
     what : str
         ``'energies'``, ``'phases'``, ``'counts'``; ``'maxima'``, ``'maxima units'`` and ``'maxima
         numbers'``, as the verdict has them behind ``largest_`` and ``residual_``; ``'boundary
-        kinds'``, and ``'boundary kinds at rest'``, which act like these in models of static stages
-        alone.
+        kinds'``, ``'boundary kinds at rest'``, which act like these in models of static stages
+        alone, and ``'boundary directions'`` in which they then act, or none.
     """
     return tuple(api.engine_names(what).decode().split())
 
 
 @cache
 def printing_rules() -> tuple[float, int, str, str]:
-    """By what both programs print verdicts.
+    """Constants with which both programs print verdicts.
 
     The share of the largest value below which that at the end has died out, characters of a line,
     who says more of what the check doubts, and of error bars.

@@ -3,7 +3,7 @@
 
 import errno
 
-# What the system says where a library finds no room.
+# Texts of the system if a library finds no memory.
 _NO_ROOM = ("cannot allocate memory", "failed to map segment", "out of memory")
 
 
@@ -11,12 +11,12 @@ class AuditWarning(UserWarning):
     """A run ended whose energy audit does not balance: do not trust it."""
 
 
+class CostWarning(UserWarning):
+    """The operation will take long."""
+
+
 class PeakWarning(UserWarning):
     """The amplification peak of a linear run is not that of its exact transfer function."""
-
-
-class MaximaWarning(UserWarning):
-    """An output of an earlier version holds no largest values of its run."""
 
 
 class SiteddaError(Exception):
@@ -50,7 +50,7 @@ class InputError(SiteddaError, ValueError):
     """The input cannot be run."""
 
     kind = 1
-    cause: object = None  # the object of the input that it is about, where one is known
+    cause: object = None  # the object of the input that caused it, if known
 
 
 class CheckError(SiteddaError):
@@ -72,7 +72,7 @@ class SolverError(SiteddaError, ArithmeticError):
 
 
 class NoRootError(SiteddaError, ArithmeticError):
-    """A result has the wanted value nowhere in a bracket.
+    """A result has the target value nowhere in a bracket.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class NoRootError(SiteddaError, ArithmeticError):
         self.mode, self.bracket, self.trials = mode, bracket, trials
 
     def __reduce__(self):
-        """As processes pass it on."""
+        """State for passing the exception between processes."""
         return type(self), (str(self), self.mode, self.bracket, self.trials)
 
 
@@ -102,7 +102,7 @@ class OutputError(SiteddaError, OSError):
 
 
 class CheckpointError(OutputError):
-    """No checkpoint can be used to go on from: damaged, or of another input, version or build."""
+    """No checkpoint is usable: damaged, or of another input, version or build."""
 
 
 class InterruptedRun(SiteddaError):
@@ -124,7 +124,7 @@ class MissingLibrary(SiteddaError, ImportError):
 
 
 def lacks_memory(trouble: BaseException | None) -> bool:
-    """Whether an exception, or what it comes from, is want of memory."""
+    """Whether an exception, or its cause, is a lack of memory."""
     while trouble is not None:
         if isinstance(trouble, MemoryError) or getattr(trouble, "errno", None) == errno.ENOMEM:
             return True

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that the package writes: whole or not at all, and never in place of what is not its own.
+"""Files that the package writes: whole or not at all, replacing only its own files.
 
 A file is written under another name in its folder, flushed to the disk and renamed.  It replaces
 only a regular file of its kind, by the first bytes of that: a picture a picture, a page a page.
-What cannot be written is an `OutputError` that names the file.
+A failure is an `OutputError` that names the file.
 """
 
 import os
@@ -14,14 +14,13 @@ import tempfile
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from functools import cache
 from pathlib import Path
 
 from .errors import InterruptedRun, OutputError
 
-_HEAD = 1 << 24  # bytes that tell what a file is
+_HEAD = 1 << 24  # bytes that identify a file
 _XML = rb"\s*+(?><\?xml[^>]*>\s*)?+(?><!--.*?-->\s*)*+"
-ANY = ""  # kind of a file in a folder that the package has made for itself
+ANY = ""  # kind of a file in a folder of the package
 OWN_INPUT, OWN_RECORD = "an input that sitedda wrote", "a record that sitedda wrote"
 OWN_SCRIPT = "a script that sitedda wrote"
 OWN_TABLE = "a table that sitedda wrote"
@@ -37,7 +36,7 @@ _KINDS = {
     OWN_INPUT: rb"! written by sitedda|.*\n! \d+ blocks, made from the groups",
     OWN_RECORD: rb"# written by sitedda",
     OWN_SCRIPT: rb"# written by sitedda",
-    OWN_TABLE: rb"displacement \(m\),largest \(m\),",
+    OWN_TABLE: rb"displacement \(m\),largest \(m\),|# written by sitedda",
     "the example": rb"(?!)",  # replaced by itself only
     "part of a study": rb'\{"format": \d|#!/bin/bash\n#SBATCH --job-name=|[0-9a-f]{32}\n',
 }  # fmt: skip
@@ -52,12 +51,12 @@ def check_target(file, kind: str, reads: Iterable = ()) -> Path:
     kind : str
         ``'a picture'``, ``'a page'``, …, or `ANY`.
     reads : iterable of path
-        What the same command reads.
+        Files that the same command reads.
 
     Raises
     ------
     OutputError
-        If it cannot; the message says why.
+        If it cannot; the message has the reason.
     """
     file = Path(file)
     try:
@@ -72,9 +71,12 @@ def check_target(file, kind: str, reads: Iterable = ()) -> Path:
     if stat.S_ISDIR(found.st_mode):
         raise OutputError(f"{file} is a folder, not a file name")
     if stat.S_ISLNK(found.st_mode):
-        raise OutputError(f"{file} is a link, which is not written through; name another file")
+        raise OutputError(f"{file} is a link and is not followed; name another file")
     if not stat.S_ISREG(found.st_mode):
         raise OutputError(f"{file} is not a regular file and is not replaced; name another")
+    if not found.st_mode & stat.S_IWUSR:
+        raise OutputError(f"{file} is write-protected and is not replaced; make it writable, or "
+                          "name another file")  # fmt: skip
     for other in reads:
         if is_same(file, other):
             raise OutputError(f"{file} would replace {other}, which is read; name another file")
@@ -120,7 +122,7 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
     file = check_target(file, kind, reads)
     beside = None
     try:
-        with _hearing_signals(file):
+        with _raising_signals(file):
             try:
                 handle, name = tempfile.mkstemp(prefix=".new-", suffix=file.suffix, dir=file.parent)
                 beside = Path(name)
@@ -143,16 +145,16 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
 
 
 def write(file, data: bytes | str, kind: str, reads: Iterable = (), sync: bool = True) -> Path:
-    """Write a whole file, see `written`; one that holds just that is left as it is; the file."""
+    """Write a whole file, see `written`; one with the same content stays; the file."""
     data = data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data
-    if kind and _holds(Path(file), data):
+    if kind and _has_content(Path(file), data):
         return Path(file)
     with written(file, kind, reads, sync) as beside, beside.open("wb") as stream:
         stream.write(data)
     return Path(file)
 
 
-def _holds(file: Path, data: bytes) -> bool:
+def _has_content(file: Path, data: bytes) -> bool:
     """Whether a regular file has this content."""
     try:
         if not stat.S_ISREG(os.lstat(file).st_mode) or file.stat().st_size != len(data):
@@ -184,23 +186,22 @@ def is_below(folder: Path, name) -> bool:
 
 
 def plain_text(what: str, text: str) -> str:
-    """A text that holds no control character, as line ends are.
+    """A text without control characters, such as line ends.
 
     Raises
     ------
     InputError
-        If it does; ``what`` says which text it is.
+        If it has one; ``what`` names the text.
     """
     from .errors import InputError
 
     if not text.isprintable() and (bad := re.search(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]", text)):
-        raise InputError(f"{what} = {text!r} holds the control character {bad[0]!r}")
+        raise InputError(f"{what} = {text!r} contains the control character {bad[0]!r}")
     return text
 
 
-@cache
 def _mask() -> int:
-    """The bits that new files of this process do not get."""
+    """The bits that new files of this process do not get, as they are now."""
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith("Umask:"):
             return int(line.split()[1], 8)
@@ -216,7 +217,7 @@ def _flush(file: Path) -> None:
 
 
 @contextmanager
-def _hearing_signals(file: Path) -> Iterator[None]:
+def _raising_signals(file: Path) -> Iterator[None]:
     """A signal that would end the process is an exception here, so that nothing is left behind."""
 
     def end(number, _) -> None:

@@ -7,7 +7,7 @@ import math
 SHOWN = {"m": 1.0, "mm": 1e3, "µm": 1e6, "nm": 1e9, "°": 180.0 / math.pi, "%": 100.0,
          "kN/m": 1e-3, "MN/m": 1e-6, "m/s": 1.0, "m/s²": 1.0, "": 1.0}  # fmt: skip
 
-# Sizes and names of the units that values of an SI unit are shown in, as `words.js` of the view.
+# Sizes and names of the units that show values of an SI unit, as in `words.js` of the view.
 UNITS = {
     "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
     "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "µm/s"), (1e-9, "nm/s")),
@@ -16,6 +16,10 @@ UNITS = {
     "J/m": ((1e9, "GJ/m"), (1e6, "MJ/m"), (1e3, "kJ/m"), (1.0, "J/m")),
     "°": ((0.01, "°"), (180e-6 / math.pi, "µrad")),
 }
+
+_ENDINGS = {"_m_s2": "m/s²", "_m_s": "m/s", "_n_m": "N/m", "_j_m": "J/m", "_m": "m", "_rad": "rad",
+            "_hz": "Hz", "_s": "s"}  # fmt: skip
+_SHORT = {"pga": "PGA", "pgv": "PGV", "sa": "Sa", "arias": "Arias intensity"}
 
 
 def in_unit(largest: float, unit: str) -> tuple[float, str]:
@@ -33,8 +37,56 @@ def in_unit(largest: float, unit: str) -> tuple[float, str]:
     return (1.0, unit) if largest == 0 or unit not in UNITS else UNITS[unit][-1]
 
 
+def shown(value: float, unit: str, digits: int = 3) -> str:
+    """A value in the unit in which it reads well: −4.12 mm.
+
+    Parameters
+    ----------
+    value : float
+        In `unit`.
+    unit : str
+        SI, or °.
+    digits : int
+    """
+    size, name = in_unit(value, unit)
+    return f"{number(value / size, digits)} {name}".replace("-", "−")
+
+
+def titled(name: str) -> tuple[str, str]:
+    """Words and unit of a number by its name: 'largest tilt' and 'rad' of largest_tilt_rad.
+
+    Parameters
+    ----------
+    name : str
+        As in verdicts and studies, with the point or joint in brackets.
+    """
+    words, _, place = name.partition("[")
+    axis = next((one for one in "xy" if words.endswith(f"_{one}")), "")
+    words = words.removesuffix(f"_{axis}") if axis else words
+    end = next((one for one in _ENDINGS if words.endswith(one)), "")
+    words = words.removesuffix(end).replace("_", " ")
+    first, blank, more = words.partition(" ")
+    words = _SHORT.get(first, first) + blank + more
+    return ", ".join(filter(None, (words, place.removesuffix("]"), axis))), _ENDINGS.get(end, "")
+
+
+def labelled(name: str, unit: str = "") -> str:
+    """Label of a number for axes, with its unit: 'largest tilt (rad)'.
+
+    Parameters
+    ----------
+    name : str
+        See `titled`.
+    unit : str
+        In place of that of the name.
+    """
+    words, own = titled(name)
+    unit = unit.replace("^2", "²") or own
+    return f"{words} ({unit})" if unit not in ("", "1") else words
+
+
 def counted(count: int, one: str, many: str) -> str:
-    """A count and of what: 1 block is, 1,000 blocks are."""
+    """A count with its noun and verb: 1 block is, 1,000 blocks are."""
     return f"{count:,} {one if count == 1 else many}"
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that are read: regular ones alone, and no more of them than their kind may hold."""
+"""Files that are read: regular files alone, up to the size of their kind."""
 
 import os
 import stat
@@ -34,7 +34,7 @@ def read_bounded(file, most: int) -> bytes:
     size = check_readable(file)
     try:
         with Path(file).open("rb") as stream:
-            # Not up to `most`, for which memory would be taken before anything is read.
+            # Not up to `most`, which would allocate memory before any byte is read.
             data = stream.read(size + 1) if size <= most else b""
     except OSError as trouble:
         raise _unreadable(file, trouble) from trouble

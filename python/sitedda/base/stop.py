@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signals that ask a run, or the program, to stop."""
+"""Signals that request a run, or the program, to stop."""
 
 import signal
 import sys
@@ -7,8 +7,8 @@ import time
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 _RETRY = 0.02  # s between looks at whether an import has ended
-_PAUSE = 1.0  # s in which a second signal does not disturb what the first has begun to undo
-_AGAIN = 1.0  # s of the processor after which an exception must have ended the program
+_PAUSE = 1.0  # s in which a second signal does not interrupt the cleanup of the first
+_AGAIN = 1.0  # s of processor time within which an exception must end the program
 
 
 class Interruption:
@@ -16,7 +16,7 @@ class Interruption:
 
     For programs alone: a library has no business with the handlers of its host.  An import is let
     end: compiled modules print tracebacks of what interrupts them.  Libraries lose exceptions, in
-    callbacks and where attributes are looked for: what goes on is interrupted again.
+    callbacks and where attributes are looked for: what continues is interrupted again.
 
     Attributes
     ----------
@@ -31,20 +31,21 @@ class Interruption:
 
     def __enter__(self) -> "Interruption":
         """Watch the signals that nobody else watches."""
-        self._before = _take_over((*SIGNALS, signal.SIGALRM, signal.SIGPROF), self._hear)
+        self._before = _install_handler((*SIGNALS, signal.SIGALRM, signal.SIGPROF), self._on_signal)
         self._report = sys.unraisablehook
-        sys.unraisablehook = self._again
+        sys.unraisablehook = self._raise_later
         return self
 
     def __exit__(self, *_) -> None:
         """Leave the signals as they were."""
         self._rest()
         sys.unraisablehook = self._report
-        _give_back(self._before)
+        _restore_handlers(self._before)
 
     def ignore(self) -> None:
-        """From here on nothing is left to stop."""
+        """Ignore further signals: nothing is left to stop."""
         self._rest()
+        sys.unraisablehook = self._raise_later
         for number in self._before:
             signal.signal(number, signal.SIG_IGN)
 
@@ -52,7 +53,7 @@ class Interruption:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.setitimer(signal.ITIMER_PROF, 0.0)
 
-    def _hear(self, number, frame) -> None:
+    def _on_signal(self, number, frame) -> None:
         self.heard = True
         if _imports(frame):
             signal.setitimer(signal.ITIMER_REAL, _RETRY)
@@ -61,13 +62,16 @@ class Interruption:
             signal.setitimer(signal.ITIMER_PROF, _AGAIN)
             raise KeyboardInterrupt
 
-    def _again(self, trouble) -> None:
-        """Raise it once more if it came where exceptions go nowhere, as in a finaliser."""
-        if not isinstance(trouble.exc_value, KeyboardInterrupt):
+    def _raise_later(self, trouble) -> None:
+        """Raise it once more if it came where exceptions go nowhere, as in a finaliser.
+
+        After a signal, finalisers of objects that were never completed fail: nobody is told.
+        """
+        if isinstance(trouble.exc_value, KeyboardInterrupt):
+            self._last = -_PAUSE
+            signal.raise_signal(signal.SIGINT)
+        elif not self.heard:
             self._report(trouble)
-            return
-        self._last = -_PAUSE
-        signal.raise_signal(signal.SIGINT)
 
 
 class Stop:
@@ -84,22 +88,22 @@ class Stop:
 
     def __enter__(self) -> "Stop":
         """Watch the signals."""
-        self._before = _take_over(self.signals, self._ask, self.program)
+        self._before = _install_handler(self.signals, self._on_stop, self.program)
         return self
 
     def __exit__(self, *_) -> None:
         """Leave the signals as they were."""
         if self.asked:
-            _tell_engine(0)
-        _give_back(self._before)
+            _notify_engine(0)
+        _restore_handlers(self._before)
 
-    def _ask(self, number, _) -> None:
+    def _on_stop(self, number, _) -> None:
         self.asked = True
-        _tell_engine(number)
+        _notify_engine(number)
 
 
 def program_hears() -> bool:
-    """Whether Ctrl-C ends the program that this process is."""
+    """Whether Ctrl-C ends this process, which is the program."""
     return _is_program(signal.getsignal(signal.SIGINT))
 
 
@@ -114,8 +118,8 @@ def _imports(frame) -> bool:
     return frame is not None
 
 
-def _take_over(signals, handler, program: bool = True) -> dict:
-    """Set a handler in place of the default ones, or those of the program; what was there."""
+def _install_handler(signals, handler, program: bool = True) -> dict:
+    """Set a handler instead of the default ones, or those of the program; what was there."""
     before = {}
     for number in signals:
         found = signal.getsignal(number)
@@ -130,12 +134,12 @@ def _take_over(signals, handler, program: bool = True) -> dict:
     return before
 
 
-def _give_back(before: dict) -> None:
+def _restore_handlers(before: dict) -> None:
     for number, handler in before.items():
         signal.signal(number, handler)
 
 
-def _tell_engine(number: int) -> None:
+def _notify_engine(number: int) -> None:
     from .core import api
 
     api.stop_engine(number)

@@ -4,9 +4,7 @@
 import os
 import re
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import count
 from pathlib import Path
@@ -16,27 +14,22 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.files import OWN_INPUT, is_same, write
-from ..base.reading import read_bounded
 from ..input.block_file import LARGE, write_block_file
 from ..input.changes import with_files
 from ..input.groups import checked, group_text, is_made, nearest, read_values
 from ..input.input_text import Found, find_groups
-from ..input.schema import GROUPS
+from ..input.source import Built, blocks_text, read_input
 from ..input.values import Values
+from .magnitudes import doubtful_sizes
 
 _NAMED = ("material", "joint", "region")  # groups that others name
-_ANY = re.compile(
-    r"^[^!\n]*&(" + "|".join(filter(is_made, GROUPS)) + r")\b",
-    re.IGNORECASE | re.MULTILINE,
-)
 
 _MESH = re.compile(r"^[^!\n]*&mesh\b", re.IGNORECASE | re.MULTILINE)
-_LARGEST = 2**30  # bytes of an input, as in the engine
 
 
 @cache
 def kinds() -> dict[str, Any]:
-    """What makes blocks of each group; here a new module is registered."""
+    """The builder of each group; a new module is registered here."""
     from . import ground, layered, masonry, wall
     from .cutting import geometry
     from .meshing import settings
@@ -47,32 +40,6 @@ def kinds() -> dict[str, Any]:
         for one in vars(module).values()
         if isinstance(one, type) and issubclass(one, Values) and one.group
     }
-
-
-@dataclass
-class Built:
-    """Blocks made from groups.
-
-    Attributes
-    ----------
-    blocks : list of dict
-        Variables of &block groups: name, material, joint, vertices, edge_joints; blank ones left
-        out.
-    groups : list of (str, dict)
-        Other groups that were made: names and variables.
-    messages : list of str
-        What was removed, merged or left.
-    slivers : list of str
-        Blocks that are slivers.
-    meshed : list of int
-        Groups &block, by their place among all groups, that the cells of bodies replace.
-    """
-
-    blocks: list[dict] = field(default_factory=list)
-    groups: list[tuple[str, dict]] = field(default_factory=list)
-    messages: list[str] = field(default_factory=list)
-    slivers: list[str] = field(default_factory=list)
-    meshed: list[int] = field(default_factory=list)
 
 
 def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
@@ -121,18 +88,19 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
             place = places.get(id(error.cause), first)
             raise _placed(place, error) from None
     built.blocks += pieces
+    built.messages += doubtful_sizes(groups)
     if meshes:
         _mesh(built, groups, meshes, cut)
     return built
 
 
 def _is_composed(name: str) -> bool:
-    """Whether a group stands for others, made or not."""
+    """Whether a group represents others, made or not."""
     return hasattr(kinds().get(name), "groups")
 
 
 def _composed(built: Built, pieces: list[dict], groups, folder) -> list[tuple[str, dict, str]]:
-    """The groups that composed ones stand for; blocks among them are pieces."""
+    """The groups that composed ones represent; blocks among them are pieces."""
     found: list[tuple[str, dict, str]] = []
     every = [(name, values) for name, values, _ in groups]
     for name, values, place in groups:
@@ -154,7 +122,7 @@ def _composed(built: Built, pieces: list[dict], groups, folder) -> list[tuple[st
 
 
 def _mesh(built: Built, groups, meshes, cut) -> None:
-    """Put cells in place of the blocks that are meshed."""
+    """Put cells instead of the blocks that are meshed."""
     from .meshing.meshed import Piece, mesh_blocks
 
     typed = [i for i, group in enumerate(groups) if group[0] == "block"]
@@ -208,7 +176,7 @@ def _block(values: dict) -> dict:
 
 
 def _parts(name: str, values: dict, folder) -> list:
-    """The objects that a group stands for: one, or as many as its file holds lines."""
+    """The objects that a group represents: one, or as many as its file holds lines."""
     made, values = kinds()[name], dict(values)
     points = made.from_file
     if not points or "file" not in values:
@@ -224,9 +192,7 @@ def _parts(name: str, values: dict, folder) -> list:
         Path(folder) / values.pop("file"), values.pop("layer", None), values.pop("scale", None)
     )
     if name != "joint_line" and len(outlines) != 1:
-        raise InputError(
-            f"the file holds {len(outlines)} lines where one is wanted; name the layer of that one"
-        )
+        raise InputError(f"the file holds {len(outlines)} lines 1 expected; give its layer")
     return [made(**values, **{points: outline.closed_points(name)}) for outline in outlines]
 
 
@@ -286,55 +252,10 @@ def _add_cut(built: Built, parts: dict[str, list], first_joint: str, rings: bool
     return blocks
 
 
-def blocks_text(blocks: Sequence[dict]) -> str:
-    """The blocks as &block groups, one a line."""
-    return "".join(group_text("block", block) for block in blocks)
-
-
-def read_input(file: Path) -> str:
-    """The text of an input file; errors in the words of the native executable."""
-    data = read_bounded(file, _LARGEST)
-    if b"\0" in data:
-        raise InputError(f"{file} is not a text file: byte {data.index(0) + 1} is zero")
-    return data.decode("utf-8", "surrogateescape")
-
-
-@contextmanager
-def opened_input(source) -> Iterator[tuple[Path, str]]:
-    """The file name and the text of an input: a namelist file, or a `Model`."""
-    if hasattr(source, "opened"):
-        with source.opened() as opened:
-            yield opened
-    else:
-        yield Path(source), read_input(Path(source))
-
-
-@dataclass(frozen=True)
-class InputOfRun:
-    """An input as it was run, with the changes that were made: see `opened_input`.
-
-    Attributes
-    ----------
-    file : Path
-    text : str
-    put : callable
-        Turns the blocks that are made into text, see `built_text`.
-    """
-
-    file: Path
-    text: str
-    put: Callable[[Sequence[dict]], str] = blocks_text
-
-    @contextmanager
-    def opened(self) -> Iterator[tuple[Path, str]]:
-        """File name and text."""
-        yield self.file, self.text
-
-
 def block_writer(
     file, block_file: bool | None = None, reads: Sequence = ()
 ) -> Callable[[Sequence[dict]], str]:
-    """What turns blocks into text for a namelist file, or into block files beside it.
+    """A writer of blocks as text of a namelist file, or as block files beside it.
 
     Parameters
     ----------
@@ -357,11 +278,6 @@ def block_writer(
     return put
 
 
-def needs_building(text: str) -> bool:
-    """Whether a text may have groups that are to be turned into blocks; quick."""
-    return _ANY.search(text) is not None
-
-
 def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built]:
     """A namelist text whose groups of joints and masonry are turned into blocks.
 
@@ -371,16 +287,13 @@ def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built
     ----------
     text : str
     file : path
-        Where it comes from, for messages and for files that it names.
+        Its source, for messages and for files that it names.
     put : callable
         Turns the blocks into text.
     """
-    if not needs_building(text):
-        return text, Built()
-    typed = () if _MESH.search(text) else ("block",)  # only a mesh needs the blocks that are there
+    typed = () if _MESH.search(text) else ("block",)  # only a mesh needs the existing blocks
     every = find_groups(text, file, typed)
-    found = [one for one in every if is_made(one.name)]
-    if not found:
+    if not any(is_made(one.name) for one in every):
         return text, Built()
     wanted = [
         one
@@ -424,7 +337,7 @@ def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path,
     file : path
         Namelist input.
     output : path, optional
-        What to write (beside the input, NAME_blocks.nml).
+        File to write (NAME_blocks.nml beside the input).
     block_file : bool, optional
         Put the blocks into a netCDF file beside it, NAME_blocks.blocks.nc (from 10,000 on).
 

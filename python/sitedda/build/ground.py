@@ -18,11 +18,9 @@ _LARGEST_RATIO = 0.49  # of Poisson: ties of stiffer ground are as stiff as thos
 
 
 class Ground(schema.GroundValues):
-    """A body of cells around a core, in one piece below it or one on each side."""
+    """A body of cells around a core: one below it, or one on each side."""
 
     def _check(self) -> None:
-        if (self.size is None) == (self.frequency is None):
-            raise InputError("give either size or frequency")
         if not self.left < self.right:
             raise InputError(f"right = {self.right:g} must be above left = {self.left:g}")
         self.outline = self._core_outline()
@@ -39,7 +37,7 @@ class Ground(schema.GroundValues):
             return None
         outline = shapely.Polygon(self.core) if len(self.core) > 2 else shapely.Polygon()
         if outline.is_empty or not outline.is_valid:
-            raise InputError("core: its points are no simple polygon")
+            raise InputError("core: its outline is not a simple polygon")
         low, bottom, high, _ = outline.bounds
         if not (self.left < low and high < self.right and bottom >= self.bottom):
             raise InputError(
@@ -49,7 +47,7 @@ class Ground(schema.GroundValues):
         return shapely.orient_polygons(outline)
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """What it stands for: blocks, bodies, the core's region, joints, boundaries.
+        """The groups that it generates: blocks, bodies, the core's region, joints, boundaries.
 
         Parameters
         ----------
@@ -74,7 +72,9 @@ class Ground(schema.GroundValues):
         if self.outline is None:
             return ties
         if any("restitution" in one for kind, one in others if kind == "joint"):
-            return ties | {f"{self.name}_tie": {}}  # no stiffness per area goes with it: &contact's
+            return ties | {
+                f"{self.name}_tie": {}
+            }  # it excludes a stiffness per area: that of &contact
         materials = {one.get("name", ""): one for kind, one in others if kind == "material"}
         stiffness = 0.0
         for name in (self.material, self.core_material or self.material):
@@ -161,7 +161,9 @@ def _modulus(name: str, material: dict) -> float:
         nu = min(material["poisson_ratio"], _LARGEST_RATIO)
         return material["young_modulus"] * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
     except KeyError:
-        raise InputError(f"material {name!r} lacks what gives its stiffness") from None
+        raise InputError(
+            f"material {name!r} needs young_modulus and poisson_ratio, or velocities"
+        ) from None
 
 
 def _upper_chain(outline) -> np.ndarray:

@@ -17,7 +17,7 @@ MOST_OF_CURVE = 20_000
 MOST_LINES = 500_000
 DEEPEST = 8  # of blocks or collections within each other
 _FARTHEST = 1e9  # m
-_SAGITTA = 1e-3  # of the radius: how far the chords of a curve may run beside it
+_SAGITTA = 1e-3  # of the radius: largest distance of chords from their curve
 _UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
 
 
@@ -70,7 +70,7 @@ def read_outlines(
     Raises
     ------
     InputError
-        If the file is not what its name says, or exceeds a limit: 64 MiB, 2 000 000 points,
+        If the file is not of the kind of its name, or exceeds a limit: 64 MiB, 2 000 000 points,
         500 000 lines, 8 levels of nesting.
     OutputError
         If it cannot be read.
@@ -107,7 +107,7 @@ def read_outlines(
         found = [one for one in found if one.closed == closed]
     if not found:
         kind = {None: "lines", True: "closed lines", False: "open lines"}[closed]
-        raise InputError(f"{file} holds no {kind}")
+        raise InputError(f"{file} contains no {kind}")
     return found
 
 
@@ -131,12 +131,14 @@ def _limited(file: Path, lines) -> Iterator[Outline]:
     for count, (points, closed, name, layer) in enumerate(lines, 1):
         total += len(points)
         if count > MOST_LINES or total > MOST_POINTS:
-            raise InputError(f"{file} holds more than {MOST_LINES} lines or {MOST_POINTS} points")
+            raise InputError(
+                f"{file} contains more than {MOST_LINES} lines or {MOST_POINTS} points"
+            )
         points = np.array(points, dtype=float).reshape(-1, 2)
         if not (abs(points) <= _FARTHEST).all():
             raise InputError(
                 f"{file}: line {count} {name} has a point that lies beyond {_FARTHEST:g} m or is "
-                "no number"
+                "not a number"
             )
         same = len(points) > 3 and (points[0] == points[-1]).all()
         points = points[:-1] if same else points
@@ -159,7 +161,7 @@ def _csv(file: Path, scale):
     try:
         rows = [row for row in csv.reader(_text(file).splitlines()) if row and row[0][:1] != "#"]
     except csv.Error as trouble:
-        raise InputError(f"{file} is no CSV file that can be read: {trouble}") from None
+        raise InputError(f"{file} cannot be read as CSV: {trouble}") from None
     rows = [[cell.strip() for cell in row] for row in rows]
     if not rows:
         return
@@ -175,7 +177,7 @@ def _csv(file: Path, scale):
             point = (float(row[x]), float(row[y]))
         except (ValueError, IndexError):
             raise InputError(
-                f"{file}, row {number}: {','.join(row)[:60]!r} holds no x, y"
+                f"{file}, row {number}: {','.join(row)[:60]!r} contains no x, y"
             ) from None
         label = row[name] if name is not None and name < len(row) else ""
         if not lines or lines[-1][0] != label:
@@ -220,7 +222,7 @@ def _of_shape(file: Path, shape, scale: float, name: str, layer: str, depth: int
             yield from _of_shape(file, part, scale, name, layer, depth + 1)
     elif shape.geom_type == "Polygon" and not shape.is_empty:
         if len(shape.interiors):
-            raise InputError(f"{file}: a polygon {name} has holes; give each as one of its own")
+            raise InputError(f"{file}: a polygon {name} has holes; give each as a separate polygon")
         yield np.array(shape.exterior.coords)[:, :2] * scale, True, name, layer
     elif shape.geom_type in ("LineString", "LinearRing"):
         points = np.array(shape.coords).reshape(len(shape.coords), -1)[:, :2]
@@ -235,14 +237,14 @@ def _geojson(file: Path, scale):
     try:
         data = json.loads(text)
     except ValueError as trouble:
-        raise InputError(f"{file} is no JSON: {trouble}") from None
+        raise InputError(f"{file} is not JSON: {trouble}") from None
     features = data.get("features", [data]) if isinstance(data, dict) else None
     if not isinstance(features, list):
-        raise InputError(f"{file} is no GeoJSON: it holds no features")
+        raise InputError(f"{file} is not GeoJSON: it contains no features")
     for number, feature in enumerate(features, 1):
         where = f"{file}, feature {number}"
         if not isinstance(feature, dict):
-            raise InputError(f"{where} is no object")
+            raise InputError(f"{where} is not an object")
         geometry = feature.get("geometry", feature)
         given = feature.get("properties")
         given = given if isinstance(given, dict) else {}
@@ -269,13 +271,15 @@ def _of_geometry(where: str, geometry, scale: float, name: str, layer: str, dept
     lines = [geometry.get("coordinates")]
     for level in range(levels[kind]):
         if not all(isinstance(line, list) for line in lines):
-            raise InputError(f"{where}: coordinates of {kind} are not nested as they should be")
+            raise InputError(f"{where}: coordinates of {kind} are wrongly nested")
         if (
             kind.endswith("Polygon")
             and level == levels[kind] - 1
             and any(len(rings) > 1 for rings in lines)
         ):
-            raise InputError(f"{where}: a polygon {name} has holes; give each as one of its own")
+            raise InputError(
+                f"{where}: a polygon {name} has holes; give each as a separate polygon"
+            )
         lines = [part for line in lines for part in line]
     for line in lines:
         try:
@@ -283,7 +287,7 @@ def _of_geometry(where: str, geometry, scale: float, name: str, layer: str, dept
             if points.ndim != 2 or points.shape[1] != 2:
                 raise ValueError
         except (TypeError, ValueError, KeyError, OverflowError):
-            raise InputError(f"{where}: coordinates of {kind} are no pairs of numbers") from None
+            raise InputError(f"{where}: coordinates of {kind} are not pairs of numbers") from None
         yield points * scale, kind.endswith("Polygon"), name, layer
 
 
@@ -298,10 +302,10 @@ def _dxf(file: Path, scale):
     try:
         drawing = ezdxf.readfile(file)
     except OSError as trouble:
-        raise InputError(f"{file} is no DXF file: {trouble}") from None
+        raise InputError(f"{file} is not a DXF file: {trouble}") from None
     except Exception as trouble:  # a parser of foreign text may raise anything
         words = (str(trouble).splitlines() or [type(trouble).__name__])[0][:100]
-        raise InputError(f"{file} is no DXF file that can be read: {words}") from None
+        raise InputError(f"{file} cannot be read as DXF: {words}") from None
     unit = scale or _UNITS.get(drawing.units, 1.0)
     budget = [MOST_LINES]
     for entity in drawing.modelspace():
@@ -335,12 +339,12 @@ def _of_entity(file: Path, entity, budget: list[int], depth: int):
             yield points, way.is_closed, entity.dxf.get("layer", "")
     except InputError:
         raise
-    except Exception as trouble:  # what a broken entity raises is not known beforehand
+    except Exception as trouble:  # a broken entity may raise anything
         raise InputError(f"{file}: an entity {kind} cannot be read: {trouble}") from None
 
 
 def _bounded(file: Path, points) -> Iterator:
     for count, point in enumerate(points):
         if count > MOST_OF_CURVE:
-            raise InputError(f"{file} holds a curve of more than {MOST_OF_CURVE} points")
+            raise InputError(f"{file} contains a curve of more than {MOST_OF_CURVE} points")
         yield point

@@ -12,13 +12,14 @@ from .profile import Ground, SoilProfile, curve_of, curve_table, read_soil_profi
 
 _CELLS = 12  # in the length of S waves of the highest frequency
 _MOST = 100_000  # blocks
-_STIFF = 1e3  # times a block, what welds between blocks are: their compliance is a thousandth of it
+_STIFF = 1e3  # stiffness of welds over that of a block: their compliance is a thousandth of it
 _STRENGTH = 1e12  # Pa, of welds
 _ANGLE = 45.0  # degrees
 # Curves of a file as those of &material: how many numbers they need, and what these are.
 _CURVES = {
     "darendeli": (0, ("plasticity_index", "ocr", "reference_frequency")),
     "hyperbolic": (1, ("reference_strain",)),
+    "gqh": (6, ("reference_strain", "θ₁", "θ₂", "θ₃", "θ₄", "θ₅")),
     "mkz": (1, ("reference_strain", "curve_factor", "curve_power")),
 }
 
@@ -27,26 +28,30 @@ class LayeredGround(schema.ProfileValues):
     """Level ground from a file of velocities over depth."""
 
     def groups(self, folder: Path, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """What it stands for: names and variables of groups; and what is to be said of them.
+        """The groups that it generates: names and variables; and notes on them.
 
         Parameters
         ----------
         folder : Path
             Of the input.
         others : sequence of (str, dict)
-            All groups of the input; none of them counts.
+            All groups of the input; not used.
         """
         profile = read_soil_profile(Path(folder) / self.file)
+        rigid = not self.base and profile.half_space is None
         self._fit(profile)
         cells = [self._cells(layer) for layer in profile.layers]
         if sum(cells) * self.columns > _MOST:
-            raise InputError(f"{sum(cells) * self.columns} blocks are more than {_MOST}; lower "
-                             "highest_frequency")  # fmt: skip
+            raise InputError(f"{sum(cells) * self.columns} blocks exceed the limit of {_MOST}; "
+                             "lower highest_frequency")  # fmt: skip
         found = self._materials(profile) + self._joints(profile, cells)
         found += self._blocks(profile, cells) + self._boundaries(profile)
         notes = []
+        if rigid:
+            notes = [f"{self.file} ends without a half-space, so its base is rigid and sends all "
+                     "waves back; a last row without thickness, or base = 'fixed'"]  # fmt: skip
         if self.law == "linear" and any(layer.curve for layer in profile.layers):
-            notes = [f"the curves of {self.file} do not act in blocks, which are linear: "
+            notes += [f"the curves of {self.file} do not act in blocks, which are linear: "
                      "law = 'hysteretic' lets them"]  # fmt: skip
         return found + (self._measured(profile) if self.points else []), notes
 
@@ -66,12 +71,12 @@ class LayeredGround(schema.ProfileValues):
         length = layer.shear_velocity / self.highest_frequency
         return max(1, math.ceil(_CELLS * layer.thickness / length * (1 - 1e-9)))
 
-    def _below(self, profile: SoilProfile) -> Ground:
-        """What the block under the layers is of."""
+    def _base_material(self, profile: SoilProfile) -> Ground:
+        """Material of the block under the layers."""
         return profile.half_space or profile.layers[-1]
 
     def _materials(self, profile: SoilProfile) -> list[tuple[str, dict]]:
-        ground = (*profile.layers, self._below(profile))
+        ground = (*profile.layers, self._base_material(profile))
         laws = [*self._laws(profile), {}]
         found = []
         for name, one, law in zip(self._names(profile), ground, laws, strict=True):
@@ -82,7 +87,7 @@ class LayeredGround(schema.ProfileValues):
         return found
 
     def _laws(self, profile: SoilProfile) -> list[dict]:
-        """What makes each layer yield by its curve; nothing where it is linear."""
+        """The law by which each layer yields; none for a linear layer."""
         if self.law == "linear":
             return [{} for _ in profile.layers]
         table = math.inf if self.water_table is None else self.water_table
@@ -119,7 +124,7 @@ class LayeredGround(schema.ProfileValues):
         sides = np.linspace(self.left, self.left + self.width, self.columns + 1)
         floor, found = self.top - profile.depth, []
         if self.base != "none":
-            below = self._below(profile)
+            below = self._base_material(profile)
             height = below.shear_velocity / self.highest_frequency / _CELLS
             height = min(height, 0.25 * profile.depth)
             found += self._row(f"{self.name}_base", names[-1], sides, floor - height, floor)
@@ -145,7 +150,7 @@ class LayeredGround(schema.ProfileValues):
         if moved and self.base == "none":
             raise InputError("base = 'none' has no motion: leave out motion_x and motion_y")
         found: list[tuple[str, dict]] = []
-        below = self._below(profile)
+        below = self._base_material(profile)
         base: dict = {"name": f"{self.name}_base", "kind": self.base, "side": "bottom"}
         if self.base == "compliant":
             base |= {"density": below.density, "shear_velocity": below.shear_velocity,
@@ -196,4 +201,6 @@ def _law(layer: Ground, stress: float, file: Path) -> dict:
                          f"at most: {', '.join(variables)}")  # fmt: skip
     own = {"mean_stress": stress} if name == "darendeli" else {}
     given = dict(zip(variables, numbers, strict=False))
+    if name == "gqh":
+        given = {"reference_strain": numbers[0], "curve_fit": numbers[1:]}
     return {"law": "hysteretic", "curve": name} | own | given

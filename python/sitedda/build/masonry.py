@@ -33,7 +33,7 @@ class Stone:
 
 def _require_few(blocks: int) -> None:
     if blocks > MOST_BLOCKS:
-        raise InputError(f"{blocks} blocks are more than {MOST_BLOCKS}")
+        raise InputError(f"{blocks} blocks exceed the limit of {MOST_BLOCKS}")
 
 
 def _rectangle(left, bottom, right, top) -> np.ndarray:
@@ -80,11 +80,7 @@ class Arch(schema.ArchValues):
 
     def _check(self) -> None:
         if self.radius is not None:
-            if self.span is not None or self.rise is not None:
-                raise InputError("give either radius, or span and rise")
             self.span, self.rise = 2 * self.radius, self.radius
-        if self.span is None or self.rise is None:
-            raise InputError("give radius, or span and rise")
         if self.is_pointed and self.voussoirs % 2:
             raise InputError(f"voussoirs = {self.voussoirs} of a pointed arch must be even")
         radius, _ = self._arc()
@@ -171,7 +167,7 @@ class Lintel(schema.LintelValues):
 
 
 class Colonnade(schema.ColonnadeValues):
-    """Columns of drums, with capitals and beams if wanted; outer beams end flush."""
+    """Columns of drums, with optional capitals and beams; outer beams end flush."""
 
     def _check(self) -> None:
         self.top_width = self.top_width or self.width

@@ -27,7 +27,8 @@ from ..input.groups import (
 )
 from ..input.input_text import cited, find_groups
 from ..input.schema import Groups
-from .building import block_writer, blocks_text, build_blocks, read_input
+from ..input.source import blocks_text, read_input
+from .building import block_writer, build_blocks
 
 _UNIQUE = ("material", "joint", "motion", "measured_point")
 _LONGEST = 4096  # values of a motion that stand in the input itself
@@ -181,17 +182,17 @@ class Model(Groups):
         """
         names = list(variables()[known_group(kind)])
         if len(arguments) > len(names):
-            raise TypeError(f"{kind} takes at most {len(names)} values")
+            raise TypeError(f"{kind} accepts at most {len(names)} values")
         for name, value in zip(names, arguments, strict=False):
             if name in values:
                 raise TypeError(f"{kind}: {name} is given twice")
             values[name] = value
-        return self._take(Group(kind, values))
+        return self._add_group(Group(kind, values))
 
-    def _take(self, group: Group) -> Group:
+    def _add_group(self, group: Group) -> Group:
         kind, name = group._name, group._values.get("name")
         if kind in single_groups():
-            raise InputError(f"&{kind} is there once; set its variables, as model.{kind}(…)")
+            raise InputError(f"&{kind} occurs once; set its variables by model.{kind}(…)")
         if kind in _UNIQUE and any(
             one._values.get("name") == name for one in self.groups if one._name == kind
         ):
@@ -256,7 +257,7 @@ class Model(Groups):
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many groups of each kind there are, of those that may be there several times."""
+        """Number of groups of each repeatable kind."""
         return Counter(group._name for group in self.groups)
 
     def add_blocks(self, polygons, names=None, **values) -> list[Group]:
@@ -315,7 +316,7 @@ class Model(Groups):
         for found in find_groups(text, file):
             values, place = read_values(found, file), found.place(file)
             if found.name not in single_groups():
-                model._take(Group._of(found.name, values, place))
+                model._add_group(Group._of(found.name, values, place))
             elif found.name in seen:
                 raise InputError(f"{place}: this group may appear only once")
             else:
@@ -418,11 +419,11 @@ class Model(Groups):
                 raise
 
     def _cited(self, message: str, file: Path) -> str:
-        """A message about the text, which nobody has seen, with the call or the line of a file."""
+        """A message about generated text, which cites the call or the line of a file instead."""
         groups = [one for one in self._once.values() if one._values] + self.groups
 
         def place(kind: str, line: int) -> str:
-            if line > len(groups):  # each stands on a line of its own, what is made of them below
+            if line > len(groups):  # each is on its own line, generated groups below
                 return f"a &{kind} that another group stands for"
             group = groups[line - 1]
             same = [one for one in groups if one._name == group._name]

@@ -19,10 +19,13 @@ _FOOT = 0.3048  # m
 _COMMENT = "#"
 _LENGTH = {"m": 1.0, "ft": _FOOT, "km": 1e3}
 _SPEED = {"m/s": 1.0, "ft/s": _FOOT, "km/s": 1e3}
-_DENSITY = {"kg/m3": 1.0, "g/cm3": 1e3, "t/m3": 1e3, "kn/m3": 1e3 / GRAVITY}
+_DENSITY = {"kg/m3": 1.0, "g/cm3": 1e3, "t/m3": 1e3, "kn/m3": 1e3 / GRAVITY,
+            "pcf": 0.45359237 / _FOOT**3, "lb/ft3": 0.45359237 / _FOOT**3}  # fmt: skip
 _SHARE = {"%": 0.01, "1": 1.0, "-": 1.0}
+_STRESS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6, "psf": 47.88025898}
+_ANGLE = {"deg": 1.0, "°": 1.0}
 _NONE = {"": 1.0, "1": 1.0, "-": 1.0}
-# Columns: their unit in a file and what a number in it is in SI units; other words for them.
+# Columns: factors of their units to SI, and synonyms.
 _COLUMNS: dict[str, tuple[dict[str, float] | None, tuple[str, ...]]] = {
     "depth": (_LENGTH, ("z",)),
     "top": (_LENGTH, ("top depth", "depth to top", "from")),
@@ -33,18 +36,22 @@ _COLUMNS: dict[str, tuple[dict[str, float] | None, tuple[str, ...]]] = {
     "poisson_ratio": (_NONE, ("nu", "ν", "poisson", "poisson ratio")),
     "density": (_DENSITY, ("rho", "ρ", "unit weight", "gamma", "γ")),
     "damping": (_SHARE, ("damping ratio", "d", "d_min", "ξ", "xi")),
+    "shear_strength": (_STRESS, ("strength", "su", "s_u", "cu", "shear strength")),
+    "friction_angle": (_ANGLE, ("phi", "φ", "friction angle")),
     "curve": (None, ("curves",)),
     "name": (None, ("layer", "soil", "unit")),
 }
 _WORDS = {word: name for name, (_, more) in _COLUMNS.items() for word in (name, *more)}
 _HEAD = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
 _CURVE = re.compile(r"(\w+)\s*[( ]?\s*([-+.\deE,; ]*)\)?")
-_FORMULAS = ("darendeli", "hyperbolic", "mkz", "linear")
+_FILLS = ("", "above", "interpolate")
+_FILLED = ("shear_velocity", "pressure_velocity", "poisson_ratio", "density", "damping")
+_FORMULAS = ("darendeli", "hyperbolic", "mkz", "gqh", "linear")
 
 
 @dataclass(frozen=True)
 class Ground:
-    """What a row of a file says.
+    """A row of a file.
 
     Attributes
     ----------
@@ -61,6 +68,10 @@ class Ground:
     name : str
     row : int
         Of the file, from 1.
+    shear_strength : float
+        Pa: undrained, or what is added to the friction; NaN: not given.
+    friction_angle : float
+        Degrees, of effective stresses; NaN: not given.
     """
 
     thickness: float
@@ -71,9 +82,11 @@ class Ground:
     curve: str
     name: str
     row: int
+    shear_strength: float = math.nan
+    friction_angle: float = math.nan
 
     def values(self) -> dict[str, float]:
-        """What `Layer` and `HalfSpace` have of it."""
+        """Its values for `Layer` and `HalfSpace`."""
         return {
             "density": self.density,
             "shear_velocity": self.shear_velocity,
@@ -110,7 +123,7 @@ class SoilProfile:
     def mean_velocity(self, depth: float = 30.0) -> float:
         """Depth over the travel time of S waves through it, m/s: V_s30 for 30 m.
 
-        Below the file its half-space goes on, or its last layer.
+        Its half-space, or its last layer, continues below the file.
         """
         left, time = float(depth), 0.0
         for layer in self.layers:
@@ -138,6 +151,25 @@ class SoilProfile:
             above += layer.thickness * weight
         return found
 
+    def strengths(
+        self, water_table: float = math.inf, pressure_at_rest: float = 0.5
+    ) -> list[float]:
+        """Shear strength that the file gives each layer, s_u or s_u + σ'_v tan φ', Pa; else NaN.
+
+        Parameters
+        ----------
+        water_table, pressure_at_rest : float
+            See `mean_stresses`.
+        """
+        means = self.mean_stresses(water_table, pressure_at_rest)
+        found = []
+        for one, mean in zip(self.layers, means, strict=True):
+            vertical = mean * 3 / (1 + 2 * pressure_at_rest)
+            parts = [one.shear_strength, vertical * math.tan(math.radians(one.friction_angle))]
+            found.append(math.nan if all(map(math.isnan, parts))
+                         else float(np.nansum(parts)))  # fmt: skip
+        return found
+
     def __str__(self) -> str:
         """The layers as a table, and the mean velocity of 30 m."""
         head = f"{'depth (m)':>15}{'V_s (m/s)':>11}{'V_p (m/s)':>11}{'ρ (kg/m³)':>11}{'D (%)':>8}"
@@ -156,7 +188,7 @@ class SoilProfile:
         return "\n".join([*rows, f"V_s30 = {self.mean_velocity():.4g} m/s{deep}"])
 
 
-def read_soil_profile(file) -> SoilProfile:
+def read_soil_profile(file, fill: str = "") -> SoilProfile:
     """Read a site from a CSV file.
 
     Parameters
@@ -166,6 +198,10 @@ def read_soil_profile(file) -> SoilProfile:
         ``depth (m)`` or ``thickness (m)``, ``Vs (m/s)``, ``Vp (m/s)`` or ``nu``,
         ``density (kg/m3)`` or ``unit weight (kN/m3)``, ``damping (%)``, ``curve``, ``name``.
         Lines that begin with # are comments.
+    fill : {'', 'above', 'interpolate'}
+        What gaps of velocities, density and damping are filled with: nothing (a gap of what a layer
+        must have is an error), the value of the row above, or one between those of the rows around
+        it, straight over the depths of their middles.
 
     Raises
     ------
@@ -193,9 +229,11 @@ def read_soil_profile(file) -> SoilProfile:
         for at, cells in rows[1:]
     ]  # fmt: skip
     if not table:
-        raise InputError(f"{file} has heads, and no layers below")
+        raise InputError(f"{file} has a header but no layers")
     thickness = _thicknesses(file, names, table)
-    ground = [_ground(file, one, thick) for one, thick in zip(table, thickness, strict=True)]
+    shown = {name: head for (name, _), head in zip(columns, heads, strict=True)}
+    _fill(file, table, thickness, shown, fill)
+    ground = [_ground(file, one, thick, shown) for one, thick in zip(table, thickness, strict=True)]
     below = ground.pop() if math.isinf(ground[-1].thickness) else None
     if not ground:
         raise InputError(f"{file} has no layer above its half-space")
@@ -203,7 +241,7 @@ def read_soil_profile(file) -> SoilProfile:
 
 
 def rows_of(file: Path) -> list[tuple[int, list[str]]]:
-    """Numbers and cells of the lines of a CSV file that hold something.
+    """Numbers and cells of the lines of a CSV file that are not blank.
 
     Parameters
     ----------
@@ -260,11 +298,11 @@ def _value(file: Path, row: int, name: str, unit: float | None, cell: str):
     try:
         number = float(cell)
     except ValueError:
-        raise InputError(f"{file}, row {row}: {name} = {cell!r} is no number") from None
+        raise InputError(f"{file}, row {row}: {name} = {cell!r} is not a number") from None
     if name == "thickness" and math.isinf(number):
         return math.nan
     if not math.isfinite(number):
-        raise InputError(f"{file}, row {row}: {name} = {cell} is no usable number")
+        raise InputError(f"{file}, row {row}: {name} = {cell} is not a usable number")
     return number * unit
 
 
@@ -296,13 +334,37 @@ def _thicknesses(file: Path, names: list[str], table: list[dict]) -> list[float]
     return [math.inf if math.isnan(value) else float(value) for value in found]
 
 
-def _ground(file: Path, values: dict, thickness: float) -> Ground:
-    """A row that has been read."""
+def _fill(file: Path, table: list[dict], thickness, shown: dict[str, str], fill: str) -> None:
+    """Fill gaps of the numbers as asked."""
+    if fill not in _FILLS:
+        raise InputError(f"fill = {fill!r}: use {', '.join(map(repr, _FILLS))}")
+    thick = np.where(np.isinf(thickness), 0.0, thickness)
+    middle = np.cumsum(thick) - thick / 2
+    for name in _FILLED if fill else ():
+        values = np.array([one.get(name, math.nan) for one in table])
+        known = np.flatnonzero(~np.isnan(values))
+        if not known.size:
+            continue
+        for i in np.flatnonzero(np.isnan(values)):
+            before, after = known[known < i], known[known > i]
+            if not before.size or (fill == "interpolate" and not after.size):
+                side = "below" if before.size else "above"
+                raise InputError(f"{file}, row {table[i]['row']}: {shown[name]} has a gap without "
+                                 f"a value {side} it to fill it with")  # fmt: skip
+            between = float(np.interp(middle[i], middle[known], values[known]))
+            table[i][name] = between if fill == "interpolate" else float(values[before[-1]])
+
+
+def _ground(file: Path, values: dict, thickness: float, shown: dict[str, str]) -> Ground:
+    """A row that has been read, with the heads as the file has them."""
     where = f"{file}, row {values['row']}"
     for name, most in (("shear_velocity", 1e5), ("density", 1e5)):
         if not 0 < values.get(name, math.nan) <= most:
-            got = values.get(name, math.nan)
-            raise InputError(f"{where}: {name} is {'missing' if math.isnan(got) else f'{got:g}'}; "
+            got, head = values.get(name, math.nan), shown.get(name, name)
+            if math.isnan(got) and name in shown:
+                raise InputError(f"{where}: {head} has a gap; give a number, or fill = 'above' or "
+                                 "'interpolate'")  # fmt: skip
+            raise InputError(f"{where}: {head} is {'missing' if math.isnan(got) else f'{got:g}'}; "
                              "it must be positive")  # fmt: skip
     damping = values.get("damping", 0.0)
     damping = 0.0 if math.isnan(damping) else damping
@@ -318,11 +380,16 @@ def _ground(file: Path, values: dict, thickness: float) -> Ground:
     if fast <= slow * math.sqrt(4 / 3):
         raise InputError(f"{where}: pressure_velocity = {fast:g} must be above √(4/3) of the shear "
                          f"velocity {slow:g}")  # fmt: skip
+    strength = values.get("shear_strength", math.nan)
+    friction = values.get("friction_angle", math.nan)
+    if strength <= 0 or friction < 0 or friction >= 60:
+        raise InputError(f"{where}: shear_strength must be above 0 and friction_angle from 0 to 60 "
+                         f"degrees, got {strength:g} Pa and {friction:g}")  # fmt: skip
     curve = values.get("curve", "")
     curve_of(curve, where)
     return Ground(thickness, slow, fast, values["density"], damping,
                   "" if curve == "linear" else curve, values.get("name", ""),
-                  values["row"])  # fmt: skip
+                  values["row"], strength, friction)  # fmt: skip
 
 
 def curve_of(text: str, where: str) -> tuple[str, list[float]]:
@@ -338,8 +405,8 @@ def curve_of(text: str, where: str) -> tuple[str, list[float]]:
         return text, []
     found = _CURVE.fullmatch(text)
     if not found or found[1].lower() not in _FORMULAS:
-        raise InputError(f"{where}: curve = {text!r}: use {', '.join(_FORMULAS)} with numbers "
-                         "behind, or the name of a CSV file")  # fmt: skip
+        raise InputError(f"{where}: curve = {text!r}: use {', '.join(_FORMULAS)} followed "
+                         "by numbers, or the name of a CSV file")  # fmt: skip
     try:
         return found[1].lower(), [float(one) for one in re.split(r"[,; ]+", found[2]) if one]
     except ValueError:
@@ -358,7 +425,7 @@ def curve_table(file: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         start = 0 if rows[0][1][0][:1] in "0123456789.+-" else 1
         numbers = np.array([[float(cell) for cell in cells] for _, cells in rows[start:]])
         if numbers.ndim != 2 or numbers.shape[1] != 3:
-            raise ValueError("three columns are wanted: strain, G/G_max and damping ratio")
+            raise ValueError("three columns are required: strain, G/G_max and damping ratio")
     except (ValueError, IndexError) as trouble:
         raise InputError(f"{file}: {trouble}") from None
     strain, reduction, damping = numbers.T

@@ -15,9 +15,9 @@ from .cutting.distributions import uniform
 from .masonry import MOST_BLOCKS
 
 _BONDS = {"running": (1.0, 0.5), "header": (0.5, 0.25), "rubble": (1.0, 0.5)}
-_LEAST = 0.3  # of a stone, of the pieces at ends and jambs
+_LEAST = 0.3  # of a stone: length of the parts at ends and jambs
 _OVERLAP = 0.2  # of a stone, between upright joints of rubble above each other
-_SAME = 1e-9  # of the wall, of levels that are one
+_SAME = 1e-9  # of the wall: levels closer than this are one
 _HEIGHT, _LENGTH = 1, 2  # streams of random numbers
 
 
@@ -40,7 +40,7 @@ class Opening(schema.OpeningValues):
         return [], []
 
     def fitted(self, wall: MasonryWall) -> Opening:
-        """With what the wall gives it; refused where it cannot be in it."""
+        """With the values from its wall; refused if it is not within it."""
         values = dict(vars(self))
         course, stone = wall.height / wall.courses, wall.stone
         values["depth"] = course if self.depth is None else self.depth
@@ -53,7 +53,7 @@ class Opening(schema.OpeningValues):
         return found
 
     def check(self, wall: MasonryWall) -> None:
-        """Refuse what is outside of the wall, or has no size."""
+        """Refuse an opening outside the wall, or without size."""
         if self.head == "arch" and self.rise > 0.5 * self.width * (1 + 1e-12):
             raise InputError(f"rise = {self.rise:g} is above half of the width")
         if self.head == "arch" and self.rise >= self.height:
@@ -106,13 +106,15 @@ class Opening(schema.OpeningValues):
         ends, whole = middle + radius * rays, _rectangle(*box)
         found = []
         for i in range(self.voussoirs):
-            stone = _kept(whole, middle, rays[i])
-            stone = _kept(stone, middle, -rays[i + 1])
-            found.append((f"{self.name}_{i + 1}", _kept(stone, ends[i + 1], ends[i] - ends[i + 1])))
+            stone = _left_part(whole, middle, rays[i])
+            stone = _left_part(stone, middle, -rays[i + 1])
+            found.append(
+                (f"{self.name}_{i + 1}", _left_part(stone, ends[i + 1], ends[i] - ends[i + 1]))
+            )
         for side, ray, end in (("right", rays[0], ends[0]), ("left", -rays[-1], ends[-1])):
-            stone = _kept(whole, middle, -ray)
+            stone = _left_part(whole, middle, -ray)
             sign = 1.0 if side == "right" else -1.0
-            stone = _kept(stone, end, np.array([0.0, -sign]))
+            stone = _left_part(stone, end, np.array([0.0, -sign]))
             if len(stone) > 2 and _area(stone) > 1e-6 * _area(whole):
                 found.append((f"{self.name}_{side}", stone))
         return found
@@ -180,7 +182,7 @@ class MasonryWall(schema.MasonryWallValues):
             cut = sorted((a, b) for a, y0, b, y1 in gaps if y0 < middle < y1)
             joints, at, laid = self._joints(number, below), self.left, []
             for left, right in [*cut, (self.left + self.width,) * 2]:
-                laid += self._pieces(at, left, joints)
+                laid += self._stones_between(at, left, joints)
                 at = max(at, right)
             below = [right for _, right in laid]
             yield from (_rectangle(a, low, b, high) for a, b in laid)
@@ -197,7 +199,7 @@ class MasonryWall(schema.MasonryWallValues):
         lengths = length * (1 + self.variation * (2 * uniform(self.seed, (_LENGTH, course),
                                                               2 * count) - 1))  # fmt: skip
         joints = self.left - 0.5 * (course % 2) * length + np.cumsum(lengths)
-        if below:  # none stands close above one of the course below
+        if below:  # head joints keep a distance from those of the course below
             places = np.array(below)
             near = places[np.argmin(abs(joints[:, None] - places), axis=1)]
             away = joints - near
@@ -206,7 +208,9 @@ class MasonryWall(schema.MasonryWallValues):
             joints = np.where(close, near + np.where(away < 0, -least, least), joints)
         return np.unique(joints)
 
-    def _pieces(self, left: float, right: float, joints: np.ndarray) -> list[tuple[float, float]]:
+    def _stones_between(
+        self, left: float, right: float, joints: np.ndarray
+    ) -> list[tuple[float, float]]:
         """Stones between two ends, none much shorter than the others."""
         if right - left <= _SAME * self.width:
             return []
@@ -235,14 +239,14 @@ class MasonryWall(schema.MasonryWallValues):
 
 
 def _require_apart(openings: list[Opening]) -> None:
-    """No two openings, with their heads, lie over each other."""
+    """Check that no two openings, with their heads, overlap."""
     for i, one in enumerate(openings):
         for other in openings[:i]:
             for a, b, c, d in one.gaps():
                 for e, f, g, h in other.gaps():
                     if a < g - _SAME and e < c - _SAME and b < h - _SAME and f < d - _SAME:
                         raise InputError(f"openings {other.name!r} and {one.name!r}, with their "
-                                         "heads, lie over each other")  # fmt: skip
+                                         "heads, overlap")  # fmt: skip
 
 
 def _block(name: str, corners: np.ndarray, material: str, joint: str) -> dict:
@@ -254,7 +258,7 @@ def _rectangle(left, bottom, right, top) -> np.ndarray:
     return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
 
 
-def _kept(polygon: np.ndarray, place: np.ndarray, along: np.ndarray) -> np.ndarray:
+def _left_part(polygon: np.ndarray, place: np.ndarray, along: np.ndarray) -> np.ndarray:
     """The part of a convex polygon to the left of a line, shape (any, 2), m."""
     if len(polygon) == 0:
         return polygon
@@ -278,7 +282,7 @@ def _area(polygon: np.ndarray) -> float:
 
 
 def _distinct(levels: list[float], least: float) -> list[float]:
-    """Levels in order, those that are the same but for rounding once."""
+    """Levels in order, those that are the same except for rounding once."""
     found: list[float] = []
     for level in sorted(levels):
         if not found or level - found[-1] > least:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda accuracy`: how sure the figures of an input are."""
+"""`sitedda accuracy`: error bars of the results of an input."""
 
 import argparse
 import json
@@ -22,15 +22,17 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=picture_name, help="picture of the ensemble (FILE_bands.png)"
     )
-    parser.add_argument("--folder", type=Path, help="where the runs are kept, to go on (temporary)")
+    parser.add_argument(
+        "--folder", type=Path, help="folder of the runs, to resume them (temporary)"
+    )
     parser.add_argument("-w", "--workers", type=WORKERS, help="processes (one a processor)")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")
     add_changes(parser)
-    parser.set_defaults(act=_tell)
+    parser.set_defaults(act=_print_accuracy)
 
 
-def _tell(options: argparse.Namespace) -> int:
+def _print_accuracy(options: argparse.Namespace) -> int:
     from ..report.style import save_picture
     from ..study.error_bars import accuracy
 

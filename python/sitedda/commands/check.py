@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda check`: what a run will meet."""
+"""`sitedda check`: a model checked before its run."""
 
 import argparse
 import json

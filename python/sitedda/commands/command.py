@@ -2,38 +2,44 @@
 """Two-dimensional discontinuous deformation analysis of blocks that are shaken."""
 
 import argparse
+import os
+import signal
 import sys
+from collections.abc import Callable
 from importlib import import_module
 
 from ..base.core import version
-from ..base.errors import OutputError, SiteddaError
+from ..base.errors import MissingLibrary, OutputError, SiteddaError
 from .parser import Parser
 
-# The commands, in the order of the help: its words, and the function that adds the arguments.
+# The commands, in the order of the help: its words, and the function that adds the arguments; blank
+# where another distribution, sitedda-evidence, names it in its entry points.
 COMMANDS = {
-    "run": ("run an input, print and draw what it asks for", "running.add_run"),
-    "resume": ("go on with a run that ended early", "running.add_resume"),
-    "check": ("say what a run will meet before it is started", "check.add_check"),
+    "run": ("run an input, print and draw its results", "running.add_run"),
+    "resume": ("resume a run that ended early", "running.add_resume"),
+    "check": ("check a model before its run", "check.add_check"),
     "accuracy": (
-        "run with smaller steps and stiffer contacts: figures with their bars",
+        "estimate the accuracy by smaller steps and stiffer contacts",
         "accuracy.add_accuracy",
     ),
     "safety": ("find the factor of safety by strength reduction", "safety.add_safety"),
     "pushover": ("push a model past its peak by static steps", "pushover.add_pushover"),
-    "build": ("turn joints and masonry of an input into blocks", "build.add_build"),
+    "calibrate": ("find stiffnesses from measured modes", "calibrate.add_calibrate"),
+    "build": ("make blocks from joints and masonry of an input", "build.add_build"),
     "draw": ("draw the blocks of an input or an output", "viewing.add_draw"),
-    "view": ("blocks to play with, in one HTML file", "viewing.add_view"),
+    "view": ("show blocks in one interactive HTML file", "viewing.add_view"),
     "live": ("edit, run and watch a model in the browser", "live.add_live"),
-    "movie": ("film the blocks of an output", "viewing.add_movie"),
+    "movie": ("make a movie of an output", "viewing.add_movie"),
     "report": ("model, check, verdict, view in one page", "viewing.add_report"),
     "export": ("write an output for other programs", "viewing.add_export"),
     "site": ("a layered site as blocks and as a 1-D column", "site.add_site"),
     "surface": ("amplification along the surface of an output", "site.add_surface"),
     "record": ("read a record and draw its motion", "record.add_record"),
-    "study": ("run many values of parameters; what is done stays done", "study.add_study"),
+    "study": ("run many values of parameters, resumable", "study.add_study"),
+    "editor": ("language server, schema and completion for editors", "editor.add_editor"),
     "example": ("copy an input or study that runs as it is; list them", "example.add_example"),
-    "validate": ("run the analytic cases", "validate.add_validate"),
-    "paper": ("reproduce the results of the paper", "paper.add_paper"),
+    "validate": ("run the analytic cases", ""),
+    "paper": ("reproduce the results of the paper", ""),
 }
 
 
@@ -41,16 +47,24 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit status.
 
     0 done, 1 bad input, 2 refused by a check, 3 a step does not converge, 4 linear solver, 5 file,
-    6 interrupted, 7 memory.
+    6 interrupted, 7 memory, 141 nobody reads what is printed.
     """
     words = sys.argv[1:] if arguments is None else list(arguments)
     if words[:1] == ["study"]:
         from .study import completed
 
         words[1:] = completed(words[1:])
-    options = _parser(words[0] if words else "").parse_args(words)
     try:
-        return options.act(options)
+        options = _parser(*words[:1]).parse_args(words)
+        if not sys.stderr.isatty():
+            options.quiet = True  # no frames of a bar in a log
+        status = options.act(options)
+        if sys.stdout and not sys.stdout.closed:  # by the server of an editor
+            sys.stdout.flush()
+        return status
+    except BrokenPipeError:  # the reader has closed the pipe
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 128 + signal.SIGPIPE
     except SiteddaError as error:
         print(f"sitedda: {error}", file=sys.stderr)
         return error.kind
@@ -60,8 +74,16 @@ def main(arguments: list[str] | None = None) -> int:
         return OutputError.kind
 
 
-def _parser(asked: str) -> argparse.ArgumentParser:
-    """The parser, with the arguments of the one command that is asked for."""
+def whole_parser() -> argparse.ArgumentParser:
+    """The parser, with the arguments of every command that is installed."""
+    from importlib.metadata import entry_points
+
+    others = entry_points(group="sitedda.commands").names
+    return _parser(*(name for name, (_, place) in COMMANDS.items() if place or name in others))
+
+
+def _parser(*asked: str) -> argparse.ArgumentParser:
+    """The parser, with the arguments of the commands that are requested."""
     parser = Parser(prog="sitedda", description=__doc__)
     parser.add_argument("--version", action="version", version=f"sitedda {version()}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
@@ -69,11 +91,19 @@ def _parser(asked: str) -> argparse.ArgumentParser:
         command = commands.add_parser(
             name, help=words, description=f"{words[0].upper()}{words[1:]}."
         )
-        if name == asked:
-            module, _, function = place.partition(".")
-            getattr(import_module(f".{module}", __package__), function)(command)
+        if name in asked:
+            _adds(name, place)(command)
     return parser
 
 
-def _sentence(words: str) -> str:
-    return f"{words[0].upper()}{words[1:]}."
+def _adds(name: str, place: str) -> Callable[[argparse.ArgumentParser], None]:
+    """What adds the arguments of a command."""
+    if place:
+        module, _, function = place.partition(".")
+        return getattr(import_module(f".{module}", __package__), function)
+    from importlib.metadata import entry_points  # .04 s
+
+    for found in entry_points(group="sitedda.commands", name=name):
+        return found.load()
+    raise MissingLibrary(f"sitedda {name} needs the distribution sitedda-evidence: in a clone, "
+                         "pip install ./python/evidence")  # fmt: skip

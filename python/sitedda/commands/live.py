@@ -14,7 +14,7 @@ _PORT = Range(0, 65535, whole=True)
 def add_live(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE.nml", help="(a start page)")
-    parser.add_argument("--port", type=_PORT, default=0, help="of the server (a free one)")
+    parser.add_argument("--port", type=_PORT, default=0, help="of the server (its last one)")
     parser.add_argument("--no-open", action="store_true", help="do not open a browser")
     parser.add_argument(
         "--host",

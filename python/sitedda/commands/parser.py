@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the commands have in common: their parser, changes of an input, notes."""
+"""Common parts of the commands: their parser, changes of an input, notes."""
 
 import argparse
 from typing import NoReturn
@@ -12,7 +12,7 @@ class Parser(argparse.ArgumentParser):
     """Ends with the status of bad input; that of argparse means a refused check here."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong with the command line in one sentence, and end."""
+        """Report an error of the command line in one sentence, and exit."""
         line = " ".join(message.split())
         self.exit(1, f"{self.prog}: {line}; see {self.prog} --help\n")
 

@@ -20,6 +20,10 @@ def add_pushover(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--displacement", type=POSITIVE, metavar="M",
         help="at the end (a tenth of the height of the point)")  # fmt: skip
     parser.add_argument("--steps", type=COUNT, default=200, help="to that displacement (200)")
+    parser.add_argument("--ec8", nargs=2, metavar=("PEAK", "GROUND"),
+        help="performance point by Eurocode 8: peak on rock (m/s²), ground A to E")  # fmt: skip
+    parser.add_argument("--method", choices=("n2", "mechanism"), default="n2",
+        help="n2, or mechanism: rocking by the Italian code (n2)")  # fmt: skip
     parser.add_argument("--limits", action="store_true", help="and the limits of dry rigid blocks")
     parser.add_argument("-o", "--output", type=picture_name, help="(FILE_pushover.png)")
     add_changes(parser)
@@ -45,5 +49,15 @@ def _push(options: argparse.Namespace) -> int:
     picture = save_picture(found.draw(limits), picture, [options.file], dpi=130)
     print(f"picture: {picture}")
     table = picture.with_suffix(".csv")
+    if options.ec8:
+        from ..stability import performance_point
+        from ..study import eurocode8
+
+        peak, ground = options.ec8
+        spectrum = eurocode8(POSITIVE.check("--ec8", peak), ground)
+        point = performance_point(found, spectrum, method=options.method)
+        print(f"performance: {point}")
+        figure = picture.with_name(f"{picture.stem}_performance{picture.suffix}")
+        print(f"picture: {save_picture(point.draw(), figure, [options.file], dpi=130)}")
     print(f"curve: {write(table, found.to_csv(), OWN_TABLE, [options.file])}")
     return 0

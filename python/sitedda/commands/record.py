@@ -10,7 +10,7 @@ from ..base.errors import InputError, OutputError
 from ..engine.records import read_record
 from ..input.schema import GROUPS
 
-# What a message of the engine asks for, and the option that gives it.
+# Phrases of messages of the engine, and the options that supply the value.
 _OPTIONS = {
     "give quantity or unit": "--quantity, --unit",
     "give time_step": "--time-step",
@@ -26,10 +26,10 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         "--format", default="auto", help=f"{allowed['format']}, or 'obspy' for what it reads (auto)"
     )
     parser.add_argument(
-        "--quantity", default="", help=f"{allowed['quantity']}, where the file does not say"
+        "--quantity", default="", help=f"{allowed['quantity']}, if the file does not state it"
     )
     parser.add_argument(
-        "--unit", default="", help=f"{allowed['unit']}, where the file does not say"
+        "--unit", default="", help=f"{allowed['unit']}, if the file does not state it"
     )
     parser.add_argument(
         "--time-step",
@@ -39,7 +39,7 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         help="between samples of one column",
     )
     parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE", help="(RECORD.png)")
-    parser.add_argument("-f", "--force", action="store_true", help="overwrite the picture unasked")
+    parser.add_argument("-f", "--force", action="store_true", help="overwrite an existing picture")
     parser.set_defaults(act=_record)
 
 
@@ -49,7 +49,7 @@ def _record(options: argparse.Namespace) -> int:
 
     picture = options.output or Path(f"{options.file.stem}.png")
     if not options.force:
-        _ask_before_overwriting(picture)
+        _confirm_overwriting(picture)
     motion = _read(options)
     print(f"{motion.attrs['station']} {motion.attrs['description']}".strip())
     print(f"{motion.time.size} samples, {float(motion.time[-1]):.3f} s; {motion.attrs['method']}")
@@ -71,7 +71,7 @@ def _read(options: argparse.Namespace):
         raise InputError("; ".join([str(trouble), *(f"try {hint}" for hint in hints)])) from trouble
 
 
-def _ask_before_overwriting(file: Path) -> None:
+def _confirm_overwriting(file: Path) -> None:
     """Refuse to overwrite a file unless someone at the terminal agrees."""
     if not file.exists():
         return

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda run` and `sitedda resume`: an input to its end, and what to say and draw of it."""
+"""`sitedda run` and `sitedda resume`: run an input, print and draw its results."""
 
 import argparse
 import shlex
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from ..output.verdict_lines import NO_BARS
 from .check import check_input
 from .parser import add_changes, folded, tell
 
+_LOOK = "{l_bar}{bar}| {n:.5g}/{total:.5g} s [{elapsed}<{remaining}]"
 _SHOWN = 2500  # frequencies, three for each dot of a picture
 
 
@@ -26,10 +28,10 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda run`."""
     parser.add_argument("--check", action="store_true", help="refuse a run that fails the check")
     parser.add_argument(
-        "--accuracy", action="store_true", help="and say how sure the figures are, by more runs"
+        "--accuracy", action="store_true", help="also estimate the accuracy, by more runs"
     )
     parser.add_argument("--ensemble", type=COUNT, default=0, metavar="N",
-                        help="and the spread of twins with a displaced block")  # fmt: skip
+                        help="also run N twins with a displaced block")  # fmt: skip
     _add(parser)
     parser.set_defaults(act=_start)
 
@@ -42,7 +44,7 @@ def add_resume(parser: argparse.ArgumentParser) -> None:
 
 def _add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
-    parser.add_argument("-o", "--output", type=file_name, help="in place of the input's")
+    parser.add_argument("-o", "--output", type=file_name, help="instead of that of the input")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     parser.add_argument("--no-plot", action="store_true", help="draw no pictures")
     parser.add_argument("--report", action="store_true", help="write a report in one page")
@@ -52,31 +54,26 @@ def _add(parser: argparse.ArgumentParser) -> None:
 def _start(options: argparse.Namespace) -> int:
     if options.check:
         check_input(options)
-    return _to_end(options, resume=False)
+    return _run_to_end(options, resume=False)
 
 
 def _resume(options: argparse.Namespace) -> int:
-    return _to_end(options, resume=True)
+    return _run_to_end(options, resume=True)
 
 
-def _to_end(options: argparse.Namespace, resume: bool) -> int:
-    from tqdm import tqdm
-
-    look = "{l_bar}{bar}| {n:.5g}/{total:.5g} s [{elapsed}<{remaining}]"
+def _run_to_end(options: argparse.Namespace, resume: bool) -> int:
     changes = dict(options.set)
     with ExitStack() as stack:
-        bars, said = [], [""]
+        advance, said = [], [""]
 
         def show(simulation: Simulation) -> None:
-            if not bars:
+            if not advance:
                 if resume:
                     print(simulation.notice, flush=True)
                 print(folded(simulation.description))
                 tell("\n".join([simulation.notes, simulation.block_notes()]))
-                total = simulation.duration
-                bar = tqdm(total=total, disable=options.quiet, bar_format=look)
-                bars.append(stack.enter_context(bar))
-            bars[0].update(simulation.time - bars[0].n)
+                advance.append(_progress(stack, simulation.duration, options.quiet))
+            advance[0](simulation.time)
             said[:] = [simulation.thread_notes]
 
         light = not (options.accuracy or options.ensemble or options.report)
@@ -86,22 +83,31 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
     if not result.complete:
         print(f"{result.verdict}\noutput: {result.output}")
         words = f"interrupted at t = {float(result.history.time[-1]):g} s"
-        print(f"sitedda: {words}; to go on: {_resume_command(options)}", file=sys.stderr)
+        print(f"sitedda: {words}; to continue: {_resume_command(options)}", file=sys.stderr)
         return 6
     if options.accuracy or options.ensemble:
         _keep_accuracy(result, not options.quiet, options.ensemble)
     print(f"{result.verdict}\n")
-    found = amplifications(result.history)
-    for one in found:
+    for one in amplifications(result.history):
         print(folded(str(one)))
     print(f"output: {result.output}")
     if not options.no_plot:
-        print(f"picture: {_draw(result, options.file, changes, found)}")
+        print(f"picture: {_draw(result, options.file, changes)}")
     if not (options.accuracy or options.ensemble):
         print(NO_BARS)
     if options.report:
         print(f"page: {result.report()}")
     return 0
+
+
+def _progress(stack: ExitStack, duration: float, quiet: bool) -> Callable[[float], None]:
+    """What shows the time that is reached in a bar, or nothing."""
+    if quiet:
+        return lambda time: None
+    from tqdm import tqdm
+
+    bar = stack.enter_context(tqdm(total=duration, bar_format=_LOOK))
+    return lambda time: bar.update(time - bar.n)
 
 
 def _keep_accuracy(result: Run, progress: bool, ensemble: int) -> None:
@@ -115,7 +121,7 @@ def _keep_accuracy(result: Run, progress: bool, ensemble: int) -> None:
 
 
 def _resume_command(options: argparse.Namespace) -> str:
-    """What to type to go on with an interrupted run."""
+    """Command line that continues an interrupted run."""
     words = ["sitedda", "resume", str(options.file)]
     if options.output:
         words += ["--output", str(options.output)]
@@ -125,7 +131,7 @@ def _resume_command(options: argparse.Namespace) -> str:
 
 
 def _discrete_transfer(source: Path, changes: dict, found):
-    """The model's own transfer function where an amplification is asked for, or None.
+    """The model's own transfer function where an amplification is requested, or None.
 
     Between frequencies that are closer than a picture shows it is interpolated.
     """
@@ -139,11 +145,13 @@ def _discrete_transfer(source: Path, changes: dict, found):
         return None
 
 
-def _draw(result: Run, source: Path, changes: dict, found: list) -> Path:
-    """Draw beside the output what its input asks for."""
-    from ..facade.plot import run_picture
+def _draw(result: Run, source: Path, changes: dict) -> Path:
+    """Draw beside the output what its input requires."""
+    from ..facade.plot import run_picture, shown
     from ..report.style import save_picture
 
-    discrete = _discrete_transfer(source, changes, found[0]) if found else None
+    what = shown(result.history)
+    found = what.of if what.kind == "site" else None
+    discrete = _discrete_transfer(source, changes, found) if found else None
     picture = result.output.with_suffix(".png")
-    return save_picture(run_picture(result.history, found, discrete), picture, [source], dpi=130)
+    return save_picture(run_picture(what, discrete), picture, [source], dpi=130)

@@ -5,7 +5,7 @@ import argparse
 import json
 from pathlib import Path
 
-from ..base.arguments import POSITIVE, TOLERANCE, picture_name
+from ..base.arguments import NOT_NEGATIVE, POSITIVE, TOLERANCE, picture_name
 from ..base.files import check_target
 from .parser import add_changes
 
@@ -14,12 +14,14 @@ def add_safety(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument(
-        "--factor", type=POSITIVE, help="look at one factor, not for the critical one"
+        "--factor", type=POSITIVE, help="examine this factor instead of the critical one"
     )
     parser.add_argument("--tolerance", type=TOLERANCE, default=1e-3, help="of the factor (1e-3)")
-    parser.add_argument("--displacement", type=POSITIVE, default=0.05, metavar="SHARE",
-        help="a model stands while no block has moved farther than this share of the median "
-        "radius of the blocks (0.05)")  # fmt: skip
+    parser.add_argument("--displacement", type=POSITIVE, default=0.05, metavar="FRACTION",
+        help="largest displacement of a block in a model that stands, over the median radius "
+        "of the blocks (0.05)")  # fmt: skip
+    parser.add_argument("--least-area", type=NOT_NEGATIVE, default=0.0, metavar="AREA",
+        help="remove blocks of mechanisms with a smaller area (m²) and continue (0)")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")
     parser.add_argument("-o", "--output", type=picture_name, help="(FILE_mechanism.png)")
     add_changes(parser)
@@ -35,8 +37,9 @@ def _safety(options: argparse.Namespace) -> int:
     check_target(picture, "a picture", [options.file])
     if options.factor is None:
         found = safety(
-            options.file, tolerance=options.tolerance, displacement=share, changes=changes
-        )
+            options.file, tolerance=options.tolerance, displacement=share, changes=changes,
+            least_area=options.least_area,
+        )  # fmt: skip
         moving = found.mechanism
     else:
         found = moving = mechanism(

@@ -4,14 +4,17 @@
 import argparse
 from pathlib import Path
 
-from ..base.arguments import DAMPING_RATIO, NOT_NEGATIVE, POSITIVE, picture_name
+from ..base.arguments import DAMPING_RATIO, NOT_NEGATIVE, POSITIVE, WORKERS, picture_name
 from ..base.errors import InputError
 
 
 def add_site(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda site`."""
     parser.add_argument(
-        "file", type=Path, metavar="FILE", help="output, namelist input to run, or CSV profile"
+        "file",
+        type=Path,
+        metavar="FILE",
+        help="output, input to run, CSV profile, or TOML file of a suite",
     )
     parser.add_argument(
         "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"
@@ -32,6 +35,12 @@ def add_site(parser: argparse.ArgumentParser) -> None:
         "--water-table", type=NOT_NEGATIVE, default=float("inf"), metavar="M",
         help="depth, of effective stresses of a CSV profile (none)",
     )  # fmt: skip
+    parser.add_argument("--fill", choices=("above", "interpolate"), default="",
+        help="fill gaps of a CSV profile by these values")  # fmt: skip
+    parser.add_argument("--folder", type=Path, help="of a suite: folder of cases and results")
+    parser.add_argument("-w", "--workers", type=WORKERS, help="of a suite: processes")
+    parser.add_argument("--retry", action="store_true", help="of a suite: repeat failed cases")
+    parser.add_argument("-q", "--quiet", action="store_true", help="of a suite: no progress bar")
     parser.set_defaults(act=_site)
 
 
@@ -75,8 +84,10 @@ def _profile(options: argparse.Namespace) -> int:
     from ..engine.records import read_record
     from ..site import analyses, read_profile
 
-    path, profile = options.file, read_profile(options.file)
+    path, profile = options.file, read_profile(options.file, options.fill)
     print(profile)
+    if words := profile.strength_words(options.water_table):
+        print(words)
     picture = options.output or path.with_name(f"{path.stem}_profile.png")
     if options.record is None:
         _save(profile.plot(), picture, path)
@@ -91,14 +102,32 @@ def _profile(options: argparse.Namespace) -> int:
     except ValueError as trouble:
         raise InputError(f"{path}: {trouble}") from trouble
     print(found)
-    _save(profile.plot(), path.with_name(f"{path.stem}_profile.png"), path)
+    if options.output is None:  # otherwise the requested picture
+        _save(profile.plot(), picture, path)
     _save(found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), path)
+    return 0
+
+
+def _suite(options: argparse.Namespace) -> int:
+    """A suite of motions: table, CSV, picture and page in its folder."""
+    from ..site.suite_file import read_suite
+
+    asked = read_suite(options.file, options.folder)
+    found = asked.run(options.workers, options.retry, not options.quiet)
+    print(found)
+    print(f"table: {found.to_netcdf(asked.folder / 'suite.nc')}")
+    print(f"statistics: {found.to_csv(asked.folder / 'suite.csv')}")
+    picture = options.output or asked.folder / "suite.png"
+    _save(found.plot(), picture, options.file)
+    print(f"page: {found.write_page(asked.folder / 'suite.html')}")
     return 0
 
 
 def _site(options: argparse.Namespace) -> int:
     if options.file.suffix.lower() in (".csv", ".txt"):
         return _profile(options)
+    if options.file.suffix.lower() == ".toml":
+        return _suite(options)
     return _beside(options)
 
 

@@ -11,17 +11,18 @@ from pathlib import Path
 import numpy as np
 
 from ..base.arguments import WORKERS
-from ..base.errors import InterruptedRun, SiteddaError
+from ..base.errors import InputError, InterruptedRun, SiteddaError
 from ..base.files import check_target
 from ..base.numbers import counted
 from ..study.api import gather, run, shown
-from ..study.plan import plan_of_folder
+from ..study.plan import Plan, plan_of_folder
 from ..study.settings import Settings, read_settings
 from ..study.slurm import SCRIPT, submit, write_batch
 from ..study.solving import SolveFor
+from ..study.store import MANIFEST
 from ..study.table import check_table, collect, counts
 
-_FIRST = ("run", "plan", "collect", "-h", "--help")
+_FIRST = ("run", "plan", "collect", "status", "-h", "--help")
 _MOST = 5  # messages of failed cases that are shown
 
 
@@ -35,17 +36,22 @@ def add_study(parser: argparse.ArgumentParser) -> None:
         ("run", _run, "run what is missing, and collect (also: sitedda study FILE.toml)"),
         ("plan", _plan, "write inputs and a script for sbatch"),
         ("collect", _collect, "gather what there is into one table"),
+        ("status", _status, "say how many cases are done; nothing is run or written"),
     ):
         command = commands.add_parser(name, help=words)
-        what = "the study" + ", or its folder" * (name == "collect")
+        what = "the study" + ", or its folder" * (name in ("collect", "status"))
         command.add_argument("file", type=Path, metavar="FILE.toml", help=what)
+        command.add_argument(
+            "--folder", type=Path, help="of the study, instead of that in the file"
+        )
+        command.set_defaults(act=_carry_out, part=act, slurm=False, dask="")
+        if name == "status":
+            continue
         command.add_argument("-o", "--output", type=Path, metavar="TABLE", help=".nc or .zarr")
-        command.add_argument("--folder", type=Path, help="of the study, in place of the file's")
         command.add_argument("--report", action="store_true", help="write a report in one page")
         command.add_argument("-w", "--workers", type=WORKERS, help="processes (one a processor)")
         command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
-        command.add_argument("--retry", action="store_true", help="try again what has failed")
-        command.set_defaults(act=_carry_out, part=act, slurm=False, dask="")
+        command.add_argument("--retry", action="store_true", help="repeat failed cases")
         if name == "run":
             command.add_argument("--dask", default="", metavar="ADDRESS",
                 help="of a Dask scheduler whose workers run the cases")  # fmt: skip
@@ -69,7 +75,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         print(f"sitedda study: {error}", file=sys.stderr)
         return getattr(error, "kind", 1)
     except KeyboardInterrupt:
-        print("sitedda study: interrupted; the same command goes on", file=sys.stderr)
+        print("sitedda study: interrupted; the same command continues", file=sys.stderr)
         return InterruptedRun.kind
 
 
@@ -78,7 +84,7 @@ def _run(options: argparse.Namespace) -> int:
     _check_targets(settings, options)
     if options.slurm:
         return _submit(settings, options)
-    plan = settings.plan.write()
+    plan = _written(settings, options.file)
     print(f"{counted(plan.count, 'case', 'cases')} in {plan.folder}", flush=True)
     with _cluster(options) as executor, shown(not options.quiet, plan.count) as show:
         run(
@@ -89,11 +95,19 @@ def _run(options: argparse.Namespace) -> int:
             retry=options.retry,
             show=show,
         )
-    return _finish(settings, options)
+    return _report_study(settings, options)
+
+
+def _written(settings: Settings, file: Path) -> Plan:
+    """The plan with its inputs; an error names the file of the study."""
+    try:
+        return settings.plan.write()
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
 
 
 def _check_targets(settings: Settings, options: argparse.Namespace) -> None:
-    """Table and report must be able to go where they are to, before anything is run."""
+    """Check that table and report can be written, before anything is run."""
     targets = [(options.output or settings.table, check_table)]
     if options.report:
         page = settings.plan.folder / "report.html"
@@ -128,7 +142,9 @@ def _submit(settings: Settings, options: argparse.Namespace) -> int:
 
 
 def _script(settings: Settings, options: argparse.Namespace) -> Path:
-    return write_batch(settings.plan.write(), replace(settings.slurm, program=options.program))
+    return write_batch(
+        _written(settings, options.file), replace(settings.slurm, program=options.program)
+    )
 
 
 def _collect(options: argparse.Namespace) -> int:
@@ -138,7 +154,7 @@ def _collect(options: argparse.Namespace) -> int:
     if (plan.folder / SCRIPT).exists():
         with shown(not options.quiet, len(plan.keys)) as show:
             gather(plan, options.workers, show, options.retry)
-    return _finish(settings, options)
+    return _report_study(settings, options)
 
 
 def _settings_of(file: Path, folder: Path | None) -> Settings:
@@ -147,31 +163,52 @@ def _settings_of(file: Path, folder: Path | None) -> Settings:
         plan = plan_of_folder(file)
         return Settings(plan, plan.folder / "table.nc")
     settings = read_settings(file, folder)
-    settings.plan.write()
+    _written(settings, file)
     return settings
 
 
-def _finish(settings: Settings, options: argparse.Namespace) -> int:
-    """Write table and report, and say how it went."""
+def _report_study(settings: Settings, options: argparse.Namespace) -> int:
+    """Write table and report, and print the result."""
     file = options.output or settings.table
     with collect(settings.plan.folder, file.absolute()) as table:
-        found = counts(table)
-        words = ", ".join(f"{number} {status}" for status, number in sorted(found.items()))
-        print(f"{counted(table.status.size, 'case', 'cases')}: {words}")
-        _tell(table, "failed", "message")
-        _tell(table, None, "warning")
+        failed = _print_counts(table)
+        _print_messages(table, None, "warning")
         if isinstance(settings.plan.task, SolveFor):
-            _tell_roots(table, settings.plan.task)
+            _print_roots(table, settings.plan.task)
         print(f"table: {file}")
         if options.report:
             from ..study.page import write_report
 
             page = write_report(table, settings.plan.folder / "report.html", settings.figures)
             print(f"page: {page}")
-    return 0
+    return int(failed > 0)
 
 
-def _tell(table, status: str | None, name: str) -> None:
+def _status(options: argparse.Namespace) -> int:
+    """Print the state of a study, as it was last started."""
+    folder = options.file
+    if not folder.is_dir():
+        folder = read_settings(options.file, options.folder).plan.folder
+        if not (folder / MANIFEST).exists():
+            print(f"{folder}: not started")
+            return 0
+    with collect(folder, arrays=False) as table:
+        return int(_print_counts(table) > 0)
+
+
+def _print_counts(table) -> int:
+    """Print the number of finished cases and reasons of failures; return the number of failures."""
+    found = counts(table)
+    words = ", ".join(f"{number} {status}" for status, number in sorted(found.items()))
+    print(f"{counted(table.status.size, 'case', 'cases')}: {words}")
+    _print_messages(table, "failed", "message")
+    failed = found.get("failed", 0)
+    if failed:
+        print("a failure stays until the file is corrected; --retry runs such cases again")
+    return failed
+
+
+def _print_messages(table, status: str | None, name: str) -> None:
     """The first messages of cases, with the parameters of the first case of each."""
     texts = table[name].values
     chosen = texts != "" if status is None else table.status.values == status
@@ -186,7 +223,7 @@ def _tell(table, status: str | None, name: str) -> None:
         print(f"… and {rest} other messages")
 
 
-def _tell_roots(table, task: SolveFor) -> None:
+def _print_roots(table, task: SolveFor) -> None:
     """The first roots, with the parameters of their cases."""
     from ..base.numbers import with_bar
 

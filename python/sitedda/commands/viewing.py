@@ -44,7 +44,8 @@ def add_view(parser: argparse.ArgumentParser) -> None:
     _add_modes(parser)
     from ..drawing.quantities import COLORINGS
 
-    parser.add_argument("--color", choices=COLORINGS, help="what blocks are coloured by at first")
+    parser.add_argument("--color", choices=COLORINGS, help="initial colour of blocks")
+    _add_absolute(parser)
     parser.add_argument("--no-open", action="store_true", help="do not open a browser")
 
 
@@ -88,7 +89,7 @@ def _add_look(parser: argparse.ArgumentParser) -> None:
     from ..drawing.quantities import ARROWS, COLORINGS, CONTACTS
 
     parser.add_argument("--color", choices=COLORINGS,
-        help="what colours blocks (a model: material; an output: displacement)")  # fmt: skip
+        help="colour of blocks (material of an input, displacement of an output)")  # fmt: skip
     parser.add_argument("--contacts", choices=CONTACTS,
         help="contact forces as arrows or chains, or slip or opening of joints")  # fmt: skip
     parser.add_argument("--arrows", choices=ARROWS, help="draw arrows at the centroids of blocks")
@@ -96,13 +97,19 @@ def _add_look(parser: argparse.ArgumentParser) -> None:
         help="that displacements are multiplied by in the picture (1: as they are)")  # fmt: skip
     parser.add_argument("--since", metavar="STAGE",
         help="displacements and rotations are those since the end of this stage")  # fmt: skip
+    _add_absolute(parser)
     parser.add_argument("--scheme", choices=("light", "dark", "print"), default="light",
         help="colours of paper, lines and texts (light)")  # fmt: skip
 
 
-def _look(options: argparse.Namespace) -> dict:
+def _add_absolute(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--absolute", action="store_true",
+        help="displacements are not relative to the base of a model that is shaken")  # fmt: skip
+
+
+def _look_arguments(options: argparse.Namespace) -> dict:
     """The arguments of `pictures.draw` that `_add_look` has."""
-    names = ("color", "contacts", "arrows", "deformation", "since")
+    names = ("color", "contacts", "arrows", "deformation", "since", "absolute")
     return {name: getattr(options, name) for name in names}
 
 
@@ -120,7 +127,7 @@ def _draw(options: argparse.Namespace) -> int:
         target = save_picture(figure, target, [options.file], options.scheme, dpi=options.dpi)
         print(f"picture: {target}")
         return 0
-    axes = draw(options.file, options.time, stage=options.stage, **_look(options))
+    axes = draw(options.file, options.time, stage=options.stage, **_look_arguments(options))
     target = save_picture(axes.figure, target, [options.file], options.scheme, dpi=options.dpi)
     print(f"picture: {target}")
     return 0
@@ -141,10 +148,11 @@ def _view(options: argparse.Namespace) -> int:
         from ..drawing.modes import mode_scene
 
         source, color = mode_scene(options.file, options.modes)[0], color or "displacement"
-    scene = source if isinstance(source, Scene) else Scene.of(source)
+    scene = Scene.of(source, options.absolute)
     page = write_view(scene, target, color=color, other=options.other,
-                      difference=options.difference, below=bars_of(scene))  # fmt: skip
-    _say_page(page, not options.no_open)
+                      difference=options.difference, below=bars_of(scene),
+                      absolute=options.absolute)  # fmt: skip
+    _print_page(page, not options.no_open)
     return 0
 
 
@@ -155,11 +163,11 @@ def _report(options: argparse.Namespace) -> int:
     target = check_target(
         options.output or options.file.with_suffix(".html"), "a page", [options.file]
     )
-    _say_page(write_html(report_page(options.file), target), options.open)
+    _print_page(write_html(report_page(options.file), target), options.open)
     return 0
 
 
-def _say_page(file: Path, show: bool) -> None:
+def _print_page(file: Path, show: bool) -> None:
     print(f"page: {file} ({file.stat().st_size / 1e6:.2g} MB)")
     if show:
         import webbrowser
@@ -178,14 +186,14 @@ def _movie(options: argparse.Namespace) -> int:
         seconds=options.seconds,
         scheme=options.scheme,
         progress=not options.quiet,
-        **_look(options),
+        **_look_arguments(options),
     )
     print(f"movie: {target}")
     return 0
 
 
 def _export(options: argparse.Namespace) -> int:
-    from ..output.vtk import write_vtk
+    from ..drawing.vtk import write_vtk
 
     print(f"ParaView opens {write_vtk(options.file, options.vtk)}")
     return 0

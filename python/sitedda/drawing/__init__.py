@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures, movies and the view in a browser of blocks."""
+"""Pictures, movies, the view in a browser and files for VTK of blocks."""

@@ -19,13 +19,13 @@ class EndedRun:
     Attributes
     ----------
     history : xarray.Dataset
-        All that the output file holds, in memory.
+        The whole output, in memory.
     complete : bool
         False if it was stopped before its duration.
     output : Path or None
         The output file, if one was kept.
     summary : str
-        What step control did.
+        Summary of the step control.
     """
 
     def __init__(self, history: xr.Dataset, complete: bool, output: Path | None, summary: str):
@@ -36,7 +36,7 @@ class EndedRun:
 
     @cached_property
     def verdict(self):
-        """What happened, a `Verdict`: ``print(run.verdict)``, ``run.verdict.values``."""
+        """The results in words, a `Verdict`: ``print(run.verdict)``, ``run.verdict.values``."""
         from ..output.verdict import verdict
 
         return verdict(self.history)
@@ -68,7 +68,7 @@ class EndedRun:
         return write_view(self, file or Path("view.html"), **options)
 
     def _repr_html_(self) -> str:
-        """What happened, for a notebook."""
+        """The verdict, for a notebook."""
         from ..report import Facts
         from ..report.html import fragment
 

@@ -5,10 +5,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
-from matplotlib.transforms import ScaledTranslation
-from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
-from ..base.numbers import in_unit
+from ..base.numbers import in_unit, shown
 from ..output.scene import Scene
 from ..report.style import BLUE, FORCE, INK, PAPER
 from .quantities import limits, quantity
@@ -16,7 +14,7 @@ from .quantities import limits, quantity
 _LEAST = 0.005  # of the largest: below, a force is not drawn
 _LONGEST = 0.09  # of the model's size: the longest arrow
 _WIDEST = 7.0  # points of the widest link of a chain
-_CHAIN_KEYS = (1.0, 0.5, 0.2)  # shares of the scale that the legend shows
+_CHAIN_KEYS = (1.0, 0.5, 0.2)  # fractions of the scale that the legend shows
 
 
 def force_lines(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, np.ndarray]:
@@ -26,7 +24,7 @@ def force_lines(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, np.ndar
 
 
 def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
-    """Where neighbours touch, what the second does to the first, who they are, and if they press.
+    """Positions of contacts, forces on the first block, the pairs, and whether they press.
 
     Places (k, 2), m; vectors (k, 2), N/m; blocks (k, 2); bool (k,).
     """
@@ -53,11 +51,11 @@ def force_scale(scene: Scene, frames) -> float:
     """The force of the longest arrow and the widest link of some frames, N/m."""
     sizes = [np.linalg.norm(force_lines(scene, f, scene.vertices(f))[1], axis=1) for f in frames]
     sizes = np.concatenate([np.zeros(1), *sizes])
-    return limits(sizes, np.ones(len(sizes))).high
+    return limits(sizes, np.ones(len(sizes))).usual
 
 
 def arrow_length(scene: Scene) -> float:
-    """Length of the longest arrow, m: about a block, and no more than a share of the model."""
+    """Length of the longest arrow, m: about a block, at most a fraction of the model."""
     return min(0.8 * float(np.sqrt(np.median(scene.areas()))), _LONGEST * scene.size)
 
 
@@ -81,26 +79,12 @@ def _quiver(axes: Axes, places, arrows, pivot: str, color: str):
                        pivot=pivot, color=color, zorder=4, **look)  # fmt: skip
 
 
-def scale_arrow(axes: Axes, length: float, most: float, unit: str, words: str) -> None:
-    """Under the picture a length in it and the round value that it stands for."""
+def scale_arrow(length: float, most: float, unit: str, words: str) -> tuple[float, str]:
+    """A length (m) of a picture and the round value that it means; `length` means `most`."""
     size, name = in_unit(most, unit)
     power = 10.0 ** np.floor(np.log10(most / size))
     value = max(step * power for step in (1, 2, 5) if step * power <= most / size * (1 + 1e-9))
-    bar = AnchoredSizeBar(
-        axes.transData,
-        length * value * size / most,
-        f"{words}: {value:g} {name}",
-        "upper right",
-        bbox_to_anchor=(1.0, 0.0),
-        bbox_transform=axes.transAxes + ScaledTranslation(0, -36 / 72, axes.figure.dpi_scale_trans),
-        frameon=False,
-        borderpad=0.0,
-        sep=5,
-        color=INK,
-        label_top=False,
-    )
-    bar.size_bar.get_children()[0].set_linewidth(1.6)
-    axes.add_artist(bar)
+    return length * value * size / most, f"{words}: {value:g} {name}"
 
 
 def draw_chains(axes: Axes, scene: Scene, frame: int, factor: float, vertices, most: float) -> list:
@@ -124,8 +108,7 @@ def draw_chains(axes: Axes, scene: Scene, frame: int, factor: float, vertices, m
 
 def chain_key(most: float) -> list:
     """Handles of the legend: widths that stand for forces."""
-    size, unit = in_unit(most, "N/m")
-    words = [f"{share * most / size:.3g} {unit}" for share in _CHAIN_KEYS]
+    words = [shown(share * most, "N/m") for share in _CHAIN_KEYS]
     words[0] = f"contact force, compression {words[0]}"
     return [
         *(Line2D([], [], color=INK, lw=_WIDEST * share, solid_capstyle="round", label=label)
@@ -137,7 +120,7 @@ def chain_key(most: float) -> list:
 def movement_scale(scene: Scene, name: str, frames, since: int = 0) -> float:
     """Displacement (m) or velocity (m/s) of the longest arrow of some frames."""
     values = np.stack([quantity(scene, name, frame, since) for frame in frames])
-    return limits(values, scene.areas()).high
+    return limits(values, scene.areas()).usual
 
 
 def draw_movement(axes: Axes, scene: Scene, name: str, frame: int, since: int, factor: float,

@@ -8,12 +8,12 @@ from matplotlib.colors import Normalize
 
 from ..output.scene import Scene
 from ..report.style import INK, JOINT_MAP, PAPER
-from .quantities import MOVEMENTS
+from .quantities import MOVEMENTS, Limits
 
 _LEAST = 0.03  # of the scale: below, a slip or opening is not drawn
 _THIN, _WIDE = 0.5, 4.6  # points of the least and the largest
 _HALO = 1.2  # points around the widest line
-_SENSES, _LEAST_SENSE = 24, 0.2  # most pairs of half-arrows, from this share of the scale on
+_SENSES, _LEAST_SENSE = 24, 0.2  # most pairs of half-arrows, from this fraction of the scale on
 _LEAST_LENGTH = 0.02  # of the model's size, of a joint that has them
 
 
@@ -22,26 +22,27 @@ def joint_lines(scene: Scene, frame: int, factor: float) -> np.ndarray:
     faces, ends = scene.interfaces, []
     for places in (faces.start, faces.end):
         now = scene.carried(faces.first, places, frame)
-        ends.append(places + factor * (now - places))
+        ends.append(now + (factor - 1.0) * (now - places - scene.base[frame]))
     return np.stack(ends, axis=1)
 
 
 def draw_movements(axes: Axes, scene: Scene, name: str, frame: int, factor: float,
-                   scale: float) -> list:  # fmt: skip
+                   scale: Limits) -> list:  # fmt: skip
     """Joints that have slipped or opened, the largest widest, darkest and above; the artists."""
     movement = scene.joint_movement(frame)[list(MOVEMENTS).index(name)]
-    seen = np.flatnonzero(movement > _LEAST * scale)
-    if not scale > 0 or len(seen) == 0:
+    placed = scale.share(movement)
+    seen = np.flatnonzero(placed > _LEAST)
+    if not scale.high > 0 or len(seen) == 0:
         return []
     seen = seen[np.argsort(movement[seen])]
     lines = joint_lines(scene, frame, factor)[seen]
-    share = np.minimum(movement[seen] / scale, 1.0)
+    share = placed[seen]
     width = _THIN + (_WIDE - _THIN) * share
     look = {"capstyle": "butt", "zorder": 3}
     halo = LineCollection(lines, colors=PAPER, linewidths=width + _HALO * share, **look)
-    drawn = LineCollection(lines, linewidths=width, cmap=JOINT_MAP, norm=Normalize(0.0, scale),
-                           array=movement[seen], **look)  # fmt: skip
-    senses = _senses(axes, scene, frame, lines, seen, movement / scale) if name == "slip" else []
+    drawn = LineCollection(lines, linewidths=width, cmap=JOINT_MAP, norm=Normalize(0.0, 1.0),
+                           array=share, **look)  # fmt: skip
+    senses = _senses(axes, scene, frame, lines, seen, placed) if name == "slip" else []
     return [axes.add_collection(halo), axes.add_collection(drawn), *senses]
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mode shapes of a model as frames that pictures and the view show."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -9,11 +11,12 @@ from ..base.arguments import Range
 from ..engine.checking import Modes, modes
 from ..engine.simulation import Simulation
 from ..output.scene import Scene
-from ..report.style import dress, empty_figure, headline
-from .pictures import BlockPicture, head, plain, view_box
+from ..report.layout import Head, headline, plain
+from ..report.style import dress, empty_figure
+from .pictures import BlockPicture, view_box
 
 _FRAMES = 24  # of a period
-_REACH = 0.06  # of the model's size: the largest displacement of a mode
+REACH = 0.06  # of the model's size: the largest displacement of a mode
 _COUNT = Range(1, 50, whole=True)
 _WIDTH = 3.6  # inches of a picture of one
 
@@ -46,7 +49,7 @@ def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, M
     moved = [np.zeros((1, model.blocks, 6))]
     for shape in found.shapes:
         largest = np.linalg.norm(shape[:, :2], axis=1).max() or 1.0
-        moved.append(_REACH * model.size / largest * waves[:, None, None] * shape)
+        moved.append(REACH * model.size / largest * waves[:, None, None] * shape)
     q = model.coordinates(0) + np.concatenate(moved)
     return _scene(model, q, found), found
 
@@ -92,16 +95,23 @@ def mode_words(found: Modes) -> list[str]:
     return words
 
 
-def draw_modes(source, count: int = 3, contacts: str = "auto") -> Figure:
+def draw_modes(
+    source, count: int = 3, contacts: str = "auto", only: Sequence[int] | None = None, words=None
+) -> Figure:
     """The lowest modes beside each other, displacements exaggerated; a matplotlib figure.
 
     Parameters
     ----------
     source, count, contacts
         See `mode_scene`.
+    only : sequence of int, optional
+        Modes that are drawn, from 0 (all).
+    words : sequence of str, optional
+        A title for each, up to its first comma, and what follows it (`mode_words`).
     """
     scene, found = mode_scene(source, count, contacts)
-    words = mode_words(found)
+    only = range(len(found.frequency)) if only is None else only
+    words = words or [mode_words(found)[i] for i in only]
     low, high = view_box(scene)
     columns = min(len(words), 3)
     rows = -(-len(words) // columns)
@@ -109,12 +119,12 @@ def draw_modes(source, count: int = 3, contacts: str = "auto") -> Figure:
     figure = empty_figure((_WIDTH * columns + 0.6, (tall + 1.2) * rows + 0.6))
     headline(figure, plain(scene.title))
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for i, (axes, line) in enumerate(zip(panels, words, strict=False)):
+    for axes, i, line in zip(panels, only, words, strict=False):
         picture = BlockPicture(scene, "displacement", axes=axes, legend=False)
         picture.show((i + 1) * _FRAMES)
-        picture.note.set_visible(False)
+        picture.head.note.remove()
         title, _, more = line.partition(", ")
-        head(axes, title, more.replace(", ", "\n"), lines=2)
+        Head(axes, title, [more.replace(", ", "\n")])
     for axes in panels[len(words) :]:
         axes.set_visible(False)
     return dress(figure)

@@ -33,6 +33,7 @@ def write_movie(
     seconds: float = 10.0,
     progress: bool = False,
     scheme: str = "light",
+    absolute: bool = False,
     **look,
 ) -> Path:
     """Write the frames of an output as a movie.
@@ -51,6 +52,8 @@ def write_movie(
     progress : bool
         Show a progress bar.
     scheme : {'light', 'dark', 'print'}
+    absolute : bool
+        See `pictures.draw`.
     **look
         color, contacts, arrows, deformation, since, see `pictures.draw`.
 
@@ -65,7 +68,7 @@ def write_movie(
     """
     fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
     ANY.check("deformation", look.get("deformation", 1.0))
-    scene = source if isinstance(source, Scene) else Scene.of(source)
+    scene = Scene.of(source, absolute)
     file = Path(file)
     if scene.frames < 2:
         raise InputError("a movie needs two frames or more; give &output a block_interval")
@@ -101,6 +104,7 @@ def _pictures(scene: Scene, frames, scheme: str, look: dict) -> Iterator[np.ndar
     """Pictures, shape (height, width, 3), 8 bits; equal frames are drawn once."""
     look = look | {"color": look.get("color") or "displacement", "frames": frames}
     shown = BlockPicture(scene, **look)
+    shown.show(frames[0])  # its keys make room for themselves
     figure = shown.axes.figure
     canvas = FigureCanvasAgg(figure)
     width, height = figure.get_size_inches()
@@ -187,19 +191,19 @@ def ffmpeg() -> str:
         ) from trouble
 
 
-def animate(source, fps: float = 25.0, seconds: float = 10.0, **look):
+def animate(source, fps: float = 25.0, seconds: float = 10.0, absolute: bool = False, **look):
     """The frames of an output as a `matplotlib.animation.FuncAnimation`, for notebooks.
 
     Parameters
     ----------
     source : path, Run, xarray.Dataset or Scene
-    fps, seconds : float
+    fps, seconds, absolute
         See `write_movie`.
     **look
         color, contacts, arrows, deformation, since, see `pictures.draw`.
     """
     fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
-    scene = source if isinstance(source, Scene) else Scene.of(source)
+    scene = Scene.of(source, absolute)
     frames = chosen_frames(scene, round(fps * seconds))
     shown = BlockPicture(scene, **look, frames=frames)
     FigureCanvasAgg(shown.axes.figure)

@@ -8,16 +8,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Normalize
+from matplotlib.colors import FuncNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator, ScalarFormatter
-from matplotlib.transforms import ScaledTranslation
+from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from ..base.arguments import ANY
-from ..base.numbers import counted, in_unit, number
+from ..base.numbers import counted, in_unit, number, shown
 from ..output.scene import Scene
+from ..report.layout import Head, Keys, folded, plain
 from ..report.style import (
     BLUE,
     BOLT,
@@ -67,15 +67,14 @@ from .quantities import (
 )
 from .stress_crosses import draw_crosses, key_of_crosses, largest_stress
 
-__all__ = ["BlockPicture", "deformed", "draw", "force_lines", "head", "plain", "view_box"]
+__all__ = ["BlockPicture", "deformed", "draw", "force_lines", "view_box"]
 
 BROKEN = 4  # state of a bolt
 _MOST_DRAWN_OUTLINES = 30000
 _MOST_LABELS = 24  # of measured points
-_MOST_NAMED = 3  # blocks beyond the ends of a scale
-_MARGIN, _LETTER = 0.8, 0.068  # inches left of the words above a picture; of one of their letters
-_FLAT = 0.25  # height over width: a legend is below, not beside
-_TICK = 0.32  # inches of a colour bar for each tick
+_NAME = 2.0  # inches of a name beside a point or above a picture
+_APART = 0.13  # of a colour bar, between two of its ticks
+_AROUND = 1.1  # inches above and below the axes, of titles and labels
 
 
 def draw(
@@ -89,17 +88,18 @@ def draw(
     stage: str | None = None,
     arrows: str | None = None,
     since: str | None = None,
+    absolute: bool = False,
 ) -> Axes:
     """Draw the blocks of a model or an output to scale.
 
     Parameters
     ----------
     source : path, Run, Simulation, xarray.Dataset or Scene
-        A namelist input, an output, or what stands for one.
+        A namelist input, an output, a Model, Simulation or Run.
     time : float, optional
         s; the nearest frame is drawn.  Default: the last one.
     color : str, optional
-        What the blocks are coloured by: 'material', 'displacement', 'displacement_x',
+        Quantity that colours the blocks: 'material', 'displacement', 'displacement_x',
         'displacement_y', 'velocity', 'rotation', 'compression', 'tension', 'stress_error' or
         'plastic_strain'; by compression and tension, cells of bodies have crosses of their
         principal stresses.  Default: material for a model, displacement for an output.
@@ -109,15 +109,17 @@ def draw(
     deformation : float
         Factor on the displacements of the picture.
     axes : matplotlib.axes.Axes, optional
-        Where to draw; a figure of its own by default.
+        Axes to draw in; by default those of a new figure.
     legend : bool
-        With what the colours and signs mean, outside the axes.
+        Draw a legend outside the axes.
     stage : str, optional
         The frame is one of this stage: of several static ones all are at one time.
     arrows : {'displacement', 'velocity'}, optional
         Of the centroids.
     since : str, optional
         Displacements and rotations are those since the end of this stage.
+    absolute : bool
+        Displacements are not relative to the base of a model that is shaken.
 
     Returns
     -------
@@ -131,11 +133,9 @@ def draw(
     InputError
         If there is no such stage.
     """
-    scene = source if isinstance(source, Scene) else Scene.of(source)
+    scene = Scene.of(source, absolute)
     picture = BlockPicture(scene, color, contacts, deformation, axes, legend, (), arrows, since)
     picture.show(scene.frame_at(time, stage))
-    if axes is None:  # labels of ticks, which the layout needs, are known after a first pass
-        picture.axes.figure.draw_without_rendering()
     return picture.axes
 
 
@@ -149,13 +149,21 @@ class BlockPicture:
         See `draw`.
     frames : sequence of int, optional
         Frames that will be shown: colours and view are those of all of them.
+    title : str, optional
+        In place of that of the model.
+
+    Attributes
+    ----------
+    keys : Keys
+        Beside the axes, from the first frame on.
     """
 
     def __init__(
         self, scene, color=None, contacts=None, deformation=1.0, axes=None, legend=True, frames=(),
-        arrows=None, since=None,
+        arrows=None, since=None, title=None,
     ):  # fmt: skip
         self.scene, self.legend = scene, legend
+        self.title = title or scene.title or "Untitled"
         self.deformation = ANY.check("deformation", deformation)
         self.color = color or ("material" if scene.before else "displacement")
         self.contacts, self.arrows = contacts, arrows
@@ -170,22 +178,24 @@ class BlockPicture:
         self.alone = axes is None
         self.axes = _figure(scene).subplots() if self.alone else axes
         self.frames = list(frames)
-        self.blocks = self.note = None
-        self.limits = self.movement = Limits(0.0, 0.0)
-        self.rests: list[str] = []  # what is no more than rounding, and so not drawn
+        self.blocks = self.head = None
+        self.keys = Keys(self.axes)
+        self.limits = self.movement = Limits(0.0, 0.0, 0.0)
+        self.rests: list[str] = []  # values below it are round-off and not drawn
         self.force = self.arrow = 0.0  # N/m; m or m/s
         self.bars: list[tuple] = []
+        self.lengths: list[tuple] = []  # of arrows, and the value that they represent
         self.lines: list = []
         self.stress = 0.0  # the largest of the cells of bodies, Pa, where crosses are drawn
 
     def show(self, frame: int) -> None:
-        """Draw a frame in place of the last one."""
+        """Replace the drawn frame by another."""
         scene = self.scene
         vertices = deformed(scene, frame, self.deformation)
         if self.blocks is None:
             self._begin(frame, vertices)
         else:
-            self.blocks.set_verts(_standing(scene, frame, vertices))
+            self.blocks.set_verts(_present_polygons(scene, frame, vertices))
             if self.blocks.get_array() is not None:
                 values = quantity(scene, self.color, frame, self.since)
                 self.blocks.set_array(values / self.size)
@@ -195,7 +205,7 @@ class BlockPicture:
         self.lines += self._marks(frame, vertices) + _bolts(self.axes, scene, frame)
         if self.stress > 0:
             self.lines += draw_crosses(self.axes, scene, frame, self.deformation, self.stress)
-        self.note.set_text(plain("\n".join(self._words(frame))))
+        self.head.show(self._words(frame))
 
     def _begin(self, frame: int, vertices) -> None:
         scene, axes = self.scene, self.axes
@@ -207,23 +217,31 @@ class BlockPicture:
             handles += _joints(axes, scene, frame, self.deformation)
         if self.color in ("compression", "tension") and (scene.body > 0).any():
             self.stress = largest_stress(scene, frames)
-            size, unit = in_unit(self.stress, "Pa")
-            handles += key_of_crosses(f"{self.stress / size:.3g} {unit}")
+            handles += key_of_crosses(shown(self.stress, "Pa"))
         handles += self._begin_marks(frames)
         if scene.before or self.color == "material":
             handles += draw_boundaries(axes, scene, frame) + _boundary(axes, scene)
         handles += _bolt_key(scene, frame) + _water(axes, scene)
-        shown = [deformed(scene, f, self.deformation) for f in some_of(self.frames)]
+        seen = [deformed(scene, f, self.deformation) for f in some_of(self.frames)]
         if scene.before or self.color == "material":
-            shown += [tail for tail, _, _ in load_arrows(scene)]
-        _view(axes, scene, np.vstack([vertices, *shown]))
-        self.note = head(axes, plain(scene.title or "Untitled"), lines=len(self._words(frame)))
-        beside = bool(handles) and self.legend and not self.alone
-        if self.bars and self.legend:
-            color_bars(axes, self.bars, 0.6 if beside and not _is_flat(axes) else 1.0)
-        if handles and self.legend:
-            _legend(axes, handles, self.alone)
+            seen += [tail for tail, _, _ in load_arrows(scene)]
+        _view(axes, scene, np.vstack([vertices, *seen]))
+        self.head = Head(axes, self.title, [self._words(one) for one in frames])
+        if self.legend:
+            self._lay_keys(handles)
+        if self.alone:
+            wide, tall = axes.figure.get_size_inches()
+            axes.figure.set_size_inches(wide, max(tall, self.keys.down + _AROUND))
         dress(axes.figure)
+
+    def _lay_keys(self, handles: list) -> None:
+        """Bars, lengths and signs below each other."""
+        for drawn, label, unit, span in self.bars:
+            self.keys.bar(drawn, f"{label} ({unit})", _ticks_of(span), _tick)
+        for length, words in self.lengths:
+            self.keys.length(length, words)
+        if handles:
+            self.keys.legend(handles)
 
     def _begin_blocks(self, frame: int, vertices, frames: list[int]) -> list:
         """Blocks in their colours, and handles for the legend."""
@@ -231,33 +249,34 @@ class BlockPicture:
         look = {"edgecolors": EDGE, "linewidths": edge}
         if scene.welded.any():  # the outlines of bodies are drawn above, faces within them faint
             look = {"edgecolors": EDGE, "linewidths": 0.3 * edge}
-        shown = _standing(scene, frame, vertices)
-        drawn = self.blocks = PolyCollection(shown, joinstyle="round", zorder=2, **look)
+        outlines = _present_polygons(scene, frame, vertices)
+        drawn = self.blocks = PolyCollection(outlines, joinstyle="round", zorder=2, **look)
         self.axes.add_collection(drawn, autolim=False)
         if self.color == "material":
             drawn.set_facecolor([STONES[m % len(STONES)] for m in scene.material])
             return [
                 Patch(fc=STONES[m % len(STONES)], ec=EDGE, lw=0.7,
-                      label=plain(scene.material_names[m]))
+                      label=scene.material_names[m])
                 for m in np.unique(scene.material)
             ]  # fmt: skip
         kind = QUANTITIES[self.color]
         self.limits = found = limits_of(scene, self.color, frames, self.since)
         if found.most <= self.rounding[kind.unit]:
             self.rests.append(_at_rest(kind, self.rounding))
-            self.limits = Limits(0.0, 0.0)
+            self.limits = Limits(0.0, 0.0, 0.0)
             drawn.set_facecolor(RESTING)
             return []
         self.size, unit = in_unit(found.most, kind.unit)
+        span = found.over(self.size)
         drawn.set_array(quantity(scene, self.color, frame, self.since) / self.size)
         drawn.set_cmap(SIGNED if kind.signed else MAGNITUDE)
-        drawn.set_norm(Normalize(found.low / self.size, found.high / self.size))
-        self.bars.append((drawn, kind.label, unit, found.extend))
+        drawn.set_norm(_norm(span))
+        self.bars.append((drawn, kind.label, unit, span))
         return []
 
     def _begin_marks(self, frames: list[int]) -> list:
         """Scales of contacts and arrows over frames, their keys, handles for the legend."""
-        scene, axes, kind = self.scene, self.axes, self.contacts
+        scene, kind = self.scene, self.contacts
         handles = []
         if kind in ("force", "chain"):
             self.force = force_scale(scene, frames)
@@ -267,7 +286,8 @@ class BlockPicture:
             elif kind == "chain":
                 handles = chain_key(self.force)
             else:
-                scale_arrow(axes, arrow_length(scene), self.force, "N/m", "contact force")
+                length = arrow_length(scene)
+                self.lengths.append(scale_arrow(length, self.force, "N/m", "contact force"))
         elif kind:
             self._begin_movements(frames)
         if self.arrows:
@@ -276,7 +296,8 @@ class BlockPicture:
             if self.arrow <= self.rounding[unit]:
                 self.arrow = 0.0
             else:
-                scale_arrow(axes, 0.09 * scene.size, self.arrow, unit, self.arrows)
+                length = 0.09 * scene.size
+                self.lengths.append(scale_arrow(length, self.arrow, unit, self.arrows))
         return handles
 
     def _begin_movements(self, frames: list[int]) -> None:
@@ -284,12 +305,12 @@ class BlockPicture:
         kind = MOVEMENTS[self.contacts]
         self.movement = movement_limits(self.scene, self.contacts, frames)
         if self.movement.most <= self.rounding["m"]:
-            self.movement = Limits(0.0, 0.0)
+            self.movement = Limits(0.0, 0.0, 0.0)
             self.rests.append(f"no {self.contacts} of joints")
             return
         size, unit = in_unit(self.movement.high, "m")
-        mapped = ScalarMappable(Normalize(0.0, self.movement.high / size), JOINT_MAP)
-        self.bars.append((mapped, kind.label, unit, self.movement.extend))
+        span = self.movement.over(size)
+        self.bars.append((ScalarMappable(_norm(span), JOINT_MAP), kind.label, unit, span))
 
     def _marks(self, frame: int, vertices) -> list:
         """Forces, joints and arrows of a frame."""
@@ -300,60 +321,57 @@ class BlockPicture:
             found = draw_chains(axes, scene, frame, self.deformation, vertices, self.force)
         elif self.contacts:
             found = draw_movements(axes, scene, self.contacts, frame, self.deformation,
-                                   self.movement.high)  # fmt: skip
+                                   self.movement)  # fmt: skip
         if self.arrows:
             found += draw_movement(axes, scene, self.arrows, frame, self.since, self.deformation,
                                    self.arrow)  # fmt: skip
         return found
 
-    def _words(self, frame: int) -> list[str]:
-        """What is seen, and below it what is beyond the ends of the scale."""
+    def _words(self, frame: int) -> str:
+        """Text on the picture, and below it on the block that is far from all others."""
         lines = [_words(self.scene, frame, self.deformation), *self.rests]
-        if not (self.limits.below or self.limits.above):
-            return lines
-        kind, scene = QUANTITIES[self.color], self.scene
-        values = np.nan_to_num(quantity(scene, self.color, frame, self.since))
-        beyond = np.flatnonzero(((values < self.limits.low) | (values > self.limits.high))
-                                & ~scene.removed(frame))  # fmt: skip
-        beyond = beyond[np.argsort(-abs(values[beyond]))]
-        if len(beyond) == 0:
-            return [*lines, " "]
-        size, unit = in_unit(abs(values[beyond[0]]), kind.unit)
-        area = scene.areas()
-        one_of_each = {scene.names[b]: b for b in reversed(beyond)}  # of a body its first cell
-        shown = {b: f"{values[b] / size:.3g} {unit}".replace("-", "−") for b in beyond}
-        named = [f"{scene.names[b]} ({number(area[b], 3)} m²) {shown[b]}"
-                 for b in beyond if one_of_each[scene.names[b]] == b]  # fmt: skip
-        place, figure = self.axes.get_subplotspec(), self.axes.figure
-        columns = place.get_gridspec().ncols if place else 1
-        room = (figure.bbox.width / figure.dpi / columns - _MARGIN) / _LETTER
-        longest_first = (f"beyond the scale: {_some(named, n)}" for n in range(_MOST_NAMED, 1, -1))
-        fitting = (line for line in longest_first if len(line) <= room)
-        return [*lines, next(fitting, f"beyond the scale: {_some(named, 1)}")]
+        if self.scene.origin and (self.arrows == "displacement" or "displacement" in self.color):
+            lines.append(f"displacements {self.scene.origin}")
+        if self.limits.most > self.limits.usual:
+            kind, scene = QUANTITIES[self.color], self.scene
+            values = np.nan_to_num(quantity(scene, self.color, frame, self.since))
+            values[scene.removed(frame)] = 0.0
+            block = int(np.argmax(abs(values)))
+            if abs(values[block]) > self.limits.usual:
+                name, area = _cut(scene.names[block]), number(scene.areas()[block], 3)
+                lines.append(f"largest: {name} ({area} m²) {shown(values[block], kind.unit)}")
+        return "\n".join(lines)
 
 
 def _at_rest(kind, floors: dict[str, float]) -> str:
-    """That a quantity is no more than rounding, as words of a picture."""
-    size, unit = in_unit(floors[kind.unit], kind.unit)
-    return f"at rest: {kind.label.partition(',')[0]} below {floors[kind.unit] / size:.2g} {unit}"
+    """Text for a quantity that does not exceed rounding."""
+    floor = shown(floors[kind.unit], kind.unit, 2)
+    return f"at rest: {kind.label.partition(',')[0]} below {floor}"
 
 
-def _legend(axes: Axes, handles: list, alone: bool) -> None:
-    """Beside the picture, never over it."""
-    if alone:
-        axes.figure.legend(handles=handles, loc="outside right center", frameon=False, fontsize=9)
-    else:
-        look = {"loc": "upper left", "frameon": False, "fontsize": 8.5}
-        if _is_flat(axes):  # colour bars need all of its height
-            under = axes.transAxes + ScaledTranslation(0, -0.55, axes.figure.dpi_scale_trans)
-            look |= {"bbox_transform": under, "ncols": 2}
-        corner = (0.0, 0.0) if _is_flat(axes) else (1.0, 1.0)
-        axes.legend(handles=handles, bbox_to_anchor=corner, **look)
+def _cut(name: str) -> str:
+    """A name, shortened to leave space for others."""
+    return folded(name, _NAME, 9.5, most=1)
 
 
-def _is_flat(axes: Axes) -> bool:
-    """A view that is much wider than it is tall."""
-    return np.ptp(axes.get_ylim()) < _FLAT * np.ptp(axes.get_xlim())
+def _norm(span: Limits) -> Normalize:
+    """A scale as matplotlib takes it."""
+    if span.usual == span.most:
+        return Normalize(span.low, span.high)
+    values, places = span.nodes
+    both = (lambda v: np.interp(v, values, places), lambda p: np.interp(p, places, values))
+    return FuncNorm(both, span.low, span.high)
+
+
+def _ticks_of(span: Limits):
+    """Round values on a linear scale; else its ends and those of the usual part."""
+    if span.usual == span.most:
+        return MaxNLocator(5, min_n_ticks=3)
+    values, places = span.nodes
+    half = 0.5 * span.usual * np.sign([span.low, span.high])
+    ends, inner = values[[0, -1]], [*values[1:-1], *half]
+    apart = [one for one in inner if abs(span.share(one) - places[[0, -1]]).min() >= _APART]
+    return FixedLocator([*ends, *apart])
 
 
 def deformed(scene: Scene, frame: int, factor: float) -> np.ndarray:
@@ -361,8 +379,7 @@ def deformed(scene: Scene, frame: int, factor: float) -> np.ndarray:
     now = scene.vertices(frame)
     if factor == 1.0 or frame == 0:
         return now
-    start = scene.vertices(0)
-    return start + factor * (now - start)
+    return now + (factor - 1.0) * (now - scene.vertices(0) - scene.base[frame])
 
 
 def _figure(scene: Scene) -> Figure:
@@ -370,7 +387,7 @@ def _figure(scene: Scene) -> Figure:
     low, high = scene.box
     width, height = np.maximum(high - low, 0.05 * scene.size)
     scale = min(7.0 / width, 5.6 / height)
-    size = (max(4.2, width * scale) + 2.2, max(2.4, height * scale) + 1.1)
+    size = (max(3.6, width * scale) + 2.9, max(2.4, height * scale) + _AROUND)
     return empty_figure(size)
 
 
@@ -398,36 +415,15 @@ def _body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
     return found
 
 
-def _standing(scene: Scene, frame: int, vertices) -> list[np.ndarray]:
+def _present_polygons(scene: Scene, frame: int, vertices) -> list[np.ndarray]:
     """The polygons of the blocks; those that stages have removed are not drawn."""
     gone = scene.removed(frame)[scene.owner]
     return scene.split(np.where(gone[:, None], np.nan, vertices) if gone.any() else vertices)
 
 
-def color_bars(axes: Axes, bars: list, top: float) -> None:
-    """Colour bars above each other beside the picture, arrows where values are beyond an end.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        With its limits set.
-    bars : list of (mappable, label, unit, extend)
-    top : float
-        Where they end, of the height of the axes.
-    """
-    wide, tall = np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())
-    unit = max(wide, tall) / wide  # so that bars are alike beside tall and wide models
-    inches = axes.get_window_extent().height / axes.figure.dpi * min(1.0, tall / wide)
-    share = top / len(bars)
-    for k, (drawn, label, name, extend) in enumerate(bars):
-        place = (1.0 + 0.03 * unit, k * share + 0.04, 0.028 * unit, 0.66 * share)
-        bar = axes.figure.colorbar(drawn, cax=axes.inset_axes(place), extend=extend)
-        bar.outline.set_visible(False)
-        bar.ax.set_title(f"{label} ({name})".replace(", ", ",\n"), loc="left", fontsize=8.5, pad=7)
-        bar.ax.tick_params(length=2.5, color=FAINT, labelcolor=INK, labelsize=8.5)
-        ticks = int(np.clip(0.66 * share * inches / _TICK, 3, 6))
-        bar.ax.yaxis.set_major_locator(MaxNLocator(ticks, min_n_ticks=3))
-        bar.ax.yaxis.set_major_formatter(ScalarFormatter(useOffset=False))
+def _tick(value: float) -> str:
+    """The number at a tick."""
+    return number(value, 3).replace("-", "−")
 
 
 def _outlines(axes: Axes, scene: Scene) -> None:
@@ -448,7 +444,7 @@ def _joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
     colors = [JOINTS[k % len(JOINTS)] for k in kinds]
     axes.add_collection(LineCollection(lines, colors=colors, linewidths=1.7, zorder=3))
     return [
-        Line2D([], [], color=JOINTS[k % len(JOINTS)], lw=2, label=plain(scene.joint_names[k]))
+        Line2D([], [], color=JOINTS[k % len(JOINTS)], lw=2, label=scene.joint_names[k])
         for k in np.unique(kinds)
     ]
 
@@ -476,8 +472,7 @@ def _bolt_key(scene: Scene, frame: int) -> list:
     forces = [abs(one["force"]) for one in bolts if np.isfinite(one["force"])]
     label = "bolt"
     if forces:
-        scale, unit = in_unit(max(forces), "N/m")
-        label = f"bolt, largest force\n{max(forces) / scale:.3g} {unit}"
+        label = f"bolt, largest force\n{shown(max(forces), 'N/m')}"
     return [Line2D([], [], color=BOLT, lw=2.2, marker="o", ms=3.0, label=label)]
 
 
@@ -499,7 +494,7 @@ def _boundary(axes: Axes, scene: Scene) -> list:
         (line,) = axes.plot(x, y, "o", color=POINT, mec=PAPER, mew=0.9, ms=7, zorder=7)
         line.set_label("measured point")
         handles.append(line)
-        names = [plain(point["name"]) for point in points[:_MOST_LABELS]]
+        names = [plain(_cut(point["name"])) for point in points[:_MOST_LABELS]]
         places = np.column_stack([x, y])
         PointNames(axes, names, places[:_MOST_LABELS], places)
     return handles + _slivers(axes, scene)
@@ -535,9 +530,7 @@ def _loads(axes: Axes, scene: Scene) -> list:
     look = {"arrowstyle": "-|>", "color": FORCE, "lw": 1.8, "mutation_scale": 13}
     for tail, tip, _ in arrows:
         axes.annotate("", tip, tail, arrowprops=look, zorder=7)
-    size = max(size for _, _, size in arrows)
-    scale, unit = in_unit(size, "N/m")
-    label = f"load, largest {size / scale:.3g} {unit}"
+    label = f"load, largest {shown(max(size for _, _, size in arrows), 'N/m')}"
     return [Line2D([], [], color=FORCE, lw=1.8, marker=">", label=label)]
 
 
@@ -546,12 +539,12 @@ def _slivers(axes: Axes, scene: Scene) -> list:
     if len(thin) == 0:
         return []
     x, y = scene.coordinates(0)[thin, :2].T
-    label = "sliver: " + plain(_some([scene.names[b] for b in thin], 3))
+    label = "sliver: " + _shortened([scene.names[b] for b in thin], 3)
     return axes.plot(x, y, "o", mfc="none", mec=POINT, mew=1.6, ms=13, zorder=8, label=label)
 
 
 def view_box(scene: Scene, vertices=None) -> tuple[np.ndarray, np.ndarray]:
-    """What a picture shows, m: the first frame and what stays within half its size around it."""
+    """Range of a picture, m: the first frame and blocks within half its size around it."""
     low, high = scene.box
     margin = 0.04 * scene.size
     if vertices is not None:
@@ -565,14 +558,14 @@ def view_box(scene: Scene, vertices=None) -> tuple[np.ndarray, np.ndarray]:
 
 def _view(axes: Axes, scene: Scene, vertices) -> None:
     low, high = view_box(scene, vertices)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", anchor="NW")
     axes.set_xlabel("x (m)", color=INK)
     axes.set_ylabel("y (m)", color=INK)
     axes.tick_params(color=FAINT, labelcolor=INK)
 
 
 def _words(scene: Scene, frame: int, deformation: float) -> str:
-    """What is seen: time, blocks, factor, and blocks that are out of view."""
+    """Text on the picture: time, blocks, factor, and blocks that are out of view."""
     parts = [counted(scene.bodies, "block", "blocks")]
     if scene.bodies < scene.blocks:
         parts = [f"{parts[0]} of {scene.blocks:,} cells"]
@@ -585,34 +578,10 @@ def _words(scene: Scene, frame: int, deformation: float) -> str:
         parts.append(f"{gone} removed")
     lost = scene.lost(frame)
     if len(lost):
-        parts.append(f"{len(lost)} out of view: {_some([scene.names[b] for b in lost], 3)}")
+        parts.append(f"{len(lost)} out of view: {_shortened([scene.names[b] for b in lost], 3)}")
     return ", ".join(parts)
 
 
-def head(axes: Axes, title: str, words: str = "", lines: int = 1):
-    """A title with fainter lines under it, flush with the left side of the axes; those lines."""
-    axes.set_title(
-        title, loc="left", fontsize=12, color=INK, fontweight="bold", pad=11 + 13 * lines
-    )
-    note = axes.annotate(
-        words,
-        (0, 1),
-        xytext=(0, 8),
-        xycoords="axes fraction",
-        textcoords="offset points",
-        fontsize=9.5,
-        color=FAINT,
-    )
-    note.set_in_layout(False)  # long words do not make the picture small
-    return note
-
-
-def _some(names: list[str], most: int) -> str:
+def _shortened(names: list[str], most: int) -> str:
     more = len(names) - most
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
-
-
-def plain(text: str) -> str:
-    """A user's text as it is: matplotlib takes pairs of $ as formulas, a leading _ as hidden."""
-    text = text.replace("$", r"\$")
-    return f"\u200b{text}" if text.startswith("_") else text

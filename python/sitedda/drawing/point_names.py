@@ -7,16 +7,19 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from ..report.style import PAPER, POINT
 
-# Where a name may stand beside its point: offset in points, alignment.  The first is the best.
-_SIDES = [(6 * x, 5 * y, "left" if x > 0 else "right", "bottom" if y > 0 else "top")
+# Where a name may stand beside its point, in radii of its mark: offset, alignment.  Nearer ones are
+# tried first.
+_SIDES = [(1.5 * x, 1.2 * y, "left" if x > 0 else "right", "bottom" if y > 0 else "top")
           for y, x in product((1, -1), (1, -1))] + [
-    (0, 9, "center", "bottom"), (0, -9, "center", "top"),
-    (9, 0, "left", "center"), (-9, 0, "right", "center"),
+    (0, 2.2, "center", "bottom"), (0, -2.2, "center", "top"),
+    (2.2, 0, "left", "center"), (-2.2, 0, "right", "center"),
 ]  # fmt: skip
+_RINGS = (1.0, 3.0, 5.0, 8.0, 12.0)  # times these offsets; from the second one on with a line
 _RADIUS = 4.0  # points of a mark
 
 
@@ -31,7 +34,7 @@ class PointNames(Artist):
     places : array_like, shape (points, 2)
         m.
     marked : array_like, shape (k, 2)
-        Where marks are drawn that no name may cover, m.
+        Positions of marks that no name may cover, m.
     """
 
     def __init__(self, axes: Axes, names, places, marked):
@@ -39,31 +42,35 @@ class PointNames(Artist):
         self.marked = np.asarray(marked, dtype=float)
         look = {"textcoords": "offset points", "fontsize": 8.5, "color": POINT, "zorder": 8}
         look["path_effects"] = [withStroke(linewidth=2.5, foreground=PAPER)]
+        look["arrowprops"] = {"arrowstyle": "-", "color": POINT, "lw": 0.7, "shrinkA": 0,
+                              "shrinkB": 0, "relpos": (0.5, 0.5)}  # fmt: skip
         self.names = [axes.annotate(name, place, xytext=_SIDES[0][:2], **look)
                       for name, place in zip(names, places, strict=True)]  # fmt: skip
-        self.set(zorder=0, in_layout=False)  # drawn first, so that the names are where they go
+        for name in self.names:
+            name.set_in_layout(False)
+        self.set(zorder=0, in_layout=False)  # drawn first, to find the positions of names
         axes.add_artist(self)
 
     def draw(self, renderer) -> None:
-        """Give each name the first of its places that is free, or the one that covers least."""
+        """Give each name the first of its places that is free and inside; one without is hidden."""
         reach = _RADIUS * renderer.points_to_pixels(1.0)
         marks = self.axes.transData.transform(self.marked)
         taken = [Bbox([at - reach, at + reach]) for at in marks]
         for name in self.names:
-            boxes = []
-            for *offset, ha, va in _SIDES:
+            name.set_visible(True)
+            for ring, (x, y, ha, va) in product(_RINGS, _SIDES):
                 name.set(ha=ha, va=va)
-                name.xyann = tuple(offset)
-                boxes.append(name.get_window_extent(renderer))
-            covered = [sum(_overlap(box, other) for other in taken) for box in boxes]
-            best = int(np.argmin(covered))
-            *offset, ha, va = _SIDES[best]
-            name.set(ha=ha, va=va)
-            name.xyann = tuple(offset)
-            taken.append(boxes[best])
+                name.xyann = ring * _RADIUS * x, ring * _RADIUS * y
+                name.arrow_patch.set_visible(ring > 1.0)
+                name.update_positions(renderer)
+                box = Text.get_window_extent(name, renderer)
+                if _is_within(box, self.axes.bbox) and not any(map(box.overlaps, taken)):
+                    taken.append(box)
+                    break
+            else:
+                name.set_visible(False)
 
 
-def _overlap(one: Bbox, other: Bbox) -> float:
-    """Area that two boxes share, pixels²."""
-    shared = Bbox.intersection(one, other)
-    return shared.width * shared.height if shared else 0.0
+def _is_within(one: Bbox, other: Bbox) -> bool:
+    """A box is inside another one."""
+    return other.contains(one.x0, one.y0) and other.contains(one.x1, one.y1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What blocks, joints and forces are coloured and scaled by: names, units, limits, and rounding."""
+"""Quantities that colour blocks, joints and forces: names, units, limits, round-off."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,8 +8,9 @@ import numpy as np
 
 from ..output.scene import OWN_QUANTITIES, Scene, principal_stresses
 
-_SHARE = 0.01  # of the area: what the colours may leave beyond their ends
-_FAR = 1.5  # times the limit by area: nearer values are within the scale
+_SHARE = 0.01  # of the area: fraction that may lie beyond the usual range of a scale
+_FAR = 1.5  # times the usual range: a nearer largest value extends the range
+_USUAL = 0.7  # of the colours of one sign: fraction of the usual range
 _ROUNDING, _STILL = 100 * np.finfo(float).eps, 1e-9  # shares, as in `dda_rest_bound`
 _GRAVITY = 9.81  # m/s²
 
@@ -21,7 +22,7 @@ class Quantity:
     Attributes
     ----------
     name : str
-        Of the option that asks for it, and in the view.
+        In the option, and in the view.
     label : str
         At its colour bar, without the unit.
     unit : str
@@ -76,37 +77,50 @@ def quantity(scene: Scene, name: str, frame: int, since: int = 0) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a scale spans.
+    """Range of a scale: all values; beyond the usual ones the scale is coarser.
 
     Attributes
     ----------
     low, high : float
-    below, above : bool
-        There are values beyond its ends.
+    usual : float
+        Where the usual part ends, for both signs; the larger end where it has them all.
     """
 
     low: float
     high: float
-    below: bool = False
-    above: bool = False
-
-    @property
-    def extend(self) -> str:
-        """The ends of the bar with an arrow, in words of matplotlib."""
-        return {(0, 0): "neither", (1, 0): "min", (0, 1): "max"}.get(
-            (self.below, self.above), "both"
-        )
+    usual: float
 
     @property
     def most(self) -> float:
         """The larger end by size."""
         return max(abs(self.low), abs(self.high))
 
+    def over(self, size: float) -> "Limits":
+        """In a unit of that size."""
+        return Limits(self.low / size, self.high / size, self.usual / size)
+
+    @property
+    def nodes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Values between which the scale is linear, and their places on it, 0 … 1."""
+        inner = (one for one in (-self.usual, 0.0, self.usual) if self.low < one < self.high)
+        values = np.array([self.low, *inner, self.high])
+        sizes = abs(values)
+        beyond = (sizes - self.usual) / ((self.most - self.usual) or 1.0)
+        linear = sizes / (self.usual or 1.0)
+        if self.most > self.usual:
+            linear = np.where(sizes > self.usual, _USUAL + (1 - _USUAL) * beyond, _USUAL * linear)
+        places = np.sign(values) * linear
+        return values, (places - places[0]) / (np.ptp(places) or 1.0)
+
+    def share(self, values) -> np.ndarray:
+        """Places of values on the scale, 0 … 1."""
+        return np.interp(values, *self.nodes)
+
 
 def limits(values, weights, signed: bool = False) -> Limits:
-    """Limits that leave at most 1 % of the area beyond them, and that only if it is far beyond.
+    """Limits of all values; the usual part leaves at most 1 % of the area, far beyond it.
 
-    They leave so little of all frames and of the last one, which the others lead to.
+    It leaves so little of all frames and of the last one, which the others lead to.
 
     Parameters
     ----------
@@ -120,24 +134,24 @@ def limits(values, weights, signed: bool = False) -> Limits:
     sizes = np.broadcast_to(weights, values.shape)
     known = np.isfinite(values)
     if not known.any():
-        return Limits(0.0, 0.0)
+        return Limits(0.0, 0.0, 0.0)
     flat = values[known]
-    taken = [(flat, sizes[known]), (values[-1][known[-1]], sizes[-1][known[-1]])]
-    low = -max(_usual_end(-x, w) for x, w in taken if x.size)
-    high = max(_usual_end(x, w) for x, w in taken if x.size)
+    low, high = min(float(flat.min()), 0.0), max(float(flat.max()), 0.0)
+    taken = [(abs(flat), sizes[known]), (abs(values[-1][known[-1]]), sizes[-1][known[-1]])]
+    usual = max(_usual_limit(x, w) for x, w in taken if x.size)
     if signed:
         high = max(-low, high)
         low = -high
-    return Limits(low, high, bool(flat.min() < low), bool(flat.max() > high))
+    most = max(-low, high)
+    return Limits(low, high, usual if most > _FAR * usual > 0 else most)
 
 
-def _usual_end(values, weights) -> float:
+def _usual_limit(values, weights) -> float:
     """The upper limit of values with weights, 0 or more."""
     order = np.argsort(-values)
     beyond = np.cumsum(weights[order])
     at = int(np.searchsorted(beyond, _SHARE * beyond[-1], side="right"))
-    usual, most = (max(float(values[order[i]]), 0.0) for i in (min(at, len(order) - 1), 0))
-    return usual if most > _FAR * usual and usual > 0 else most
+    return max(float(values[order[min(at, len(order) - 1)]]), 0.0)
 
 
 def limits_of(scene: Scene, name: str, frames: Sequence[int], since: int = 0) -> Limits:
@@ -157,7 +171,7 @@ def movement_limits(scene: Scene, name: str, frames: Sequence[int]) -> Limits:
 
 
 def rounding(scene: Scene) -> dict[str, float]:
-    """Values that are no more than rounding, by unit.
+    """Largest values that count as round-off, by unit.
 
     Without a motion, places are sure to 1e-9 of the model's size; with one, to that share of what
     has moved, or to the rounding of places.
@@ -182,7 +196,7 @@ def rounding(scene: Scene) -> dict[str, float]:
 
 
 def some_of(frames: Sequence[int], most: int = 40) -> list[int]:
-    """Frames that stand for many, the first and the last among them."""
+    """A sample of frames, with the first and the last."""
     frames = sorted(set(frames))
     if len(frames) <= most:
         return frames

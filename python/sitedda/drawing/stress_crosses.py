@@ -24,7 +24,7 @@ def largest_stress(scene: Scene, frames) -> float:
 
 
 def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: float) -> list:
-    """Arms along the principal directions, as long as the stresses of cells are large.
+    """Arms along the principal directions, while the stresses of cells are large.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: flo
     factor : float
         On the displacements of the picture.
     scale : float
-        Stress that an arm over 85 % of a cell stands for, Pa.
+        Stress of an arm over 85 % of a cell, Pa.
 
     Returns
     -------
@@ -58,8 +58,8 @@ def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: flo
 
 
 def key_of_crosses(largest: str) -> list:
-    """What the colours of the arms mean; `largest` is the largest stress with its unit."""
-    text = f"principal stresses of cells,\nlargest {largest}: compression"
+    """Legend of the arms; `largest` is the largest stress with its unit."""
+    text = f"compression of cells,\nlargest stress {largest}"
     return [
         Line2D([], [], color=COMPRESSION, lw=1.2, label=text),
         Line2D([], [], color=TENSION, lw=1.2, label="tension"),

@@ -1,18 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What can be known before a run: highest frequency, modes, damping, transfer functions, advice."""
+"""Checks before a run: highest frequency, modes, damping, transfer functions, advice."""
+
+from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..base.core import api
 from ..base.numbers import number
-from ..report import Paragraph, Table
-from ..report.html import fragment
 from .scheme import finite_or_inf
 from .simulation import Simulation
+
+if TYPE_CHECKING:
+    from ..report import Table
 
 _SHORT = re.compile(r"(?<![\w.'])([-+]?\d+\.?\d*)(?:[eE]([-+]?\d+))?(?![\w.]*')")
 _HEAD = re.compile(r"^(ok  |warn|fail)  (.{18})(.*)$", re.IGNORECASE)
@@ -39,13 +44,13 @@ class Report:
     verdict : str
         The worst of all lines: 'ok', 'warn' or 'fail'.
     omega_max : float
-        Highest frequency, rad/s (ARPACK); 0 where it was not found, and the text says why.
+        Highest frequency, rad/s (ARPACK); 0 if it was not found, with the reason in the text.
     bracket : tuple of float
         Its guaranteed bounds, rad/s.
     residual : float
         Of the eigenpair, relative.
     shift : float
-        By how much the joints lower the first frequency, as a share of the stiff limit.
+        Reduction of the first frequency by the joints, as a fraction of the stiff limit.
     band : tuple of float
         Hz, from 5 to 95 % of the energy of the motions; zeros without motions.
     ringing : float
@@ -89,7 +94,7 @@ class Report:
 
     @property
     def conclusion(self) -> str:
-        """The verdict in one line, with the topics that ask for something."""
+        """The verdict in one line, with the topics that need action."""
         bad = [f"{line.topic} ({line.verdict})" for line in self.lines if line.verdict != "ok"]
         words = f": {', '.join(bad)}" if bad else ": nothing to do"
         return f"verdict: {self.verdict}{words}"
@@ -101,11 +106,15 @@ class Report:
 
     def _repr_html_(self) -> str:
         """The findings as a table."""
+        from ..report.html import fragment
+
         return fragment(check_table(self))
 
 
 def check_table(report: Report) -> Table:
     """The findings of a check."""
+    from ..report import Table
+
     rows = [
         [line.verdict, line.topic, f"{line.words} → {line.advice}" if line.advice else line.words]
         for line in report.lines
@@ -123,7 +132,7 @@ class Modes:
         Hz, undamped.
     damping : ndarray, shape (modes,)
         Damping ratio in free vibration: by the model's time integration at its step, and by
-        dashpots through their share of the energy of the undamped mode; 1 where a mode does not
+        dashpots through their fraction of the energy of the undamped mode; 1 where a mode does not
         oscillate.
     elongation : ndarray, shape (modes,)
         Of the period in free vibration, by the time integration; -1 where a mode does not
@@ -153,6 +162,9 @@ class Modes:
 
     def _repr_html_(self) -> str:
         """A table, for a notebook."""
+        from ..report import Paragraph, Table
+        from ..report.html import fragment
+
         heads = ["mode", "frequency (Hz)", "damping (%)", "longer (%)", "mass x (%)", "mass y (%)"]
         shares = np.column_stack([self.damping, self.elongation, self.effective_mass])
         rows = [
@@ -172,7 +184,7 @@ class Penalty:
 
 
 def _in_four_digits(text: str) -> str:
-    """Numbers of more than four digits shortened, but for those inside names."""
+    """Numbers of more than four digits shortened, except for those inside names."""
 
     def shortened(found: re.Match) -> str:
         mantissa, exponent = found[1], found[2]
@@ -195,7 +207,7 @@ def _opened(model, changes: Mapping | None, more: dict) -> Iterator[Simulation]:
         return
     if changes:
         raise ValueError("changes need an input file, not a simulation that is open")
-    with model._one:  # what is asked must be of one state
+    with model._one:  # all results must be of one state
         yield model
 
 
@@ -252,6 +264,37 @@ def modes(
         shapes=np.ascontiguousarray(np.transpose(shapes, (2, 1, 0))),
         words=words.decode("utf-8", "replace").strip(),
     )
+
+
+def matrices(model, contacts: str = "auto", changes: Mapping | None = None, **more) -> tuple:
+    """Stiffness and mass of the linearised model, of which `modes` are the lowest modes.
+
+    Parameters
+    ----------
+    model, contacts, changes, **more
+        See `modes`.  Materials that damp have the modulus that is given.
+
+    Returns
+    -------
+    stiffness, mass : scipy.sparse.csr_array, shape (6 blocks, 6 blocks)
+        Of the block coordinates, N/m and kg and the like, per metre of thickness.
+    points : scipy.sparse.csr_array, shape (2 points, 6 blocks)
+        Displacements x and y of each measured point in turn.
+    names : list of str
+        Of the points.
+    """
+    from scipy import sparse
+
+    with _opened(model, changes, more) as simulation:
+        sizes = simulation._ask("make_matrices", contacts)
+        which, row, column, value = api.read_table(simulation._handle, *sizes)
+        names = simulation.point_names
+        size = 6 * len(simulation.coordinates)
+    found = []
+    for i, rows in enumerate((size, size, 2 * len(names))):
+        places = (row[which == i].astype(int), column[which == i].astype(int))
+        found.append(sparse.csr_array((value[which == i], places), shape=(rows, size)))
+    return (*found, names)
 
 
 def transfer(
@@ -312,9 +355,44 @@ def penalty_for_frequency(
         )
 
 
+def penalty_for(
+    model,
+    accuracy: float = 0.01,
+    contacts: str = "auto",
+    changes: Mapping | None = None,
+    **more,
+) -> Penalty:
+    """The softest normal stiffness whose joints lower the first frequency by a given share.
+
+    A stiffer one costs iterations: the line "penalty" of `check` says how many times.
+
+    Parameters
+    ----------
+    model : path or Simulation
+    accuracy : float
+        Share of the first frequency with rigid joints, above 0 and below 1.
+    contacts : str
+        See `modes`.
+    changes, **more
+        Variables to change in the input, see `Simulation`.
+
+    Returns
+    -------
+    Penalty
+
+    Raises
+    ------
+    SiteddaError
+        If the share is out of range, or no penalty changes the first frequency.
+    """
+    with _opened(model, changes, more) as simulation:
+        return Penalty(
+            *map(float, simulation._ask("penalty_for", contacts, "shift", 100 * accuracy))
+        )
+
+
 def penalty_for_shift(
     model, percent: float, contacts: str = "auto", changes: Mapping | None = None, **more
 ) -> Penalty:
-    """The normal stiffness that keeps the first frequency within so many % of the limit."""
-    with _opened(model, changes, more) as simulation:
-        return Penalty(*map(float, simulation._ask("penalty_for", contacts, "shift", percent)))
+    """`penalty_for` with its accuracy in per cent."""
+    return penalty_for(model, percent / 100, contacts, changes, **more)

@@ -46,7 +46,7 @@ class Body:
 
 
 class MaterialDamping:
-    """What a layer of a :class:`sitedda.Column` can have as damping besides a ratio."""
+    """Damping of a layer of a :class:`sitedda.Column`, other than a ratio."""
 
     def factors(self, frequency: NDArray[np.float64]) -> Factors:
         """Complex modulus and density over the given ones, at frequencies in Hz."""
@@ -74,9 +74,9 @@ class ConstantRatio(MaterialDamping):
     ratio : float
         ζ > 0.
     reference_frequency : float
-        Hz, at which the given modulus holds.
+        Hz, at which the modulus is the given one.
     band : (float, float), optional
-        Hz; by default 0.1 ... 50, the upper end lower where the time step asks for it.
+        Hz; by default 0.1 ... 50, the upper end lower if the time step requires it.
     mechanisms : int, optional
         By default as many as are needed.
 
@@ -101,9 +101,9 @@ class ConstantRatio(MaterialDamping):
     @cached_property
     def body(self) -> Body:
         """The fitted body, for time steps that admit all its mechanisms."""
-        return self._body_up_to(np.finfo(float).max)
+        return self._body_below(np.finfo(float).max)
 
-    def _body_up_to(self, limit: float) -> Body:
+    def _body_below(self, limit: float) -> Body:
         band = (0.0, 0.0) if self.band is None else tuple(map(float, self.band))
         return _body(
             float(self.ratio), float(self.reference_frequency), band, self.mechanisms or 0, limit
@@ -122,7 +122,7 @@ class ConstantRatio(MaterialDamping):
         if scheme.theta > 0.5:
             limit = 4 / ((scheme.theta - 0.5) * step)
         warped = 2 * np.tan(np.pi * frequency * step) / step
-        modulus = self._body_up_to(limit).factor(warped)
+        modulus = self._body_below(limit).factor(warped)
         return modulus, np.ones_like(modulus)
 
 

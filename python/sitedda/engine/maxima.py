@@ -3,15 +3,9 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
-
-import numpy as np
-
-from ..base.core import engine_names
-from ..base.errors import MaximaWarning
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +18,7 @@ class Maximum:
     Attributes
     ----------
     value : float
-        NaN if there is none, as of measured points where no point is measured.
+        NaN if there is none, for example without measured points.
     time : float
         When it was reached first, s.
     unit : str
@@ -74,33 +68,15 @@ def as_maxima(rows: Iterable, blocks, points) -> dict[str, Maximum]:
 
 
 def maxima_of(data: xr.Dataset) -> dict[str, Maximum]:
-    """The maxima that an output holds, by name; NaN and a warning if it holds none.
+    """The maxima of an output, by name.
 
     Parameters
     ----------
     data : xarray.Dataset
         An output.
     """
-    if "largest" not in data:
-        warn_of(data.attrs)
-        nan = np.nan
-        pairs = zip(engine_names("maxima"), engine_names("maxima units"), strict=True)
-        return as_maxima([(n, u, nan, nan, nan, (), ()) for n, u in pairs], (), ())
     order = ("maximum", "maximum_unit", "largest", "largest_time", "residual")
     who = (data[name].transpose("maximum", "side").values for name in
            ("largest_block", "largest_point"))  # fmt: skip
     rows = zip(*(data[name].values for name in order), *who, strict=True)
     return as_maxima(rows, data["block"].values, data["point"].values)
-
-
-def lacking(attributes: Mapping) -> str:
-    """What is said of an output without maxima."""
-    return (
-        f"the output, of {attributes.get('source', 'an earlier version')}, was made before largest "
-        "values of all steps were recorded: they are NaN; run the input again"
-    )
-
-
-def warn_of(attributes: Mapping) -> None:
-    """Warn of an output without maxima."""
-    warnings.warn(lacking(attributes), MaximaWarning, stacklevel=3)

@@ -41,7 +41,7 @@ def read_record(
         'smc' (USGS), 'at2' (PEER NGA), 'knet' (K-NET, KiK-net), 'esm' (ESM, DYNA), 'cosmos' (V2),
         'text', 'auto'; or 'obspy' for what that library reads (an optional dependency).
     quantity, unit : str
-        Where the file does not say; where it does, they must agree.
+        If the file does not state them; if it does, they must agree.
     time_step : float
         s between samples, for one column of text.
     drift_order : int

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The time integration in linear vibrations: closed forms, which the engine holds.
+"""The time integration in linear vibrations: closed forms of the engine.
 
 A member (θ, χ) of the family takes forces at t₀ + θΔt and moves by d = Δt [(1 − χ) v₀ + χ v₁]
 (docs/method.md).  With τ = tan(ωΔt/2) it answers a steady vibration exactly as continuous time does
@@ -58,7 +58,7 @@ class SteadyFactors:
     Attributes
     ----------
     inertia : ndarray of complex, shape (n,)
-        Of M, in place of -ω², 1/s².
+        Of M, instead of -ω², 1/s².
     end_stiffness : ndarray of complex, shape (n,)
         Of stiffness at the end of the step: supports.
     mean_dashpot, end_dashpot : ndarray of complex, shape (n,)
@@ -91,7 +91,7 @@ class Scheme:
 
     @classmethod
     def of_control(cls, control: Mapping) -> "Scheme":
-        """The member that a group ``&control`` of an input asks for."""
+        """The member of a group ``&control`` of an input."""
         theta = control.get("theta", 0.75)
         if "damping_ratio" in control:
             wanted = (control[name] for name in ("damping_ratio", "damping_frequency", "time_step"))
@@ -149,7 +149,7 @@ class Scheme:
         time_step : float
             Δt, s.
         dynamic_factor : float
-            Of the velocity carried into a step, 0 ... 1.
+            Factor on the velocity at the start of a step, 0 ... 1.
         """
         values = np.atleast_1d(_resolved(frequency, time_step))
         step, factor = float(time_step), float(dynamic_factor)
@@ -220,7 +220,7 @@ def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float
 def time_step_for_damping(
     damping: ArrayLike, frequency: ArrayLike, integration: str = "dda", theta: float = 0.75
 ) -> NDArray[np.float64]:
-    """Time step at which the time integration damps a harmonic motion by a wanted ratio.
+    """Time step at which the time integration has a given damping ratio.
 
     The inverse of :func:`scheme_damping`; Δt = 2 atan(2ζ)/ω in the DDA member.
 
@@ -229,7 +229,7 @@ def time_step_for_damping(
     damping : array_like, shape (...)
         Wanted damping ratio ζ > 0.
     frequency : array_like, shape (...)
-        Frequency at which it is wanted, Hz, > 0.
+        Frequency of that damping ratio, Hz, > 0.
     integration : {'dda', 'theta', 'backward_euler'}
     theta : float
         θ of ``'theta'``, above 1/2.
@@ -248,7 +248,7 @@ def time_step_for_damping(
     if scheme.theta + scheme.chi <= 1.0:
         raise ValueError(
             f"integration {integration!r} with theta {scheme.theta:g} has no damping at any"
-            " time step; take a larger theta, or 'dda'"
+            " time step; choose a larger theta, or 'dda'"
         )
     return _for_damping(damping, frequency, scheme, 1.0)[0]
 
@@ -263,7 +263,7 @@ def theta_for_damping(
     damping : array_like, shape (...)
         Wanted damping ratio ζ >= 0.
     frequency : array_like, shape (...)
-        Frequency at which it is wanted, Hz, > 0 and below the Nyquist frequency 1/(2Δt).
+        Frequency of that damping ratio, Hz, > 0 and below the Nyquist frequency 1/(2Δt).
     time_step : float
         Δt, s.
 
@@ -314,5 +314,5 @@ def _resolved(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
 
 
 def finite_or_inf(values: ArrayLike) -> NDArray[np.float64]:
-    """The engine's huge numbers, which stand for no value, as infinity."""
+    """The engine's huge numbers, which mean "no value", as infinity."""
     return np.where(values > _HUGE, np.inf, values)

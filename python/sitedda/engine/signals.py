@@ -91,7 +91,7 @@ def log_decrement(
     x : array_like, shape (m,)
         The oscillation, any unit; give the free decay only.
     cycles : int, optional
-        Number of cycles n; by default all that the signal holds.
+        Number of cycles n; by default all of the signal.
     offset : float, optional
         The line about which the signal oscillates.  By default found from the extrema, which for
         one decaying mode obey e[k+1] - c = -q (e[k] - c) exactly.
@@ -154,20 +154,20 @@ def _centre_line(
     now, following = extrema[:-1][opposite], extrema[1:][opposite]
     if now.size < 2 or np.ptp(now) == 0:
         raise ValueError(
-            f"x must hold at least three extrema to find its offset, got {extrema.size};"
+            f"x must contain at least three extrema to find its offset, got {extrema.size};"
             " give offset, a longer record or a lower floor"
         )
     middle = now.mean()
     slope = np.sum((now - middle) * (following - following.mean())) / np.sum((now - middle) ** 2)
     if not slope < 0:
-        raise ValueError("x must swing to and fro about a line; give offset or a higher floor")
+        raise ValueError("x must oscillate about a line; give offset or a higher floor")
     return float((following.mean() - slope * middle) / (1 - slope))
 
 
 def _decaying(
     at: NDArray[np.float64], height: NDArray[np.float64], cycles: int | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The crests from the highest on, as many as asked for, while they lie above the offset."""
+    """The crests from the highest on, as many as requested, while they lie above the offset."""
     first = int(np.argmax(height)) if height.size else 0
     at, height = at[first:], height[first:]
     below = np.flatnonzero(height <= 0)
@@ -175,7 +175,7 @@ def _decaying(
     wanted = found if cycles is None else int(cycles) + 1
     if found < max(wanted, 2):
         raise ValueError(
-            f"x must hold {max(wanted, 2)} decaying crests, got {found};"
+            f"x must contain {max(wanted, 2)} decaying crests, got {found};"
             " give a longer record, fewer cycles or a lower floor"
         )
     return at[:wanted], height[:wanted]
@@ -202,8 +202,8 @@ def _decrement(times: NDArray[np.float64], crests: NDArray[np.float64], offset: 
 # Konno-Ohmachi smoothing
 # ---------------------------------------------------------------------------------------------
 
-_LEAST_WINDOW = 0.3  # sum of weights: below, no sample lies within the main lobe
-_MOST_WEIGHTS = 2**17  # at a time: as many as the cache holds
+_LEAST_WINDOW = 0.3  # sum of weights; below it no sample is in the main lobe
+_MOST_WEIGHTS = 2**17  # at a time: the size of the cache
 
 
 def smooth_konno_ohmachi(
@@ -226,7 +226,7 @@ def smooth_konno_ohmachi(
     bandwidth : float
         b; a smaller value smooths more.
     centres : array_like, shape (m,), optional
-        Frequencies at which the result is wanted, Hz; by default ``frequency``.
+        Frequencies of the result, Hz; by default ``frequency``.
 
     Returns
     -------
@@ -236,7 +236,7 @@ def smooth_konno_ohmachi(
     Raises
     ------
     ValueError
-        If the arguments do not fit or are not finite, or a window holds no sample.
+        If the arguments do not fit or are not finite, or a window contains no sample.
 
     References
     ----------
@@ -250,7 +250,7 @@ def smooth_konno_ohmachi(
             f"spectrum must have the length of frequency, {frequencies.size}, got {amplitudes.size}"
         )
     if frequencies.size == 0 or frequencies[0] < 0 or np.any(np.diff(frequencies) <= 0):
-        raise ValueError("frequency must hold increasing values >= 0")
+        raise ValueError("frequency must contain increasing values >= 0")
     width = float(positive("bandwidth", bandwidth))
     targets = frequencies if centres is None else _vector("centres", centres)
     if np.any(targets < 0):
@@ -265,7 +265,7 @@ def smooth_konno_ohmachi(
         total = weight.sum(axis=1)
         if np.any(empty := total <= _LEAST_WINDOW):
             raise ValueError(
-                f"centres must lie where the window holds samples, got "
+                f"centres must lie where the window contains samples, got "
                 f"{targets[some][empty][0]:g} Hz with bandwidth {width:g}"
             )
         smoothed[some] = weight @ amplitude / total
@@ -339,7 +339,7 @@ def response_spectrum(
     damping : float
         Damping ratio, 0 <= ζ < 1.
     frequencies : array_like, shape (n,)
-        Natural frequencies, Hz, > 0, in place of periods.
+        Natural frequencies, Hz, > 0, instead of periods.
 
     Returns
     -------
@@ -358,7 +358,7 @@ def response_spectrum(
     """
     ground = _vector("acceleration", acceleration)
     if ground.size < 2:
-        raise ValueError(f"acceleration must hold at least two samples, got {ground.size}")
+        raise ValueError(f"acceleration must contain at least two samples, got {ground.size}")
     step = float(positive("time_step", time_step))
     naturals = _naturals(periods, frequencies)
     if not np.all(naturals * step <= _FASTEST):
@@ -425,7 +425,7 @@ def low_pass(length: int, time_step: float, frequency: float) -> NDArray[np.comp
     time_step : float
         s.
     frequency : float
-        Where half the power passes, Hz.
+        Corner frequency (half power), Hz.
 
     Returns
     -------
@@ -487,7 +487,7 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     dt : float
         Sampling interval, s.
     band : (float, float), optional
-        Where to look, Hz; by default from 0 to the Nyquist frequency.
+        Band to search, Hz; by default from 0 to the Nyquist frequency.
 
     Returns
     -------
@@ -497,14 +497,14 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     Raises
     ------
     ValueError
-        If an argument is not finite or out of range, or the band holds no peak.
+        If an argument is not finite or out of range, or the band contains no peak.
     """
     from scipy.signal.windows import hann
 
     values = _vector("x", x)
     step = float(positive("dt", dt))
     if values.size < 8:
-        raise ValueError(f"x must hold at least 8 samples, got {values.size}")
+        raise ValueError(f"x must contain at least 8 samples, got {values.size}")
     low, high = _band(band, 0.5 / step)
     windowed = (values - values.mean()) * hann(values.size, sym=False)
     length = _PADDING * values.size
@@ -512,9 +512,9 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     line = np.arange(1, size.size - 1)
     summit = line[(size[line] > size[line - 1]) & (size[line] >= size[line + 1])]
     summit = summit[(summit >= low * length * step) & (summit <= high * length * step)]
-    floor = 1e-12 * np.abs(values).sum()  # the rounding of a constant is no peak
+    floor = 1e-12 * np.abs(values).sum()  # round-off of a constant is not a peak
     if summit.size == 0 or size[summit].max() <= floor:
-        raise ValueError(f"band {low:g} ... {high:g} Hz holds no peak of the spectrum of x")
+        raise ValueError(f"band {low:g} ... {high:g} Hz contains no peak of the spectrum of x")
     best = summit[np.argmax(size[summit])]
     left, middle, right = np.log(np.maximum(size[best - 1 : best + 2], np.finfo(float).tiny))
     shift = 0.5 * (left - right) / (left - 2 * middle + right)

@@ -18,12 +18,12 @@ from ..base.core import FILES, api, checked, engine_names
 from ..base.errors import InputError, OutputError, SiteddaError
 from ..base.numbers import counted
 from ..base.stop import Stop, program_hears
-from ..build.building import blocks_text, built_text, opened_input
 from ..input.added_stage import PresentStage, with_stage
 from ..input.changes import BETWEEN_STEPS, changed_input, flat_changes, in_words
 from ..input.groups import checked as checked_value
 from ..input.groups import group_text
 from ..input.input_text import cited, find_groups
+from ..input.source import Built, blocks_text, needs_building, opened_input
 from .maxima import Maximum, as_maxima
 
 _LONGEST_CALL = 80  # characters of one in a message
@@ -38,7 +38,7 @@ class Simulation:
     file : path or Model
         Namelist input; groups of joints and masonry are turned into blocks.
     output : path, True or None
-        Output file; True: where the input says; None: no file is written.
+        Output file; True: that of the input; None: no file is written.
     resume : bool
         Go on from the last checkpoint of the output, which must be of the same input with the same
         changes; from the start if there is none.  If the output is complete there is nothing left
@@ -85,15 +85,19 @@ class Simulation:
         changes = dict(changes or {}) | more
         named = dict(flat_changes(changes)).get("output.file")
         if output is True and isinstance(named, str | os.PathLike):
-            output = named  # by the caller, who may name any place
+            output = named  # by the caller, who may name any path
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
-        self._one = threading.RLock()  # held while the engine works on this simulation
+        self._one = threading.RLock()  # locked while the engine works on this simulation
         put = getattr(file, "put", blocks_text)
         with opened_input(file) as (file, text):
             if changes:
                 text = changed_input(text, changes, file=file)
-            text, self.built = built_text(text, file, put)
+            self.built = Built()
+            if needs_building(text):
+                from ..build.building import built_text
+
+                text, self.built = built_text(text, file, put)
             writes = self._writes + bool(resume)
             with FILES:
                 data = text.encode("utf-8", "surrogateescape")
@@ -166,10 +170,10 @@ class Simulation:
 
         Notes
         -----
-        A point that is held anew, or follows another motion, is held where it stands.  Bonds and
+        A point that is held again, or follows another motion, is held where it stands.  Bonds and
         closed contacts stay.  With another time step the time left is rounded up to whole steps.
         Energies that come or go are in ``changed``.  The same changes at the same steps give the
-        same bits; checkpoints hold them, so that a resumed run goes on with them, and the output
+        same bits; checkpoints hold them, so that a resumed run continues with them, and the output
         lists them in its attribute ``changes``.
         """
         changes = dict(changes or {}) | more
@@ -199,18 +203,18 @@ class Simulation:
         """End the last stage now, and begin another: excavate, let supports go, change joints.
 
         With adaptive steps the stage begins at the next but one multiple of Δt.  `present_input`
-        then has the stage, and gives the same bits from its start on.
+        then has the stage, and gives identical bits from its start on.
 
         Parameters
         ----------
         name : str
             Of the stage.
         kind : {'dynamic', 'static'}
-            A static one brings the model to rest, and a dynamic one goes on with what is left.
+            A static one brings the model to rest; a dynamic one continues from the present state.
         **values
             Variables of &stage: ``remove``, ``release``, ``drop``, ``change_joints``,
             ``change_materials``, ``zero_displacements``, ``duration`` or ``steps``, ``time_step``,
-            ``integration``, ``theta``.  Without a duration it takes the time that is left.
+            ``integration``, ``theta``.  Without a duration it lasts to the end of the run.
 
         Raises
         ------
@@ -223,7 +227,7 @@ class Simulation:
 
     @property
     def present_stage(self) -> PresentStage:
-        """Where the present stage stands."""
+        """State of the present stage."""
         clock = self._clock()
         return PresentStage(
             steps=int(clock[3] - clock[9]),
@@ -244,11 +248,11 @@ class Simulation:
 
     @property
     def input_values(self) -> str:
-        """What the input means, as JSON: given, default and derived values of its groups."""
+        """The values of the input as JSON: given, default and derived values of its groups."""
         return self._words("values")
 
     def _change(self, text: str, words: str, call: str) -> None:
-        """Go on with another input; errors cite the call in place of a text that nobody saw."""
+        """Go on with another input; errors cite the call instead of a text that nobody saw."""
         try:
             with self._one, FILES:  # in this order everywhere
                 self._ask("change_input", text.encode("utf-8", "surrogateescape"), words.encode())
@@ -260,7 +264,7 @@ class Simulation:
             raise InputError(f"Simulation.{short}: {message}") from None
 
     def checkpoint(self) -> None:
-        """Write a checkpoint now, beside those that the input asks for.
+        """Write a checkpoint now, in addition to those of the input.
 
         Raises
         ------
@@ -282,7 +286,7 @@ class Simulation:
 
     @property
     def output(self) -> Path:
-        """Where the output goes, or would go."""
+        """Path of the output, also if it is not written."""
         return Path(os.fsdecode(self._text("output").strip()))
 
     def _writing(self):
@@ -290,7 +294,7 @@ class Simulation:
         return FILES if self._writes else nullcontext()
 
     def _ask(self, routine: str, *arguments):
-        """What a routine of the engine says of this simulation; threads wait for each other."""
+        """Result of a routine of the engine for this simulation; threads wait for each other."""
         with self._one:
             return checked(getattr(api, routine), self._handle, *arguments)
 
@@ -317,12 +321,12 @@ class Simulation:
 
     @property
     def summary(self) -> str:
-        """What step control did so far, in words."""
+        """Summary of the step control so far."""
         return self._words("summary")
 
     @property
     def warning(self) -> str:
-        """What the energy audit has against the run so far; empty if it balances."""
+        """Warning of the energy audit so far; empty if it balances."""
         return self._words("warning")
 
     @property
@@ -331,7 +335,7 @@ class Simulation:
 
         Plane strain or plane stress; PGA, PGV and PGD of the motion; the most that drift removal
         took of velocity and displacement; velocity and displacement at the end of the record, and
-        how the motion goes on.
+        how the motion continues.
         """
         return self._words("description")
 
@@ -347,7 +351,7 @@ class Simulation:
 
     @property
     def peak_warnings(self) -> list[str]:
-        """Where amplification peaks of a linear run are not those of its transfer function."""
+        """Warnings about amplification peaks of a linear run that are not exact."""
         with self._one, FILES:
             return self._words("peaks").splitlines()
 
@@ -358,7 +362,7 @@ class Simulation:
 
     @property
     def notice(self) -> str:
-        """Where a resumed simulation went on from, in words; else blank."""
+        """The time from which a resumed simulation continued, in words; otherwise blank."""
         return self._words("notice")
 
     @property
@@ -495,6 +499,14 @@ class Simulation:
         return self._table("edge_damages")[0]
 
     @property
+    def loads(self) -> np.ndarray:
+        """Forces of weight, loads, water and supports on each block, shape (blocks, 6).
+
+        Along x and y (N/m), moment about the centroid (N) and those on its strains (N).
+        """
+        return self._table("loads").T
+
+    @property
     def polygons(self) -> list[np.ndarray]:
         """Vertices of each block, shape (vertices, 2), m, counter-clockwise."""
         owner = self._table("edges")[:, 0]
@@ -508,7 +520,7 @@ class Simulation:
         ``vertex`` and ``edge`` (from 0), ``state`` (0 open, 1 slide, 2 stick), ``bonded``,
         ``joint`` (from 0, in the order of the input);
         ``gap`` (m), ``normal_force`` and ``shear_force`` (N/m), ``stretch`` (m). Under joint laws:
-        ``length`` (m) that a contact stands for, ``slip_path`` (m), ``weakened`` (0 … 1), and
+        ``length`` (m) that a contact represents, ``slip_path`` (m), ``weakened`` (0 … 1), and
         ``place``, the share of the edge from ``vertex`` on before a point between corners; else 0.
         With cohesive joints: ``damage`` (0 … 1), ``fracture_energy_lower`` and
         ``fracture_energy_upper`` (N/m, per area), bounds of what is spent.
@@ -520,7 +532,7 @@ class Simulation:
     def closed_contacts(self) -> np.ndarray:
         """Contacts of the last step that press, shape (contacts, 5).
 
-        Vertex and edge (from 0), share of the edge from the vertex on before a point between
+        Vertex and edge (from 0), fraction of the edge from the vertex on before a point between
         corners, normal and shear force (N/m), as in `contacts`.
         """
         return self._table("closed contacts")
@@ -530,7 +542,7 @@ class Simulation:
         """Pieces of edges that the groups ``&boundary`` take, each of shape (pieces,).
 
         ``edge`` (by its first vertex) and ``group`` (in the order of the input), both from 0;
-        ``from`` and ``to``, the shares of the edge between which the piece lies.
+        ``from`` and ``to``, the fractions of the edge between which the piece lies.
         """
         edge, group, *shares = self._table("boundary_edges").T
         values = (edge.astype(int), group.astype(int), *shares)
@@ -549,7 +561,7 @@ class Simulation:
 
     @property
     def energies(self) -> dict[str, float]:
-        """Energies, J per metre of thickness; ``balance`` is what the audit cannot explain."""
+        """Energies, J per metre of thickness; ``balance`` is the residual of the audit."""
         values = map(float, self._table("energies")[0])
         return dict(zip(engine_names("energies"), values, strict=True))
 
@@ -568,7 +580,7 @@ class Simulation:
 
     @property
     def counts(self) -> dict[str, int]:
-        """What has been counted since the start.
+        """Counts since the start.
 
         ``steps``; open-close ``iterations``; neighbour ``searches``; linear systems (``solves``),
         ``factors`` made for them, ``solver_iterations``, solves ``handed_over`` to the direct
@@ -582,7 +594,7 @@ class Simulation:
         return self._words("solver")
 
     def block_notes(self) -> str:
-        """What making blocks removed, merged or left, and which blocks are slivers, in words."""
+        """Notes on blocks that were removed or merged, and on slivers, in words."""
         from ..build.cutting.small_blocks import in_words, slivers
 
         of_cut = in_words(self.built.slivers)
@@ -602,6 +614,11 @@ class Simulation:
     def point_motions(self) -> np.ndarray:
         """Measured points, shape (3, points, 2): displacement, velocity, acceleration (SI)."""
         return np.swapaxes(self._table("points").T.reshape(-1, 3, 2), 0, 1)
+
+    @property
+    def base_displacement(self) -> np.ndarray:
+        """Displacement of the base since the first frame, shape (2,), m; 0 without a motion."""
+        return self._table("base")[:, 0]
 
 
 def run_to_end(
@@ -636,7 +653,7 @@ def run_to_end(
     except BaseException as error:
         try:
             simulation.finish()
-        except OutputError as failure:  # beside what ended the run
+        except OutputError as failure:  # in addition to the error that ended the run
             if not isinstance(error, SiteddaError):
                 raise
             raise type(error)(f"{error}; {failure}") from error

@@ -19,7 +19,7 @@ class Peak:
     amplitude : float
         There.
     bin_width : float
-        Hz between bins: what the interpolation refines; 0 for the peak of a formula.
+        Hz between bins, refined by interpolation; 0 for the peak of a formula.
     interpolated : bool
         False if the highest bin lies at an end of the band, and for the peak of a formula.
     """

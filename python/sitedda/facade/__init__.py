@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a caller has: runs, their page and picture, and how things show themselves."""
+"""Interface for callers: runs, their page and picture, representation in notebooks."""

@@ -7,24 +7,23 @@ import numpy as np
 
 from ..base.errors import SiteddaError
 from ..base.numbers import number
-from ..build.building import InputOfRun
 from ..drawing.pictures import draw
 from ..drawing.view import BUDGET, view
 from ..engine.checking import Report, check, check_table
 from ..input.schema import GROUPS
+from ..input.source import InputOfRun
 from ..output.energies import TERMS
-from ..output.response import amplifications
 from ..output.scene import Scene
 from ..output.verdict import verdict
 from ..output.verdict_lines import NO_BARS
 from ..report.page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Table
 from ..report.provenance import provenance
 from ..study.error_bars import kept_accuracy
-from .plot import CAPTIONS, kind_of, run_picture
+from .plot import CAPTIONS, run_picture, shown
 
 _TABLES = (("material", "Materials"), ("joint", "Joints"), ("boundary", "Boundaries"),
            ("motion", "Motions"))  # fmt: skip
-_PICTURES = 1_500_000  # bytes of a page that its pictures may take
+_PICTURES = 1_500_000  # bytes of the pictures of a page
 
 
 def report_page(source, report: Report | None = None, discrete=None) -> Page:
@@ -38,7 +37,7 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
     discrete : ndarray, optional
         The model's own transfer function for the picture, see `plot.run_picture`.
     """
-    scene = source if isinstance(source, Scene) else Scene.of(source)
+    scene = Scene.of(source)
     report = report if report is not None else _checked(scene, source)
     return _model_page(scene, report) if scene.before else _run_page(scene, report, discrete)
 
@@ -46,18 +45,17 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
 def _run_page(scene: Scene, report: Report | str, discrete) -> Page:
     data = scene.data
     page = Page(scene.title or "Untitled run", _lead(scene))
-    page.add("Verdict", _judged(report), *_verdict(scene))
+    page.add("Verdict", _check_section(report), *_verdict(scene))
     page.add("Blocks", view(scene, BUDGET - _PICTURES))
-    found = _amplifications(data)
-    caption = CAPTIONS[kind_of(scene)]
-    page.add("Pictures", Picture(run_picture(data, found, discrete), caption, "run"))
+    what = shown(scene)
+    page.add("Pictures", Picture(run_picture(what, discrete), CAPTIONS[what.kind], "run"))
     _add_model(page, scene)
     _add_check(page, report)
     _add_energies(page, data)
     _add_input(page, scene)
     page.provenance = provenance(
         input=str(data.attrs.get("input_file", "")),
-        computed_by=_maker(data),
+        computed_by=_provenance_line(data),
         step_control=str(data.attrs.get("step_control", "")),
         solver=str(data.attrs.get("solver", "")),
     )
@@ -80,17 +78,10 @@ def _lead(scene: Scene) -> str:
     return words + ("." if complete else "; the run is not complete.")
 
 
-def _maker(data) -> str:
+def _provenance_line(data) -> str:
     """Program and commit that computed an output."""
     maker, commit = (str(data.attrs.get(name, "")) for name in ("source", "commit"))
     return f"{maker}, commit {commit}" if commit else maker
-
-
-def _amplifications(data):
-    try:
-        return amplifications(data)
-    except (KeyError, ValueError):
-        return []
 
 
 def _checked(scene: Scene, source) -> Report | str:
@@ -103,8 +94,8 @@ def _checked(scene: Scene, source) -> Report | str:
         return str(error)
 
 
-def _judged(report: Report | str) -> Part:
-    """What the check says of the model, before anything that the run says."""
+def _check_section(report: Report | str) -> Part:
+    """Findings of the check of the model, placed before those of the run."""
     if isinstance(report, str):
         return Paragraph(f"There is no check of the input: {report}")
     verdict, _, topics = report.conclusion.removeprefix("verdict: ").partition(": ")
@@ -112,7 +103,7 @@ def _judged(report: Report | str) -> Part:
 
 
 def _verdict(scene: Scene) -> list[Part]:
-    """What happened, the figures, how sure they are, doubts and counts."""
+    """Verdict, figures with their bars, doubts and counts."""
     bars = kept_accuracy(scene.data.attrs)
     found = verdict(scene, bars)
     heads, *rows = found.rows()
@@ -151,8 +142,8 @@ def _add_model(page: Page, scene: Scene) -> None:
     areas = scene.areas()
     vertices = np.diff(scene.first)
     counts = [
-        ("blocks", f"{scene.blocks:,} with {_from_to(vertices)} vertices"),
-        ("areas", f"{_from_to(areas)} m², {number(areas.sum(), 6)} m² together"),
+        ("blocks", f"{scene.blocks:,} with {_range_words(vertices)} vertices"),
+        ("areas", f"{_range_words(areas)} m², {number(areas.sum(), 6)} m² together"),
         ("joints that touch", f"{len(scene.interfaces):,}"),
         ("fixed points", f"{len(scene.supports()):,}"),
         ("boundaries", ", ".join(one["kind"] for one in scene.boundaries(0)) or "none"),
@@ -176,7 +167,7 @@ def _add_model(page: Page, scene: Scene) -> None:
     page.add("Model", *parts)
 
 
-def _from_to(values) -> str:
+def _range_words(values) -> str:
     """The range of values in words."""
     low, high = number(values.min()), number(values.max())
     return low if low == high else f"{low} to {high}"

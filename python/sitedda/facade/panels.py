@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..base.numbers import in_unit
-from ..drawing.pictures import plain
 from ..engine.scheme import scheme_damping
 from ..engine.signals import low_passed, smooth_konno_ohmachi
 from ..output.energies import Budget
@@ -22,7 +21,8 @@ from ..output.verdict import (
     main_axis,
     run_scheme,
 )
-from ..report.style import BLUE, COLORS, FAINT, GREY, INK, ORANGE, legend_above
+from ..report.layout import folded, legend_above, plain
+from ..report.style import BLUE, COLORS, FAINT, GREY, INK, ORANGE
 from ..site.column import damped_amplification
 from ..site.twin import layered_twin
 
@@ -30,10 +30,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_POINTS = 6
+_INCOMING = "incoming: "
 _PERIOD_TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)  # s
-_SAME = 1e-3  # of a motion: two that differ less are drawn as one
-_RESIDUAL = 0.16  # of the height of a panel of energies, for what the audit leaves over
+_SAME = 1e-3  # of a motion: two with a smaller difference are drawn as one
+_RESIDUAL = 0.16  # of the height of a panel of energies, for the residual of the audit
 _LETTER = 0.02  # of the width of a panel, that a letter of a stage's name takes
+_SHORT = 0.04  # of the width: a stage that takes less has no name
+_TALL = 1.8  # inches of a text along the height of a panel
 _SAMPLES = 1500  # of energies over time
 
 
@@ -64,13 +67,18 @@ def spectrum_axes(axes: Axes) -> None:
     axes.minorticks_off()
 
 
-def draw_displacements(axes: Axes, history, curves) -> None:
-    """Displacements over time, of `curves_of`."""
-    size, unit = in_unit(max(float(abs(moved).max()) for _, moved, _, _ in curves), "m")
-    for label, moved, _, look in curves:
+def draw_displacements(axes: Axes, scene: Scene, curves) -> None:
+    """Displacements over time, of `curves_of`; what comes in is absolute."""
+    shown = [one for one in curves if not one[0].startswith(_INCOMING)]
+    if not shown or scene.origin == "absolute":
+        shown = curves
+    history = scene.data
+    size, unit = in_unit(max(float(abs(moved).max()) for _, moved, _, _ in shown), "m")
+    for label, moved, _, look in shown:
         axes.plot(history.time, moved / size, lw=1.1, label=plain(label), **look)
     end = float(history.time[-1])
-    axes.set(xlabel="time (s)", ylabel=f"displacement ({unit})", xlim=(0, end or 1.0))
+    kind = "absolute displacement" if scene.origin == "absolute" else "displacement"
+    axes.set(xlabel="time (s)", ylabel=f"{kind} ({unit})", xlim=(0, end or 1.0))
     legend_above(axes, 3)
 
 
@@ -101,7 +109,7 @@ def draw_profile(axes: Axes, found) -> None:
 
 
 def draw_budget(axes: Axes, found: Budget) -> None:
-    """Where the energy is and has gone as stacked areas; what the audit leaves over apart."""
+    """Energies as stacked areas; the residual of the audit separately."""
     at = np.unique(np.linspace(0, len(found.time) - 1, _SAMPLES).astype(int))
     time = found.time[at]
     size, unit = in_unit(float(found.given.max(initial=0.0)), "J/m")
@@ -132,7 +140,7 @@ def mean_step(history) -> float:
 
 
 def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
-    """Amplification of the run with what theory says of it."""
+    """Amplification of the run and of the theory."""
     axes.plot(result.frequency, result.ratio, color=BLUE, lw=1.5, label="this run")
     _smoothed(axes, result)
     if discrete is not None:
@@ -153,40 +161,43 @@ def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
     )
     axes.set(
         xlabel="frequency (Hz)",
-        ylabel=f"{plain(result.surface)} / {plain(result.base)}",
+        ylabel=plain(folded(f"{result.surface} / {result.base}", _TALL, 10)),
         xlim=(result.frequency[0], result.frequency[-1]),
         ylim=(0, None),
     )
     legend_above(axes, 2)
 
 
-def curves_of(history) -> list[tuple]:
+def curves_of(scene: Scene) -> list[tuple]:
     """Label, displacement (m), acceleration (m/s²) and look of what histories show.
 
     Measured points, and what comes in through boundaries: one curve of several that are the same.
     """
-    found = []
-    for name, color in zip(_liveliest(history), COLORS, strict=False):
+    found: list[tuple] = []
+    history = scene.data
+    for name, color in zip(_most_moving_points(history), COLORS, strict=False):
         point = history.sel(point=name)
-        axis = main_axis(point.velocity)
-        pair = (point[n].values[:, axis] for n in ("displacement", "acceleration"))
-        found.append((f"{name}, {'xy'[axis]}", *pair, {"color": color}))
+        moved = point["displacement"].values - scene.base_history
+        axis = main_axis(moved)
+        acceleration = point["acceleration"].values[:, axis]
+        label = f"{name}, {'xy'[axis]}"
+        found.append((label, moved[:, axis], acceleration, {"color": color}))
     seen = []
     for i, name in enumerate(history.boundary.values if "boundary" in history.coords else ()):
         boundary = history.isel(boundary=i)
-        axis = main_axis(boundary.incoming_velocity)
+        axis = main_axis(boundary["incoming_displacement"].values)
         moved, acceleration = (
             boundary[f"incoming_{n}"].values[:, axis] for n in ("displacement", "acceleration")
         )
         if any(np.allclose(moved, other, atol=_SAME * np.ptp(moved)) for other in seen):
             continue
         look = {"color": GREY, "ls": ("-", "--", ":")[len(seen) % 3], "zorder": 1.5}
-        found.append((f"incoming: {name}, {'xy'[axis]}", moved, acceleration, look))
+        found.append((f"{_INCOMING}{name}, {'xy'[axis]}", moved, acceleration, look))
         seen.append(moved)
     return found
 
 
-def _liveliest(history) -> list[str]:
+def _most_moving_points(history) -> list[str]:
     """The measured points that move most."""
     moved = np.ptp(history.displacement.values, axis=0).max(axis=-1)
     order = np.argsort(-moved, kind="stable")[:_MOST_POINTS]
@@ -202,19 +213,19 @@ def mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
     for i, ((name, begin), end) in enumerate(zip(starts, ends, strict=True)):
         if i % 2:
             axes.axvspan(begin, end, color=FAINT, alpha=0.12, lw=0, zorder=0)
-        if named and end > begin:
-            place = (begin, 1.0)
+        share = (end - begin) / (ends[-1] - starts[0][1] or 1.0)
+        if named and share > _SHORT:
+            words, place = plain(folded(name, _TALL, 8, most=1)), (begin, 1.0)
             look = {"fontsize": 8, "color": FAINT, "va": "top", "ha": "left"}
-            fits = (end - begin) / (ends[-1] - starts[0][1]) > _LETTER * len(name)
-            look["rotation"] = 0 if fits else 90
-            axes.annotate(plain(name), place, xytext=(2, -2), xycoords=("data", "axes fraction"),
+            look["rotation"] = 0 if share > _LETTER * len(name) else 90
+            axes.annotate(words, place, xytext=(2, -2), xycoords=("data", "axes fraction"),
                           textcoords="offset points", zorder=1, **look)  # fmt: skip
 
 
 def _smoothed(axes: Axes, result: Amplification) -> None:
     """The curve smoothed, for the eye; the peak is read from the raw one."""
     # Centres on the bins themselves, so that no window is empty, however coarse the spectrum.
-    centres = result.frequency[:: max(1, result.frequency.size // 300)]
+    centres = result.frequency[:: max(1, result.frequency.size // 150)]
     curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
     axes.plot(centres, curve, color=GREY, lw=1.0, label="smoothed, Konno–Ohmachi, b = 40")
 

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The picture that a run ends with, chosen by what was asked of it, and the panels of a record."""
+"""The final picture of a run, chosen by its purpose, and the panels of a record."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..drawing.pictures import draw, head, plain, view_box
+from ..drawing.pictures import BlockPicture, view_box
 from ..drawing.quantities import limits_of, movement_limits, rounding
 from ..engine.signals import arias_growth
 from ..output.energies import budget
-from ..output.response import Amplification
+from ..output.response import Amplification, amplifications
 from ..output.scene import Scene
 from ..output.verdict import (
     PERIODS,
@@ -23,7 +23,8 @@ from ..output.verdict import (
     fallen,
     resolved_frequency,
 )
-from ..report.style import BLUE, GREY, ORANGE, RULE, empty_figure, headline, save_picture
+from ..report.layout import headline, plain
+from ..report.style import BLUE, GREY, ORANGE, RULE, empty_figure, save_picture
 from ..site.beside import beside
 from ..site.surface import Surface, surface
 from .panels import (
@@ -43,9 +44,10 @@ if TYPE_CHECKING:
 
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 _BLOCKS_WIDTH = 3.5  # inches of the blocks in a picture of two of them
+_PANEL, _AROUND = 3.4, 0.9  # inches of a row of panels; of titles and labels of one of blocks
 _WORTH = 1e-6  # of the model's size: less has a picture only where a motion drives it
-_SURFACE = 4  # measured points, from which on amplification along them is what is drawn
-_USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, that damping is said at where no peak is asked for
+_SURFACE = 4  # number of measured points from which amplification along them is drawn
+_USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, at which damping is reported if no peak is requested
 
 
 CAPTIONS = {
@@ -56,17 +58,32 @@ CAPTIONS = {
 }
 
 
-def kind_of(scene: Scene) -> str:
-    """What a run asks: response of a 'site', along a 'surface', to a 'shake', or 'forces'."""
+class Shown(NamedTuple):
+    """Purpose of a run: response of a 'site', along a 'surface', to a 'shake', or 'forces'; and the
+    amplification of the first two.
+    """
+
+    kind: str
+    scene: Scene
+    of: Amplification | Surface | None = None
+
+
+def shown(source: xr.Dataset | Scene) -> Shown:
+    """The purpose of a run, from its output."""
+    scene = source if isinstance(source, Scene) else Scene.of(source)
+    if scene.groups.get("amplification"):
+        try:
+            return Shown("site", scene, amplifications(scene.data)[0])
+        except (AttributeError, KeyError, ValueError):  # no motion of its points
+            return Shown("site", scene)
+    if along := _along_surface(scene):
+        return Shown("surface", scene, along)
     groups = scene.groups
-    if groups.get("amplification"):
-        return "site"
-    if _along_surface(scene):
-        return "surface"
     moved = any(one["moved"] for one in scene.supports() + scene.boundaries(0))
     base = any(name.startswith("base") for name in groups.get("control", [{}])[0])
     dynamic = float(scene.data.time[-1]) > float(scene.data.time[0])
-    return "shake" if (moved or base or groups.get("motion")) and dynamic else "forces"
+    shaken = (moved or base or groups.get("motion")) and dynamic
+    return Shown("shake" if shaken else "forces", scene)
 
 
 def _along_surface(scene: Scene) -> Surface | None:
@@ -84,24 +101,23 @@ def _along_surface(scene: Scene) -> Surface | None:
     return found if len(found.names) >= _SURFACE else None
 
 
-def run_picture(history: xr.Dataset, found=(), discrete=None) -> Figure:
-    """The picture of a run: what it was asked for.
+def run_picture(source: xr.Dataset | Scene | Shown, discrete=None) -> Figure:
+    """The picture of a run, by its purpose.
 
     Parameters
     ----------
-    history : xarray.Dataset
+    source : xarray.Dataset, Scene or Shown
         Of a finished run.
-    found : sequence of Amplification
-        Of `response.amplifications`; the first is drawn.
     discrete : ndarray, optional
-        The model's own transfer function at ``found[0].frequency``.
+        The model's own transfer function at the frequencies of its amplification.
     """
-    scene = Scene.of(history)
-    if found:
-        return _site_picture(scene, history, found[0], discrete)
-    if along := _along_surface(scene):
-        return along.plot()
-    return _picture(scene, history, kind_of(scene) == "shake")
+    what = source if isinstance(source, Shown) else shown(source)
+    history = what.scene.data
+    if isinstance(what.of, Amplification):
+        return _site_picture(what.scene, history, what.of, discrete)
+    if what.of is not None:
+        return what.of.plot()
+    return _picture(what.scene, history, what.kind == "shake")
 
 
 def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Figure:
@@ -115,8 +131,8 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
     try:
         draw_profile(axes["profile"], beside(history, result.surface, result.base))
     except ValueError:  # no level ground
-        draw(scene, axes=axes["profile"], color="material", legend=False)
-        axes["profile"].set_title("The model", loc="left", fontsize=10, pad=22)
+        look = {"color": "material", "legend": False, "title": "The model"}
+        BlockPicture(scene, axes=axes["profile"], **look).show(scene.frames - 1)
     axis = ("x", "y").index(result.direction)
     series = {
         name: history.acceleration.sel(point=name).isel(axis=axis).values
@@ -138,38 +154,42 @@ def _picture(scene: Scene, history, shaken: bool) -> Figure:
     moved = limits_of(scene, "displacement", last).most > least
     samples = history.sizes.get("time", 0) > 2
     points = samples and "point_place" in history and len(scene.points()) > 0
-    curves = [c for c in curves_of(history) if abs(c[1]).max() > least] if points else []
-    below = ["moved"] * (moved and not shaken) + ["curves"] * bool(curves)
+    curves = [c for c in curves_of(scene) if abs(c[1]).max() > least] if points else []
+    below = ["moved"] * bool(moved and not shaken) + ["curves"] * bool(curves)
     below += ["spectra"] * bool(shaken and _shaken(scene, curves))
     below += ["energies"] * bool(samples and moved)
     below = below[:2] if len(below) > 1 else []
-    tall = _blocks_height(scene)
-    rows = [tall + 1.2] + ([tall + 1.2 if "moved" in below else 3.4] if below else [])
-    figure = empty_figure((11, 0.7 + sum(rows)))
+    figure = empty_figure((11, 8))
     _title(figure, history)
-    if "moved" in below:  # one grid, so that blocks have one scale in all panels
-        panels = figure.subplots(2, 2, height_ratios=rows)
-    else:
-        parts = figure.subfigures(len(rows), 1, height_ratios=rows, squeeze=False)[:, 0]
-        panels = [part.subplots(1, 2) for part in parts]
-    model, after = panels[0]
-    _blocks(model, scene, "The model", time=float(scene.time[0]), color="material")
+    rows = 1 + bool(below)
+    # Blocks have one scale in all panels of one grid; curves need other widths.
+    grid = figure.add_gridspec(rows, 2 if "moved" in below else 1)
+    parts = [grid] if "moved" in below else [grid[row].subgridspec(1, 2) for row in range(rows)]
+    panels = [figure.add_subplot(spot) for part in parts for spot in part]
+    end = scene.frames - 1
+    shown = [_blocks(panels[0], scene, "The model", 0, color="material")]
     if shaken:
-        _moved(after, scene, least)
+        shown.append(_moved(panels[1], scene, least))
     else:
-        _blocks(after, scene, "Forces at the end", color="compression", contacts="force")
-    for axes, name in zip(panels[-1] if below else (), below, strict=False):
+        look = {"color": "compression", "contacts": "force"}
+        shown.append(_blocks(panels[1], scene, "Forces at the end", end, **look))
+    tall = [_height(scene, shown)] + [_PANEL] * bool(below)
+    for axes, name in zip(panels[2:], below, strict=False):
         if name == "moved":
-            _moved(axes, scene, least)
+            tall[1] = _height(scene, [_moved(axes, scene, least)])
         else:
             _panel(axes, name, scene, history, curves)
+    grid.set_height_ratios(tall)
+    figure.set_size_inches(11, 0.7 + sum(tall))
+    for axes in panels[2 + len(below) :]:
+        axes.remove()
     return figure
 
 
 def _panel(axes, name: str, scene: Scene, history, curves) -> None:
     """One of the lower panels, but that of the blocks."""
     if name == "curves":
-        draw_displacements(axes, history, curves)
+        draw_displacements(axes, scene, curves)
         mark_stages(axes, scene)
     elif name == "spectra":
         shaken = _shaken(scene, curves)
@@ -195,22 +215,22 @@ def _shaken(scene: Scene, curves) -> list[tuple]:
     return [one for one in curves if one[0].rpartition(",")[0] not in landed]
 
 
-def _blocks(axes, scene: Scene, title: str, **look) -> None:
+def _blocks(axes, scene: Scene, title: str, frame: int, **look) -> BlockPicture:
     """Blocks with what they are shown for in place of the title of the run."""
-    draw(scene, axes=axes, **look)
-    words = axes.texts[-1].get_text()
-    axes.texts[-1].set_text("")
-    head(axes, title, words, lines=1 + words.count("\n"))
+    picture = BlockPicture(scene, axes=axes, title=title, **look)
+    picture.show(frame)
+    return picture
 
 
-def _moved(axes, scene: Scene, least: float) -> None:
+def _moved(axes, scene: Scene, least: float) -> BlockPicture:
     """Displacements, and slip or opening of joints, whichever is larger, from `least` (m) on."""
-    last = [scene.frames - 1]
-    slip, gap = (movement_limits(scene, name, last).high for name in ("slip", "opening"))
+    last = scene.frames - 1
+    slip, gap = (movement_limits(scene, name, [last]).high for name in ("slip", "opening"))
     contacts = "slip" if slip >= gap else "opening"
     if max(slip, gap) <= least:
         contacts = None
-    _blocks(axes, scene, "What has moved at the end", color="displacement", contacts=contacts)
+    look = {"color": "displacement", "contacts": contacts}
+    return _blocks(axes, scene, "What has moved at the end", last, **look)
 
 
 def _title(figure, history, *frequencies: float) -> None:
@@ -233,10 +253,12 @@ def _accelerations(panels, history, series: dict) -> None:
     panels[-1].set_xlabel("time (s)")
 
 
-def _blocks_height(scene: Scene) -> float:
-    """Inches that two pictures of the blocks beside each other need."""
+def _height(scene: Scene, pictures: list[BlockPicture]) -> float:
+    """Inches of a row of pictures of the blocks with their keys."""
     width, height = np.subtract(*view_box(scene)[::-1])
-    return float(np.clip(_BLOCKS_WIDTH * height / width, 1.2, 4.0))
+    tall = float(np.clip(_BLOCKS_WIDTH * height / width, 1.2, 4.0))
+    return max(tall, *(one.keys.down for one in pictures)) + _AROUND + 0.18 * max(
+        one.head.lines for one in pictures)  # fmt: skip
 
 
 def record_panels(motion: xr.Dataset, file) -> Path:

@@ -10,13 +10,14 @@ from pathlib import Path
 
 from ..base.errors import AuditWarning, PeakWarning
 from ..base.stop import SIGNALS, Stop
-from ..build.building import InputOfRun, opened_input
 from ..drawing.ended_run import EndedRun
 from ..engine import simulation
 from ..engine.simulation import run_to_end
 from ..input.changes import flat_changes
 from ..input.input_text import find_groups
 from ..input.schema import GROUPS
+from ..input.source import InputOfRun, opened_input
+from ..output import output_file
 
 
 class Simulation(simulation.Simulation):  # noqa: D101
@@ -35,7 +36,7 @@ class Run(EndedRun):  # noqa: D101
 
     @cached_property
     def verdict(self):
-        """What happened, a `Verdict`, with the bars that its output keeps."""
+        """The results in words, a `Verdict`, with the error bars of its output."""
         from ..output.verdict import verdict
         from ..study.error_bars import kept_accuracy
 
@@ -60,6 +61,12 @@ class Run(EndedRun):  # noqa: D101
         scene = Scene.of(self)
         return write_view(scene, file or Path("view.html"), below=bars_of(scene), **options)
 
+    def widget(self, **options):
+        """The interactive view for a notebook, a `ViewWidget`: ``.picked`` is the picked block."""
+        from ..drawing.view.widget import ViewWidget
+
+        return ViewWidget(self, **options)
+
     def report(self, file=None) -> Path:
         """Write the report of the run to one HTML file, beside the output by default."""
         from ..report import write_html
@@ -67,6 +74,44 @@ class Run(EndedRun):  # noqa: D101
 
         beside = self.output.with_suffix(".html") if self.output else Path("run.html")
         return write_html(report_page(self), file or beside)
+
+
+class _OfDataset(Run):
+    """What ``data.sitedda`` offers for the dataset of an output, as for the run that wrote it."""
+
+    def __init__(self, data):
+        super().__init__(data, data.attrs.get("complete", "yes") == "yes", None, "read again")
+
+
+def open_output(file):
+    """An output file as a dataset of xarray; its frames are read when they are asked for.
+
+    It has coordinates to select by:
+    ``data.block_stress.sel(block="brick_7", component="yy").sel(frame=1.5, method="nearest")``,
+    and what a run has: ``data.sitedda.verdict``, ``data.sitedda.draw()``, ``view``, ``report``.
+
+    Parameters
+    ----------
+    file : path
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    OutputError
+        If it is not an output of a run, or damaged; the message names the variable.
+    """
+    data = output_file.open_output(file)
+    _register_accessor()
+    return data
+
+
+def _register_accessor() -> None:
+    """Give datasets of xarray the attribute ``sitedda``, once xarray is imported."""
+    import xarray as xr
+
+    if not hasattr(xr.Dataset, "sitedda"):
+        xr.register_dataset_accessor("sitedda")(_OfDataset)
 
 
 def run(
@@ -83,7 +128,7 @@ def run(
     file : path
         Namelist input.
     output : path, True, False or None
-        Output file; True: where the input says; False: kept in memory only; None: in memory, unless
+        Output file; True: that of the input; False: kept in memory only; None: in memory, unless
         the input or changes name an ``output.file``.
     progress : callable, optional
         Called now and then with the `Simulation`.
@@ -94,7 +139,7 @@ def run(
     -------
     Run
         Incomplete if it was stopped with Ctrl-C; a file then stays as FILE.partial, and `resume`
-        goes on.
+        continues.
     """
     changes = dict(changes or {}) | more
     if output is None and ("output.file" in dict(flat_changes(changes)) or _names_output(file)):
@@ -103,7 +148,7 @@ def run(
 
 
 def _names_output(source) -> bool:
-    """Whether an input says where its output goes."""
+    """Whether an input names its output file."""
     if hasattr(source, "output"):
         return source.output.file is not None
     with opened_input(source) as (file, text):
@@ -124,7 +169,7 @@ def resume(
 ) -> Run:
     """Go on with a run that ended early, from the last checkpoint of its output.
 
-    The result has the same bits as that of a run that was never interrupted.  Without a
+    The result has identical bits as that of a run that was never interrupted.  Without a
     checkpoint it begins at the start; an output that is complete is only read.
 
     Parameters
@@ -132,7 +177,7 @@ def resume(
     file : path
         Namelist input, as it was.
     output : path or True
-        Output file, as it was; True: where the input says.
+        Output file, as before; True: that of the input.
     progress : callable, optional
         Called now and then with the `Simulation`.
     changes, **more
@@ -147,8 +192,6 @@ def resume(
 
 
 def _run(file, output, progress, changes, resume=False, program=False, light=False) -> Run:
-    from ..output.output_file import load, read_output
-
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "history.nc" if output is None else output
         with (
@@ -163,6 +206,8 @@ def _run(file, output, progress, changes, resume=False, program=False, light=Fal
                 warnings.warn(words, PeakWarning, stacklevel=3)
         if not complete:
             where = where.with_name(where.name + ".partial")
-        history = read_output(where) if light else load(where)
+        history = output_file.read_output(where) if light else output_file.load(where)
+    if not light:
+        _register_accessor()
     summary = history.attrs["step_control"]
     return Run(history, complete, None if output is None else where, summary)

@@ -16,7 +16,7 @@ _ROUNDING = 1e-9  # of Δt, as in the engine
 
 @dataclass(frozen=True)
 class PresentStage:
-    """Where a stage stands.
+    """State of a stage.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ def with_stage(
     present : PresentStage
         The last stage of the text.
     file : path
-        Where the text is from.
+        File of the text.
     name, kind : str
         Of the new stage.
     values : mapping
@@ -63,7 +63,7 @@ def with_stage(
     """
     for one in values:
         if one not in ADDED:
-            raise InputError(f"a stage that is added has no {one}; it has {', '.join(ADDED)}")
+            raise InputError(f"an added stage has no {one}; its variables are {', '.join(ADDED)}")
     groups = find_groups(text, file, ("block",))
     control = next((one.values for one in groups if one.name == "control"), {})
     stages = [one for one in groups if one.name == "stage"]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Block files: the blocks of a large model in netCDF, in place of megabytes of text.
+"""Block files: the blocks of a large model in netCDF, instead of megabytes of text.
 
 The format is the classic one: the library that reads netCDF-4 crashes on some damaged files.
 
-``vertices`` (vertex, axis) holds the corners of all blocks one after the other, counter-clockwise,
+``vertices`` (vertex, axis) has the corners of all blocks one after the other, counter-clockwise,
 ``corners`` (block) how many each has, ``name`` (block, letter) their names.  ``material`` (block)
 and ``edge_joint`` (vertex), of the edge that begins there, are numbers from 1 into
 ``material_name`` and ``joint_name``, 0 for none; so is ``body`` (block) into ``body_name``: the
@@ -19,7 +19,7 @@ from ..base.core import FILES
 from ..base.errors import InputError
 from ..base.files import written
 
-LONGEST_NAME = 64  # bytes, as the engine holds names
+LONGEST_NAME = 64  # bytes, as in the engine
 LARGE = 10_000  # blocks that go into a file of their own
 
 

@@ -7,7 +7,7 @@ from ..base.errors import InputError
 from .groups import value_text
 from .input_text import Found, find_groups, with_changes
 
-# What may change while a model is stepped; all variables of loads but their names.
+# Variables that may change during a run; of loads all except their names.
 BETWEEN_STEPS = {
     "control": ("time_step", "gravity"),
     "joint": ("friction_angle", "cohesion", "tensile_strength", "fracture_energy",
@@ -20,7 +20,7 @@ BETWEEN_STEPS = {
 
 
 class Typed(str):
-    """A value as it is typed on a command line: the kind of its variable says how it is meant."""
+    """A value typed on a command line; its meaning follows from the kind of its variable."""
 
 
 def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, file="input") -> str:
@@ -42,12 +42,12 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, f
     allowed : mapping, optional
         The variables of each group that may be changed (all).
     file : path
-        Where the text is from, for messages.
+        File of the text, for messages.
 
     Raises
     ------
     InputError
-        If a name is unknown, or does not say which of several groups is meant.
+        If a name is unknown, or ambiguous among several groups.
     """
     texts = [(path, _text(path, value)) for path, value in flat_changes(changes)]
     text, variables = with_changes(text, texts, file)
@@ -89,7 +89,7 @@ def with_files(text: str, name_of: Callable[[Found], str], file="input") -> str:
     name_of : callable
         The name of the file of a group; empty: it stays.
     file : path
-        Where the text is from, for messages.
+        File of the text, for messages.
     """
     parts, at = [], 0
     for one in find_groups(text, file, ("block",)):

@@ -19,7 +19,7 @@ def inputs() -> Path:
 
 
 def examples() -> dict[str, str]:
-    """What examples there are.
+    """Names of the examples.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def copy_example(name: str, folder=".") -> list[Path]:
     name : str
         Of `examples`.
     folder : path
-        Where to; the present one.
+        Target folder; by default the present one.
 
     Returns
     -------

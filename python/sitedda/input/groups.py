@@ -64,7 +64,7 @@ def known_variable(group: str, name: str) -> str:
 
 
 def checked(group: str, name: str, value):
-    """A value as a variable holds it; arrays become arrays of their own that cannot change."""
+    """A value as a variable stores it; arrays are copied and made read-only."""
     kind = known_variable(group, name)
     try:
         return _CONVERT[kind](value)
@@ -101,7 +101,7 @@ def _whole(value) -> int:
     if number != int(number):
         raise ValueError
     if abs(number) > _LARGEST:
-        raise InputError(f"{value} is too large to be kept exactly: at most {_LARGEST}")
+        raise InputError(f"{value} is too large to be stored exactly: at most {_LARGEST}")
     return int(value)
 
 
@@ -110,7 +110,7 @@ def _numbers(value) -> np.ndarray:
         raise TypeError
     array = np.array(value, dtype=float).ravel()
     if not np.isfinite(array).all():
-        raise InputError(f"value {int(np.flatnonzero(~np.isfinite(array))[0]) + 1} is no number")
+        raise InputError(f"value {int(np.flatnonzero(~np.isfinite(array))[0]) + 1} is not a number")
     array.flags.writeable = False
     return array
 
@@ -146,7 +146,7 @@ def group_text(name: str, values: Mapping) -> str:
 
 
 def value_text(value) -> str:
-    """A value as an input holds it: text, number, logical value, or a sequence of them."""
+    """A value in the form of an input: text, number, logical value, or a sequence of them."""
     if isinstance(value, np.ndarray):
         if value.dtype.kind == "f":  # corners of all blocks: most of a text
             return ", ".join(map(repr, value.ravel().tolist()))
@@ -161,22 +161,22 @@ def value_text(value) -> str:
         return repr(float(value))
     if isinstance(value, Iterable) and not isinstance(value, Mapping | bytes):
         return ", ".join(map(value_text, value))
-    raise TypeError(f"a namelist cannot hold {value!r}")
+    raise TypeError(f"a namelist cannot contain {value!r}")
 
 
 def read_values(found: Found, file) -> dict:
-    """The variables of a group and their values, as a `Model` holds them.
+    """The variables of a group and their values, as in a `Model`.
 
     Raises
     ------
     InputError
-        If a value is left out or is none of its kind; the message names the place.
+        If a value is missing or of another kind; the message names the position.
     """
     try:
         known_group(found.name)
         for name, value in found.values.items():
             if isinstance(value, np.ndarray) and (value == UNSET).any():
-                raise InputError(f"{name}: a value is left out")
+                raise InputError(f"{name}: a value is missing")
         return {name: checked(found.name, name, value) for name, value in found.values.items()}
     except InputError as error:
         raise InputError(f"{found.place(file)}: {error}") from None

@@ -10,12 +10,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..base.core import api, checked
-from ..base.errors import OutputError, SiteddaError
+from ..base.errors import OutputError
 from .schema import GROUPS, Variable
 
 _VARIABLES = [variable for group in GROUPS.values() for variable in group.variables]
 _NAME = re.compile(rb"\w*")
-_BLOCKS = ("block", "layers", "drums", "wall")
 UNSET = -np.finfo(float).max  # as the engine has it
 _ONE = threading.Lock()  # the engine keeps one parsed text
 
@@ -29,12 +28,12 @@ class Found:
     name : str
         In lower case; a group of that name need not exist.
     line : int
-        Where it begins, from 1.
+        Its first line, from 1.
     start, end : int
         Its first character and the one after its slash.
     values : dict
         Of its variables: texts, numbers, logical values, or lists and arrays of them, in which
-        `UNSET` stands for what is left out.
+        `UNSET` marks a missing value.
     """
 
     name: str
@@ -48,7 +47,7 @@ class Found:
         return f"&{self.name} {self.values['name']!r}" if "name" in self.values else f"&{self.name}"
 
     def place(self, file) -> str:
-        """Where it stands, for messages."""
+        """Its position, for messages."""
         return f"{file}, group &{self.name} (line {self.line})"
 
 
@@ -61,12 +60,12 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
     file : path
         For messages.
     skipped : sequence of str
-        Groups whose values are not wanted.
+        Groups whose values are skipped.
 
     Raises
     ------
     InputError
-        If it is no text of groups, or a variable is not known or a value cannot be read; the
+        If it is not text of groups, or a variable is not known or a value cannot be read; the
         message names the line.
     """
     data = _bytes(text)
@@ -107,7 +106,7 @@ def with_changes(
     Raises
     ------
     InputError
-        If it is no text of groups, or a path does not say which variable of which group it means.
+        If it is not text of groups, or a path is ambiguous or unknown.
     """
     if not changes:
         return text, []
@@ -128,7 +127,7 @@ def _bytes(text) -> bytes:
 
 
 def _characters(data: bytes, places: np.ndarray) -> np.ndarray:
-    """Numbers of characters in place of those of bytes."""
+    """Numbers of characters instead of those of bytes."""
     if data.isascii():
         return places
     begins = np.frombuffer(data, dtype="u1") & 0xC0 != 0x80
@@ -139,7 +138,7 @@ def _values(rows: list, numbers: np.ndarray, letters: bytes) -> Iterator[tuple[s
     """Names and values, one after the other."""
     n = at = 0
     for position, count in rows:
-        if not count:  # a null value is as none
+        if not count:  # a null value counts as missing
             continue
         variable = _VARIABLES[position - 1]
         given = numbers[n : n + count]
@@ -161,20 +160,19 @@ def _values(rows: list, numbers: np.ndarray, letters: bytes) -> Iterator[tuple[s
             yield variable.name, int(value) if whole else value
 
 
-def groups_by_name(text: str, skipped: Sequence[str] = ()) -> dict[str, list[dict]]:
+def groups_by_name(text: str) -> dict[str, list[dict]]:
     """The values of all groups of each name."""
     groups: dict[str, list[dict]] = {}
-    for one in find_groups(text, skipped=skipped):
+    for one in find_groups(text):
         plain = {n: v.tolist() if hasattr(v, "tolist") else v for n, v in one.values.items()}
         groups.setdefault(one.name, []).append(plain)
     return groups
 
 
 def input_values(attributes: Mapping) -> dict[str, list[dict]]:
-    """What the input of an output means: the values of all groups but those of blocks.
+    """The input values of an output: all groups except those of blocks.
 
-    With defaults and derived values, as the engine has written them; outputs of 0.1.0 have the
-    text of the input alone, whose values are as given.
+    With defaults and derived values, as the engine has written them.
 
     Parameters
     ----------
@@ -186,22 +184,8 @@ def input_values(attributes: Mapping) -> dict[str, list[dict]]:
     OutputError
         If they are damaged.
     """
-    if values := str(attributes.get("input_values", "")):
-        return _resolved_groups(values)
     try:
-        groups = groups_by_name(str(attributes.get("input_text", "")), _BLOCKS)
-    except (SiteddaError, ValueError):  # pictures do without
-        return {}
-    for boundary in groups.get("boundary", []):
-        if boundary.get("motion_is") == "within":
-            boundary["kind"] = "fixed"
-    return groups
-
-
-def _resolved_groups(text: str) -> dict[str, list[dict]]:
-    """Groups in JSON, as the engine writes them."""
-    try:
-        found = json.loads(text)
+        found = json.loads(str(attributes.get("input_values", "") or "{}"))
     except (ValueError, RecursionError):
         found = None
     whole = isinstance(found, dict) and all(isinstance(groups, list) for groups in found.values())

@@ -21,22 +21,22 @@ def points_of(name: str, values, least: int) -> np.ndarray:
     """Points, shape (n, 2), from a list x, y, x, y …, an array, or a polygon of shapely."""
     if hasattr(values, "exterior"):
         if len(values.interiors):
-            raise InputError(f"{name}: the polygon has holes; give each as a hole of its own")
+            raise InputError(f"{name}: the polygon has holes; give each as a separate hole")
         values = np.asarray(values.exterior.coords)[:-1, :2]
     elif hasattr(values, "coords"):
         values = np.asarray(values.coords)[:, :2]
     try:
         points = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(f"{name} must hold numbers x, y, x, y …") from None
+        raise InputError(f"{name} must contain numbers x, y, x, y …") from None
     if points.size % 2 or (points.ndim == 2 and points.shape[1] != 2) or points.ndim > 2:
-        raise InputError(f"{name} must hold pairs x, y; there are {points.size} numbers")
+        raise InputError(f"{name} must contain pairs x, y; there are {points.size} numbers")
     points = points.reshape(-1, 2)
     if not (abs(points) <= FARTHEST).all():
         at = int(np.flatnonzero(~(abs(points) <= FARTHEST).all(axis=1))[0])
         raise InputError(
             f"{name}: point {at + 1} ({points[at, 0]:g}, {points[at, 1]:g}) lies beyond "
-            f"{FARTHEST:g} m or is no number"
+            f"{FARTHEST:g} m or is not a number"
         )
     if len(points) < least:
         raise InputError(f"{name}: {len(points)} points given, at least {least} are needed")
@@ -48,8 +48,9 @@ class Values:
     """The values of a group that becomes blocks; the schema has a class of each."""
 
     group: ClassVar[str] = ""
-    from_file: ClassVar[str] = ""  # variable whose points a file may hold, if any
+    from_file: ClassVar[str] = ""  # variable whose points may come from a file, if any
     variables: ClassVar[tuple[Variable, ...]] = ()
+    needs: ClassVar[str] = ""
 
     def __init_subclass__(cls):
         attributes = [cleandoc(one.__doc__ or "") for one in (cls, cls.__base__)]
@@ -58,12 +59,14 @@ class Values:
 
     def __init__(self, **given):
         own = [one for one in self.variables if hasattr(type(self), one.name)]
+        named = {name for name, value in given.items() if _is_given(value)}
         for one in own:
             setattr(self, one.name, given.pop(one.name, getattr(type(self), one.name)))
         if given:
             raise TypeError(f"{type(self).__name__} has no {', '.join(given)}")
         for one in own:
             self._take(one, getattr(self, one.name))
+        self._relate(named)
         self._check()
 
     def __repr__(self) -> str:
@@ -91,8 +94,27 @@ class Values:
         elif one.kind in ("real", "integer"):
             _check_number(name, value, one.values)
 
+    def _relate(self, named: set[str]) -> None:
+        """What the variables that are named need and exclude by the schema."""
+        for one in filter(None, self.needs.split("; ")):
+            if named.isdisjoint(one.split(" or ")):
+                raise InputError(f"give {one}")
+        for variable in self.variables:
+            if variable.name not in named:
+                continue
+            for one in filter(named.__contains__, variable.excludes.split(", ")):
+                raise InputError(f"give either {variable.name} or {one}, not both")
+            for one in filter(None, variable.needs.split(", ")):
+                if named.isdisjoint(one.split(" or ")):
+                    raise InputError(f"{variable.name} needs {one}")
+
     def _check(self) -> None:
-        """What the values must be to each other."""
+        """Check the relations between values."""
+
+
+def _is_given(value) -> bool:
+    """Whether it is a value, and no blank text or empty list."""
+    return value is not None and (not hasattr(value, "__len__") or len(value) > 0)
 
 
 def _check_number(name: str, value: float, limits: str) -> None:

@@ -32,7 +32,7 @@ class Checker:
         self._one = threading.Lock()
 
     def start(self, text: str, file: Path, version: int) -> None:
-        """Check an input; what is told has its version."""
+        """Check an input; the answer has its version."""
         with self._one:
             self._end()
             self._process = subprocess.Popen(
@@ -72,8 +72,8 @@ def main() -> None:
     """Check the input that stands on the standard input."""
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
     from ..base.errors import SiteddaError
-    from ..build.building import InputOfRun
     from ..engine.checking import check
+    from ..input.source import InputOfRun
 
     text = sys.stdin.buffer.read().decode("utf-8", "surrogateescape")
     try:

@@ -11,12 +11,13 @@ from ..input.groups import single_groups
 from ..input.input_text import UNSET, Found, find_groups, with_changes
 from ..input.schema import GROUPS
 
-MOST_TEXT = 8_000_000  # characters of an input that is edited here
+MOST_TEXT = 8_000_000  # characters of an edited input
 _VERSIONS = 400  # that can be undone
 _SHOWN = 60  # groups of a kind that have a form
 _VALUES = 200  # of a variable that has a field; longer lists are edited in the text
 _REFERS = re.compile(r"the name of a &(\w+)$")
-# Where that of the schema names what another model has.
+_TURN = 60  # degrees between sets of joints that are added
+# Lines used if the example of the schema names parts of another model.
 EXAMPLES = {
     "motion": "&motion name = 'shaking', quantity = 'acceleration', time_step = 0.1, "
     "values = 0, 1, 0, -1, 0, 1, 0, -1, 0 /",
@@ -33,7 +34,7 @@ class Document:
     ----------
     text : str
     file : path
-        Where it is from, or would be: files that it names are relative to its folder.
+        Its file, existing or not: files that it names are relative to its folder.
     """
 
     def __init__(self, text: str, file):
@@ -42,16 +43,16 @@ class Document:
         self.version = 0
         self._past: list[str] = []
         self._future: list[str] = []
-        self._last: str | None = None  # what was edited last: a slider makes one version
+        self._last: str | None = None  # last edited variable: a slider makes one version
 
     # --- edits --------------------------------------------------------------------------------
 
     def write(self, text: str) -> None:
         """Put another text in place."""
-        self._take(text, "text")
+        self._replace_text(text, "text")
 
     def set(self, group: str, number: int, variable: str, value: str | None) -> None:
-        """Give a variable another value, or take it out.
+        """Set or remove a variable.
 
         Parameters
         ----------
@@ -64,13 +65,13 @@ class Document:
         Raises
         ------
         InputError
-            If there is no such group or variable, or the value is none of its kind.
+            If there is no such group or variable, or the value is of another kind.
         """
         path = f"{group}.{variable}" if group in single_groups() else f"{group}[{number}]"
         path = path if group in single_groups() else f"{path}.{variable}"
         text, _ = with_changes(self.text, [(path, value)], self.file)
         find_groups(text, self.file, ("block",))  # a value of another kind is refused here
-        self._take(text, path)
+        self._replace_text(text, path)
 
     def add(self, group: str) -> None:
         """Add a group with the values of its example, under a name of its own."""
@@ -82,10 +83,11 @@ class Document:
         if same and not kind.repeats:
             raise InputError(f"&{group} is there already")
         line = _known_names(EXAMPLES.get(group) or kind.example or f"&{group} /", kind, found)
-        at = same[-1].end if same else self._place_of(kind, found)
-        self._take(f"{self.text[:at]}\n{_named(line, same)}{self.text[at:]}", "")
+        at = same[-1].end if same else self._insertion_point(kind, found)
+        line = _turned(_named(line, same), same)
+        self._replace_text(f"{self.text[:at]}\n{line}{self.text[at:]}", "")
 
-    def _place_of(self, kind, found: list[Found]) -> int:
+    def _insertion_point(self, kind, found: list[Found]) -> int:
         """After the last group that stands before this kind in the schema; else at the end."""
         order = list(GROUPS)
         before = [one for one in found if one.name in order[: order.index(kind.name)]]
@@ -101,14 +103,14 @@ class Document:
         rest = re.compile(r"[ \t]*\n").match(self.text, end)
         if not self.text[line:start].strip() and rest:
             start, end = line, rest.end()
-        self._take(self.text[:start] + self.text[end:], "")
+        self._replace_text(self.text[:start] + self.text[end:], "")
 
     def undo(self) -> None:
-        """Go back to what was before the last edit."""
+        """Undo the last edit."""
         self._step(self._past, self._future)
 
     def redo(self) -> None:
-        """Take the last edit that was undone again."""
+        """Repeat the last edit that was undone."""
         self._step(self._future, self._past)
 
     def _step(self, source: list[str], target: list[str]) -> None:
@@ -118,7 +120,7 @@ class Document:
             self.version += 1
             self._last = None
 
-    def _take(self, text: str, what: str) -> None:
+    def _replace_text(self, text: str, what: str) -> None:
         if len(text) > MOST_TEXT:
             raise InputError(f"the text has more than {MOST_TEXT:,} characters")
         if "\0" in text:
@@ -172,7 +174,7 @@ def _plain_groups(found: list[Found]) -> list[dict]:
 
 
 def _typed(value) -> str | None:
-    """A value as one types it; None where the list is too long for a field."""
+    """A value as typed; None if the list is too long for a field."""
     if isinstance(value, bool):
         return ".true." if value else ".false."
     if isinstance(value, str):
@@ -196,7 +198,7 @@ def _number(value: float) -> str:
 
 
 def _known_names(example: str, kind, found: list[Found]) -> str:
-    """The line of an example that names only what there is: the first of its kind, or none."""
+    """The line of an example with names that exist: the first of their kind, or none."""
     for one in kind.variables:
         match = _REFERS.match(one.values)
         if match is None:
@@ -218,6 +220,17 @@ def _named(example: str, same: list[Found]) -> str:
         return example
     number = next(i for i in range(2, len(names) + 3) if f"{match[1]}_{i}" not in names)
     return example.replace(match[0], f"name = '{match[1]}_{number}'", 1)
+
+
+def _turned(example: str, same: list[Found]) -> str:
+    """The line of an example, whose angle is no other set's."""
+    match = re.search(r"\bangle = ([-\d.]+)", example)
+    if match is None:
+        return example
+    taken = [float(one.values["angle"]) % 180 for one in same if "angle" in one.values]
+    free = (float(match[1]) + turn for turn in range(0, 180, _TURN))
+    angle = next((a for a in free if a % 180 not in taken), float(match[1]))
+    return example.replace(match[0], f"angle = {angle:g}", 1)
 
 
 def place_of_trouble(message: str, text: str, file) -> dict:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The model as drawn: what the page needs of an input before any stage of it has begun."""
+"""The model as drawn: data for the page before any stage has started."""
 
 import base64
 import json
@@ -13,11 +13,11 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from ..base.errors import OutputError
-from ..build.building import InputOfRun, blocks_text
 from ..drawing.view import view
 from ..engine.simulation import Simulation
 from ..input.block_file import write_block_file
 from ..input.groups import group_text
+from ..input.source import InputOfRun, blocks_text
 from ..output.scene import Scene
 
 _MANY = 1_000  # blocks
@@ -33,7 +33,7 @@ class Drawing:
     message : bytes
         For the page, see `packed`.
     notes : list of str
-        What making the blocks removed, merged or left, and probable mistakes of the input.
+        Notes on blocks that were removed or merged, and on probable mistakes of the input.
     start : ndarray, shape (blocks, 6)
         Block coordinates, m and rad.
     """
@@ -50,7 +50,7 @@ def draw_model(text: str, file: Path, **more) -> Drawing:
     ----------
     text : str
     file : path
-        Where it is from.
+        File of the input.
     **more
         Stands in the head of the message.
 
@@ -93,7 +93,7 @@ def draw_simulation(simulation: Simulation, **more) -> Drawing:
 def packed(head: dict, streams: dict[str, bytes]) -> bytes:
     """A message: the length of its head (4 bytes), the head as JSON, the streams.
 
-    The head says where each stream begins, counted from the end of the head, and how long it is.
+    The head has the offset of each stream, from the end of the head, and its length.
     """
     places, at = {}, 0
     for name, data in streams.items():

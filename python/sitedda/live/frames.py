@@ -23,7 +23,8 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
     Notes
     -----
     ``blocks``: ten quantities of all blocks as float32, one after the other: displacement (2, m),
-    rotation (rad) and strains (3) since the start, speed (m/s), stresses (3, Pa).  ``pairs`` and
+    rotation (rad) and strains (3) since the start, speed (m/s), stresses (3, Pa).  ``base``: its
+    displacement, m, that the page subtracts.  ``pairs`` and
     ``forces``: vertex, edge and hundredths of the vertex's edge of the closed contacts (int32),
     normal and shear force (float32, N/m).  ``bolts``: force (N/m) and state of each (float32).
     """
@@ -40,6 +41,7 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
         "time": simulation.time,
         "step": simulation.steps,
         "removed": np.flatnonzero(simulation.removed_blocks).tolist(),
+        "base": simulation.base_displacement.tolist(),
         "moved": simulation.point_motions[0].round(12).ravel().tolist(),
         "energies": {name: energies[name] for name in _ENERGIES},
     }

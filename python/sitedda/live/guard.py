@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who may speak to the server: one user with a token, from a page of the server itself.
+"""Access to the server: one user with a token, from a page of the server itself.
 
 The token stands in a private file, never in an argument, an address that is sent, or a log: the
-browser opens that file, which forwards it behind the ``#`` of the address, and the page says it in
+browser opens that file, which forwards it behind the ``#`` of the address, and the page sends it in
 its first message.  Names of hosts and origins are those of the server, so that no other page can
 reach it by a name that leads here.
 """
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ..base.files import make_folder, write
 
-SECONDS_TO_ENTER = 10.0  # in which a new connection has to say the token
+SECONDS_TO_ENTER = 10.0  # for a new connection to send the token
 LOOPBACK = "127.0.0.1"
 
 
@@ -40,15 +40,15 @@ class Guard:
         return host in self.hosts
 
     def knows_origin(self, origin: str | None) -> bool:
-        """Whether a connection is asked for by a page of this server."""
+        """Whether a page of this server requested a connection."""
         return origin in {f"http://{host}" for host in self.hosts}
 
     def admits(self, token) -> bool:
-        """Whether a token is the right one; in a time that does not tell how much of it is."""
+        """Whether a token is correct, compared in constant time."""
         return isinstance(token, str) and hmac.compare_digest(token.encode(), self.token.encode())
 
     def headers(self) -> dict[str, str]:
-        """Of every answer: the page may use what this server sends, and nothing else."""
+        """Headers of every answer: the page may use only content of this server."""
         sockets = " ".join(f"ws://{host}" for host in sorted(self.hosts))
         policy = (
             "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "

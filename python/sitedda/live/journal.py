@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a server keeps of its session in a private folder, so that its end loses nothing.
+"""The session of a server in a private folder, so that nothing is lost at its end.
 
 The model is written after each edit, before the page hears of it; of a run, its input and what was
 done to it, before it is done.  The engine keeps results and checkpoints beside them.
@@ -54,11 +54,11 @@ class Journal:
         if value is None:
             file.unlink(missing_ok=True)
         else:
-            # The end of the process loses nothing that is written; a disk need not be waited for.
+            # Written data survive the process; waiting for the disk is not necessary.
             write(file, json.dumps(value), ANY, sync=False)
 
     def kept(self, name: str) -> dict | None:
-        """What was kept under a name; None if there is nothing, or it is damaged."""
+        """The stored value of a name; None if it is missing or damaged."""
         try:
             found = json.loads((self.folder / f"{name}.json").read_bytes())
         except (OSError, ValueError):
@@ -80,6 +80,6 @@ class Journal:
 
 
 def state_folder() -> Path:
-    """Where programs of this user keep what is theirs."""
+    """The state folder of this user."""
     home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(home) / "sitedda" / "live"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Messages of the page: JSON objects with a command and its fields, all of known kinds.
 
-What is not of this form is refused in one sentence; nothing of it is carried out.
+Other messages are refused in one sentence and not executed.
 """
 
 import json
@@ -66,7 +66,7 @@ def read_message(data: str | bytes) -> tuple[str, dict]:
     Raises
     ------
     InputError
-        If it is none.
+        If it is not a message.
     """
     if not isinstance(data, str):
         raise InputError("a message is a text")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A run that is watched: rest, run, pause, step, stop and changes, in a thread of its own.
 
-The engine works without the lock of the interpreter, in pieces of about 1/30 s; between them
+The engine works without the lock of the interpreter, for about 1/30 s at a time; between
 commands are carried out and, while somebody watches, a frame is told.
 """
 
@@ -18,21 +18,22 @@ from pathlib import Path
 
 from ..base.core import api
 from ..base.errors import InterruptedRun, SiteddaError
-from ..build.building import InputOfRun
 from ..engine.simulation import Simulation
 from ..input.added_stage import PresentStage, with_stage
 from ..input.changes import Typed
+from ..input.source import InputOfRun
 from .drawn import draw_simulation
 from .frames import Frames, frame_message
 
 _PIECE = 0.03  # s of the clock that the engine works between looks at commands
-_FRAME = 0.04  # s between frames, or more where they take more than a share of the processor
+_FRAME = 0.04  # s between frames, or more where they take more than a fraction of the processor
 _SHARE = 0.04
 _UNWATCHED = 1.0  # the same while nobody watches
-_STATUS = 0.2  # s between words on how far it is
+_STATUS = 0.2  # s between reports of progress
 _CHECKPOINT = 5.0  # s between checkpoints, or more where they take more than 1 % of the time
 _TO_THE_END = 2**31 - 1  # steps
 OVER = ("done", "stopped", "failed")
+ENDED = "the run has ended and stays as it is; edit the model to run it with other values"
 
 
 class LiveRun:
@@ -43,7 +44,7 @@ class LiveRun:
     text : str
         The input.
     file : path
-        Where it is from.
+        File of the input.
     output : path
         Of the run, in a private folder.
     tell : callable
@@ -53,7 +54,7 @@ class LiveRun:
     keep : callable
         Called with all that was done, before the engine keeps it in a checkpoint.
     actions : list of dict, optional
-        What was done in a run that is gone on with: see `script.py`.
+        Actions of a run that continues: see `script.py`.
     """
 
     def __init__(
@@ -90,32 +91,32 @@ class LiveRun:
 
     def rest(self) -> None:
         """Bring the model to the state that its first dynamic step begins with, and pause."""
-        self._do(self._rest)
+        self._run_task(self._rest)
 
     def run(self) -> None:
         """Go on until it is over or paused."""
-        self._do(lambda: self._set("running"))
+        self._run_task(lambda: self._set("running"))
 
     def pause(self) -> None:
         """Wait between two steps."""
-        self._do(self._pause)
+        self._run_task(self._pause)
 
     def step(self, steps: int) -> None:
         """Take some steps and pause."""
-        self._do(lambda: self._steps(steps))
+        self._run_task(lambda: self._steps(steps))
 
     def stop(self) -> None:
         """End it here; its results stay."""
         self._interrupt()
-        self._do(self._stop)
+        self._run_task(self._stop)
 
     def change(self, changes: dict[str, str]) -> None:
         """Change variables of the input from now on; values as typed."""
-        self._do(lambda: self._act({"do": "change", "changes": changes}))
+        self._run_task(lambda: self._apply({"do": "change", "changes": changes}))
 
     def stage(self, values: dict[str, str]) -> None:
         """Begin a stage at the end of the present step Δt; values as typed."""
-        self._do(lambda: self._act({"do": "stage", "values": values}))
+        self._run_task(lambda: self._apply({"do": "stage", "values": values}))
 
     def close(self) -> None:
         """End the thread; the results so far and a checkpoint stay."""
@@ -125,12 +126,12 @@ class LiveRun:
         self._thread.join()
 
     def _interrupt(self) -> None:
-        """Let the engine leave a rest that takes long, or a step."""
+        """Interrupt a long search for rest, or a step, in the engine."""
         if self.status in ("resting", "running"):
             self._interrupted = True
             api.stop_engine(signal.SIGINT)
 
-    def _do(self, task: Callable) -> None:
+    def _run_task(self, task: Callable) -> None:
         self._tasks.put(task)
 
     # --- thread -------------------------------------------------------------------------------
@@ -144,13 +145,13 @@ class LiveRun:
                     self._advance()
         except SiteddaError as error:
             self._fail(error)
-        except Exception as error:  # of the program itself: said, not lost
+        except Exception as error:  # of the program itself: reported, not lost
             self._fail(error)
         finally:
             self._leave()
 
     def _carry_out(self) -> None:
-        """The commands that have come; while it does not run, wait for one."""
+        """Carry out commands that have arrived; if the run is paused, wait for one."""
         wait = self.status != "running"
         while not self._closing:
             try:
@@ -158,7 +159,10 @@ class LiveRun:
             except queue.Empty:
                 return
             wait = False
-            if task is None or self.status in OVER:
+            if task is None:
+                continue
+            if self.status in OVER:
+                self._tell({"kind": "refused", "message": ENDED})
                 continue
             try:
                 task()
@@ -184,14 +188,14 @@ class LiveRun:
         self._set("paused")
 
     def _repeat(self) -> None:
-        """Do again what was done after the checkpoint that the run has gone on from."""
+        """Repeat the actions that followed the checkpoint from which the run continued."""
         simulation = self._simulation
-        present = _mark(simulation)
+        present = _input_key(simulation)
         known = [i for i, one in enumerate(self.actions, 1) if one["mark"] == present]
         for action in self.actions[max(known, default=0) :]:
             if simulation.steps < action["step"]:
                 simulation.advance(action["step"] - simulation.steps)
-            self._carry(action)
+            self._replay(action)
 
     def _rest(self) -> None:
         self._set("resting")
@@ -202,7 +206,7 @@ class LiveRun:
 
     def _steps(self, steps: int) -> None:
         self._set("running")
-        self._try(lambda: self._over(self._simulation.advance(steps)))
+        self._try(lambda: self._on_end(self._simulation.advance(steps)))
         if self.status == "running":
             self._show()
             self._set("paused")
@@ -221,7 +225,7 @@ class LiveRun:
 
     def _advance(self) -> None:
         begun = time.perf_counter()
-        self._try(lambda: self._over(self._simulation.advance(self._chunk)))
+        self._try(lambda: self._on_end(self._simulation.advance(self._chunk)))
         took = time.perf_counter() - begun
         if took < 0.5 * _PIECE:
             self._chunk = min(2 * self._chunk, _TO_THE_END)
@@ -233,12 +237,12 @@ class LiveRun:
         if self._is_frame_due(now):
             self._show()
         if now - self._said > _STATUS:
-            self._say()
+            self._send_state()
         if now - self._saved > _CHECKPOINT:
             self._save()
 
     def _try(self, work: Callable) -> None:
-        """Steps that may fail: then the results so far stay, with the state before that step."""
+        """Take steps that may fail; a failure keeps the results and the state before that step."""
         try:
             work()
         except InterruptedRun as error:
@@ -251,20 +255,20 @@ class LiveRun:
                 self._interrupted = False
                 api.stop_engine(0)
 
-    def _over(self, done: bool) -> None:
+    def _on_end(self, done: bool) -> None:
         if done:
             self._show()
             self._conclude("done")
 
-    def _act(self, action: dict) -> None:
+    def _apply(self, action: dict) -> None:
         simulation = self._simulation
         stage = asdict(simulation.present_stage)
         action = {"step": simulation.steps, "time": simulation.time, "stage": stage} | action
-        self._carry(action)
-        self.actions.append(action | {"mark": _mark(simulation)})
+        self._replay(action)
+        self.actions.append(action | {"mark": _input_key(simulation)})
         self._keep(self.actions)
         self._save()
-        self._say()
+        self._send_state()
 
     @property
     def steps_to_repeat(self) -> int | None:
@@ -283,7 +287,7 @@ class LiveRun:
                 text = with_stage(text, present, self.file, name, kind, values)
         return text
 
-    def _carry(self, action: dict) -> None:
+    def _replay(self, action: dict) -> None:
         if action["do"] == "change":
             self._simulation.change({k: Typed(v) for k, v in action["changes"].items()})
         else:
@@ -296,13 +300,13 @@ class LiveRun:
     def _set(self, status: str) -> None:
         self.status = status
         self._pace.clear()
-        self._say()
+        self._send_state()
 
     def described(self) -> dict:
         """How far the run is, for the page."""
         return {"kind": "run", "status": self.status, "actions": self.actions} | self.words
 
-    def _say(self) -> None:
+    def _send_state(self) -> None:
         simulation, now = self._simulation, time.perf_counter()
         self._said = now
         if simulation is not None and simulation.is_open:
@@ -328,7 +332,7 @@ class LiveRun:
         self._cost = time.thread_time() - self._used
 
     def _is_frame_due(self, now: float) -> bool:
-        """Whether somebody wants a frame, and the engine has worked long enough since the last."""
+        """Whether a page waits for a frame, and the last one is old enough."""
         if now - self._shown <= (_FRAME if self._watched() else _UNWATCHED):
             return False
         return time.thread_time() - self._used > self._cost / _SHARE
@@ -344,12 +348,12 @@ class LiveRun:
     def _conclude(self, status: str, **more) -> None:
         """Close the output and say what happened."""
         simulation = self._simulation
-        self._say()
+        self._send_state()
         found = {"doubts": [], "lines": [], "audit": simulation.warning} | more
         where = simulation.finish()
         self.result = where if where.exists() else where.with_name(f"{where.name}.partial")
         try:
-            found |= _judged(self.result)
+            found |= _verdict_of(self.result)
             found["doubts"] = [w for w in (simulation.warning, *simulation.peak_warnings) if w]
         except SiteddaError as error:
             found["doubts"].append(str(error))
@@ -381,15 +385,15 @@ class LiveRun:
             if self._simulation is not None:
                 self._simulation.close()
         except SiteddaError:
-            pass  # what could be kept is kept
+            pass  # all possible data have been stored
 
 
-def _mark(simulation: Simulation) -> str:
-    """Tells the present input from others."""
+def _input_key(simulation: Simulation) -> str:
+    """A key that identifies the present input."""
     return hashlib.sha256(simulation.present_input.encode("utf-8", "surrogateescape")).hexdigest()
 
 
-def _judged(output: Path) -> dict:
+def _verdict_of(output: Path) -> dict:
     """The verdict on an output and all its histories."""
     from ..drawing.view.encode import Encoded, encode_histories
     from ..output.output_file import load

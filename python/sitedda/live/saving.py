@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a person takes away: namelist, script, report, movie, output, in the folder they work in."""
+"""Saved files: namelist, script, report, movie, output, in the working folder."""
 
 import os
 import shutil
@@ -50,10 +50,10 @@ def save_namelist(text: str, source: Path, target: Path, actions: list[dict]) ->
     text : str
         With the stages that were added to its run.
     source : path
-        Where it is from.
+        File of the input.
     target : path
     actions : list of dict
-        What was done to its run: what no stage can say becomes a comment.
+        Actions of its run; those that no stage can express become comments.
     """
     missing = unsaid(actions)
     words = "".join(f"! in the script alone: {one}\n" for one in missing)

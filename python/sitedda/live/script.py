@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What was done to a run, as a Python script that does it again to the same bits.
+"""The actions of a run as a Python script that repeats them bit for bit.
 
 An action is a dict: the step and time that it was done after, ``do`` ('change' or 'stage'), and
 ``changes`` or ``values``, as typed.
@@ -28,7 +28,7 @@ def written_script(
     title : str
     actions : list of dict
     steps : int or None
-        Where the run was stopped; None: it goes to its end.
+        Step at which the run was stopped; None: it ran to its end.
     """
     title = title.replace("\\", "\\\\").replace('"', "'")
     lines, now = [], 0
@@ -36,7 +36,7 @@ def written_script(
         if action["step"] > now:
             lines.append(f"run.advance({action['step'] - now})  # to t = {action['time']:.6g} s")
             now = action["step"]
-        lines.append(_call(action))
+        lines.append(_call_text(action))
     if steps is None:
         lines.append("while not run.advance(1000):\n        pass")
     elif steps > now:
@@ -46,7 +46,7 @@ def written_script(
     return _HEAD.format(title=f"What was done to {title}.", model=model, output=output) + body
 
 
-def _call(action: dict) -> str:
+def _call_text(action: dict) -> str:
     if action["do"] == "change":
         values = ", ".join(f"{k!r}: {literal(v)}" for k, v in action["changes"].items())
         return f"run.change({{{values}}})"
@@ -74,7 +74,7 @@ def _number(text: str) -> str | None:
 
 
 def unsaid(actions: list[dict]) -> list[str]:
-    """The changes that no &stage can say, in words."""
+    """The changes that no &stage can express, in words."""
     return [
         f"at t = {one['time']:.6g} s: {', '.join(f'{k} = {v}' for k, v in one['changes'].items())}"
         for one in actions

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The server: pages of the package and one socket, at the loopback unless another is asked for."""
+"""The server: pages of the package and one socket, by default on the loopback address."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import sys
 import webbrowser
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,7 @@ from .protocol import MOST, read_message
 from .session import Session
 from .starts import Shipped
 
-_WAITING = 40_000_000  # bytes that a page has not taken yet; beyond them it gets no frames
+_WAITING = 40_000_000  # unsent bytes of a page above which it gets no frames
 _PAGES = 16  # that are open at one time
 _COLLECT = (50_000, 20, 100)  # thresholds of the collector: it took a sixth of the time of a cut
 _PAGE_FILES = ("main", "socket", "start", "forms", "text", "live_view", "run", "save", "parts")
@@ -89,21 +90,21 @@ class _File(_Guarded, RequestHandler):
     def get(self) -> None:
         path, kind = _SOURCES.get(self.request.path, (None, "text/css"))
         if self.request.path == "/page.css":
-            self._give(page_style().encode(), kind)
+            self._send_file(page_style().encode(), kind)
             return
         if path is None:
             self.set_status(404)
             self.finish("There is no such page.")
             return
-        self._give(files("sitedda").joinpath(*path).read_bytes(), kind)
+        self._send_file(files("sitedda").joinpath(*path).read_bytes(), kind)
 
-    def _give(self, data: bytes, kind: str) -> None:
+    def _send_file(self, data: bytes, kind: str) -> None:
         self.set_header("Content-Type", f"{kind}; charset=utf-8")
         self.finish(data)
 
 
 class _Socket(_Guarded, WebSocketHandler):
-    """A page that is open.  Nothing is said to it before it has said the token."""
+    """An open page.  Nothing is sent to it before it has sent the token."""
 
     def check_origin(self, origin: str) -> bool:
         return self.server.guard.knows_origin(origin)
@@ -117,7 +118,7 @@ class _Socket(_Guarded, WebSocketHandler):
 
     def open(self, *_, **__) -> None:
         self.entered = False
-        self.waiting = 0  # bytes that the page has not taken yet
+        self.waiting = 0  # unsent bytes of the page
         self.set_nodelay(True)
         loop = asyncio.get_running_loop()
         self.limit = loop.call_later(SECONDS_TO_ENTER, self._leave_unless_entered)
@@ -156,7 +157,7 @@ class _Socket(_Guarded, WebSocketHandler):
         self.server.sockets.discard(self)
 
     def send(self, message: dict | bytes) -> None:
-        """Say something to the page, from the thread of the loop."""
+        """Send a message to the page, from the thread of the loop."""
         if self.ws_connection is None:
             return
         binary = isinstance(message, bytes)
@@ -168,11 +169,11 @@ class _Socket(_Guarded, WebSocketHandler):
         except WebSocketClosedError:
             return
         self.waiting += len(data)
-        written.add_done_callback(lambda done: self._taken(len(data), done))
+        written.add_done_callback(lambda done: self._count_sent(len(data), done))
 
-    def _taken(self, size: int, done: asyncio.Future) -> None:
+    def _count_sent(self, size: int, done: asyncio.Future) -> None:
         self.waiting -= size
-        done.exception()  # a page that has gone away misses nothing
+        done.exception()  # a closed page needs no answer
 
 
 class LiveServer:
@@ -186,21 +187,34 @@ class LiveServer:
     host : str
         Address to listen at.
     port : int
-        0: a free one.
+        0: that of the last server of the folder, so that its pages come back, or a free one.
     """
 
     def __init__(self, folder: Path, shipped: Shipped, host: str = LOOPBACK, port: int = 0):
         self.sockets: set[_Socket] = set()
-        self._listening = _listen(host, port)
-        self.port = self._listening[0].getsockname()[1]
-        self.guard = Guard(host, self.port)
         self.journal = Journal(folder)
+        try:
+            self._listening = _listen(host, port) if port else self._listen_again(host)
+        except OutputError:
+            self.journal.close()
+            raise
+        self.port = self._listening[0].getsockname()[1]
+        self.journal.keep("port", {"port": self.port})
+        self.guard = Guard(host, self.port)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._worker = ThreadPoolExecutor(1, "commands")
         self.session = Session(folder, self.journal, shipped, self.tell, lambda: bool(self.sockets))
 
+    def _listen_again(self, host: str) -> list[socket.socket]:
+        """Listen at the port of the last server of the folder; at a free one if it is taken."""
+        last = (self.journal.kept("port") or {}).get("port")
+        if isinstance(last, int) and 0 < last < 65536:
+            with suppress(OutputError):
+                return _listen(host, last)
+        return _listen(host, 0)
+
     def tell(self, message: dict | bytes) -> None:
-        """Say something to all pages, from any thread."""
+        """Send a message to all pages, from any thread."""
         if self._loop is not None and not self._loop.is_closed():
             try:
                 self._loop.call_soon_threadsafe(self._send, message)
@@ -212,7 +226,7 @@ class LiveServer:
             one.send(message)
 
     def welcome(self, page: _Socket) -> None:
-        """Say what the session has to a page that has just come, and everything after that."""
+        """Send the session to a new page, and all later events."""
 
         def greet() -> None:
             known = {"kind": "schema", "groups": schema(), "changeable": BETWEEN_STEPS}
@@ -227,7 +241,7 @@ class LiveServer:
         self._worker.submit(greet)
 
     def carry_out(self, command: str, fields: dict, answer: Callable) -> None:
-        """Do what a page asks for, after what was asked for before."""
+        """Execute the commands of a page in their order."""
 
         def work() -> None:
             try:
@@ -235,7 +249,7 @@ class LiveServer:
             except (SiteddaError, OSError) as error:
                 refused = {"kind": "refused", "message": str(error), "command": command}
                 self._loop.call_soon_threadsafe(answer, refused)
-            except Exception as error:  # a page hears of it, and the server stays
+            except Exception as error:  # the page gets the error, and the server continues
                 logging.getLogger("sitedda").exception("the command %s fails", command)
                 refused = {"kind": "refused", "message": f"the program fails: {error}"}
                 self._loop.call_soon_threadsafe(answer, refused)
@@ -249,7 +263,7 @@ class LiveServer:
             [("/socket", _Socket, {"server": self}), (".*", _File, {"server": self})],
             guard=self.guard,
             websocket_max_message_size=MOST,
-            log_function=lambda _: None,  # addresses are nobody's business
+            log_function=lambda _: None,  # addresses are private
         )
         server = HTTPServer(application, max_body_size=1000, max_header_size=16_384)
         server.add_sockets(self._listening)
@@ -292,9 +306,11 @@ def schema() -> list[dict]:
 def _listen(host: str, port: int) -> list[socket.socket]:
     try:
         return bind_sockets(port, host)
-    except (OSError, OverflowError) as trouble:
+    except (OSError, OverflowError, UnicodeError) as trouble:
         words = getattr(trouble, "strerror", None) or trouble
-        raise OutputError(f"no server can listen at {host}:{port}: {words}") from trouble
+        if isinstance(trouble, UnicodeError):
+            words = "that is not the name of a host"
+        raise OutputError(f"no server can listen at {host!r}, port {port}: {words}") from trouble
 
 
 def run_server(
@@ -312,10 +328,10 @@ def run_server(
     folder : path
         The working folder.
     file : path or None
-        Input to begin with; None: what the last server of the folder left, if it left something.
+        Input to open; None: the session of the last server of the folder, if any.
     shipped : Shipped
     host, port : str, int
-        Where to listen; 0: a free port.
+        Port; 0: the last one of the folder, or a free one.
     show : bool
         Open a browser.
     """
@@ -332,7 +348,7 @@ def run_server(
         raise
 
     def ready(_) -> None:
-        _say_where(server, entrance)
+        _print_address(server, entrance)
         if show:
             webbrowser.open(entrance.as_uri())
 
@@ -342,8 +358,8 @@ def run_server(
         entrance.unlink(missing_ok=True)
 
 
-def _say_where(server: LiveServer, entrance: Path) -> None:
-    """What to open, and from where it can be."""
+def _print_address(server: LiveServer, entrance: Path) -> None:
+    """Print the address and the machines from which it can be opened."""
     print(f"sitedda live: {server.guard.address} for the working folder {server.session.folder}")
     print(f"to enter, open {entrance}", flush=True)
     if os.environ.get("SSH_CONNECTION"):
@@ -355,8 +371,8 @@ def _say_where(server: LiveServer, entrance: Path) -> None:
         )
     if not server.guard.address.startswith(f"http://{LOOPBACK}"):
         print(
-            "warning: it listens beyond this machine.  What is sent is not encrypted: who hears it "
-            "reads the token, and then runs models and writes files in the working folder as you.",
+            "warning: it listens beyond this machine, without encryption: anyone who reads the "
+            "traffic can run models and write files in the working folder as you",
             file=sys.stderr,
         )
     print("Ctrl-C ends it; the model and its run are kept", flush=True)

@@ -17,7 +17,7 @@ from .checker import Checker
 from .document import Document, place_of_trouble
 from .drawn import card, draw_model
 from .journal import Journal
-from .running import LiveRun
+from .running import ENDED, OVER, LiveRun
 from .saving import (
     ENDINGS,
     place,
@@ -33,7 +33,7 @@ _MOST_FILES = 500  # inputs of the folder that are shown
 
 
 class Session:
-    """What all pages of a server show.
+    """The state that all pages of a server show.
 
     Parameters
     ----------
@@ -55,23 +55,24 @@ class Session:
         self.document: Document | None = None
         self.run: LiveRun | None = None
         self._drawn: bytes | None = None
+        self._opened = 0  # models so far
         self._said: dict[str, dict] = {}  # the last message of each kind that lasts
         self._cards: dict[str, dict] = {}
         self._cards_asked = False
         self._work = threading.Condition()
-        self._wanted = 0  # drawings that have been asked for
+        self._wanted = 0  # drawings that have been requested
         self._closing = False
-        self._checker = Checker(self._say)
+        self._checker = Checker(self._publish)
         self._saver = threading.Lock()
         threading.Thread(target=self._draw_always, name="draw", daemon=True).start()
 
     # --- pages ----------------------------------------------------------------------------------
 
     def welcome(self) -> list[dict | bytes]:
-        """What a page needs that has just come."""
+        """Messages for a new page."""
         messages: list[dict | bytes] = [self._start_message()]
         if self.document is None:
-            self._ask_cards()
+            self._request_cards()
             return [*messages, *self._cards.values()]
         messages.append(self._model_message())
         if self.run is None:
@@ -95,9 +96,10 @@ class Session:
         }
 
     def _model_message(self) -> dict:
-        return {"kind": "model", "running": self.run is not None} | self.document.described()
+        state = {"kind": "model", "running": self.run is not None, "opened": self._opened}
+        return state | self.document.described()
 
-    def _ask_cards(self) -> None:
+    def _request_cards(self) -> None:
         if not self._cards_asked:
             self._cards_asked = True
             threading.Thread(target=self._draw_cards, name="cards", daemon=True).start()
@@ -116,7 +118,7 @@ class Session:
     # --- commands -------------------------------------------------------------------------------
 
     def carry_out(self, command: str, fields: dict) -> None:
-        """Do what a page asks for.
+        """Execute a command of a page.
 
         Raises
         ------
@@ -144,7 +146,7 @@ class Session:
 
     def open_file(self, file: Path) -> None:
         """Open an input."""
-        from ..build.building import read_input
+        from ..input.source import read_input
 
         self.open_text(read_input(file), file)
 
@@ -153,6 +155,7 @@ class Session:
         document = Document(text, file)
         self._end_run()
         self.document = document
+        self._opened += 1
         self._edited()
         self.tell(self._start_message())
 
@@ -169,7 +172,7 @@ class Session:
         if self.document is None:
             raise InputError("there is no model; open one first")
         if self.run is not None:
-            raise InputError("the model runs; go back to it to edit it")
+            raise InputError("the model is running; leave the run to edit it")
         return self.document
 
     def _do_write(self, text: str) -> None:
@@ -181,7 +184,7 @@ class Session:
             self._edit().set(group, number, variable, value)
         except InputError as error:
             place = {"group": group, "number": number, "variable": variable}
-            self._say({"kind": "trouble", "message": str(error)} | place)
+            self._publish({"kind": "trouble", "message": str(error)} | place)
             return
         self._edited()
 
@@ -237,7 +240,7 @@ class Session:
     # --- drawing --------------------------------------------------------------------------------
 
     def _draw_always(self) -> None:
-        """Draw the newest version, as often as there is a newer one."""
+        """Draw the newest version, and again whenever there is a newer one."""
         done = 0
         while not self._closing:
             with self._work:
@@ -253,11 +256,11 @@ class Session:
             drawing = draw_model(text, document.file, version=version)
         except SiteddaError as error:
             found = {"kind": "trouble", "message": str(error), "version": version}
-            self._say(found | place_of_trouble(str(error), text, document.file))
+            self._publish(found | place_of_trouble(str(error), text, document.file))
             return
         except Exception as error:
             traceback.print_exc()
-            self._say({"kind": "trouble", "message": f"the program fails: {error}"})
+            self._publish({"kind": "trouble", "message": f"the program fails: {error}"})
             return
         if document is not self.document or self.run is not None:
             return
@@ -265,16 +268,16 @@ class Session:
         self._drawn = drawing.message
         self.tell(drawing.message)
         took = time.perf_counter() - begun
-        self._say({"kind": "good", "version": version, "seconds": took})
+        self._publish({"kind": "good", "version": version, "seconds": took})
 
-    def _say(self, message: dict) -> None:
-        """Tell a message that also pages hear that come later."""
+    def _publish(self, message: dict) -> None:
+        """Send a message to all pages, and store it for later ones."""
         self._said[message["kind"]] = message
         self.tell(message)
 
     # --- run ------------------------------------------------------------------------------------
 
-    def _begun(self) -> LiveRun:
+    def _started_run(self) -> LiveRun:
         """The run, which begins if there is none."""
         if self.run is None:
             document = self._edit()
@@ -301,13 +304,13 @@ class Session:
             self.journal.forget_run()
 
     def _do_rest(self) -> None:
-        self._begun().rest()
+        self._started_run().rest()
 
     def _do_run(self) -> None:
-        self._begun().run()
+        self._started_run().run()
 
     def _do_step(self, steps: int) -> None:
-        self._begun().step(steps)
+        self._started_run().step(steps)
 
     def _do_pause(self) -> None:
         self._running().pause()
@@ -326,6 +329,8 @@ class Session:
     def _running(self) -> LiveRun:
         if self.run is None:
             raise InputError("nothing runs")
+        if self.run.status in OVER:
+            raise InputError(ENDED)
         return self.run
 
     def _do_back(self) -> None:
@@ -334,7 +339,7 @@ class Session:
             self._edited()
 
     def recover(self) -> bool:
-        """Open the model, and go on with the run, that the last server of this folder had."""
+        """Open the model of the last server of this folder, and continue its run."""
         kept, run = self.journal.kept("model"), self.journal.kept("run")
         if kept is None:
             return False
@@ -359,7 +364,7 @@ class Session:
             raise InputError("there is no model; open one first")
         if what in ("report", "movie", "output"):
             if self.run is None or self.run.result is None:
-                raise InputError(f"a {what} is of a run that has ended; stop it or let it end")
+                raise InputError(f"a {what} requires an ended run; stop the run or let it end")
             self.tell({"kind": "saving", "what": what})
         threading.Thread(target=self._save, args=(what, target), name="save", daemon=True).start()
 
@@ -367,8 +372,9 @@ class Session:
         with self._saver:
             try:
                 files = self._saved(what, target)
-            except (SiteddaError, OSError, ValueError) as error:
-                self.tell({"kind": "refused", "message": str(error), "what": what})
+            except Exception as error:  # the page waits for an answer, whatever has failed
+                message = str(error) or type(error).__name__
+                self.tell({"kind": "refused", "message": message, "what": what})
                 return
         names = [str(file.relative_to(self.folder)) for file in files]
         self.tell({"kind": "saved", "what": what, "files": names, "folder": str(self.folder)})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a session can begin with: examples and records that are shipped, and an empty model."""
+"""Starting points of a session: shipped examples and records, and an empty model."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,7 +20,7 @@ EMPTY = """&run title = 'A new model' /
 
 @dataclass(frozen=True)
 class Shipped:
-    """What the package has to begin with.
+    """Shipped examples and records.
 
     Attributes
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the energy of a run is, where it has gone, and what the audit leaves over."""
+"""Energies of a run, its losses, and the residual of the audit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray as xr
 
-# By role, as in `dda_energy`: groups of terms that are told together.
+# By role, as in `dda_energy`: groups of terms that are shown together.
 STORED = {
     "kinetic": ("kinetic",),
     "elastic": ("strain", "welded", "contact", "support", "law"),
@@ -29,7 +29,7 @@ GAINED = (
 )  # fmt: skip
 TERMS = (*(n for names in STORED.values() for n in names), *GAINED,
          *(n for names in LOST.values() for n in names), "balance")  # fmt: skip
-_LEAST = 1e-3  # of what was given: less is told with others
+_LEAST = 1e-3  # of the supplied energy: smaller terms are shown together
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class Budget:
     given : ndarray
         Work done on the model and energy that gravity and others have set free.
     parts : dict of ndarray
-        What it has become, by name, 0 or more: their sum is `given` plus `residual`.
+        Energies and losses by name, 0 or more: their sum is `given` plus `residual`.
     residual : ndarray
-        What the audit leaves over.
+        Residual of the audit.
     """
 
     time: np.ndarray

@@ -44,7 +44,7 @@ class NamedArray:
 
     def sel(self, **labels: str) -> NamedArray:
         """Values at a label of each dimension that is named."""
-        return self.isel(**_places(self._labels, labels))
+        return self.isel(**_indices(self._labels, labels))
 
     def __array__(self, dtype=None, copy=None) -> np.ndarray:
         return np.array(self.values, dtype, copy=copy)
@@ -96,11 +96,11 @@ class NamedArrays:
 
     def sel(self, **labels: str) -> NamedArrays:
         """All variables, at a label of each dimension that is named."""
-        return self.isel(**_places(self._labels, labels))
+        return self.isel(**_indices(self._labels, labels))
 
 
-def _places(labels: Mapping[str, list[str]], asked: Mapping[str, str]) -> dict[str, int]:
-    """Where the labels that are asked for are; a KeyError if one is not there."""
+def _indices(labels: Mapping[str, list[str]], asked: Mapping[str, str]) -> dict[str, int]:
+    """Where the labels that are requested are; a KeyError if one is not there."""
     for name, label in asked.items():
         if label not in labels[name]:
             raise KeyError(label)

@@ -51,7 +51,7 @@ class Amplification:
 
 
 def amplifications(history: xr.Dataset) -> list[Amplification]:
-    """Every amplification that the input of a run asks for (groups &amplification)."""
+    """All amplifications of the groups &amplification of a run."""
     groups = input_values(history.attrs).get("amplification", [])
     return [
         point_amplification(

@@ -26,8 +26,8 @@ PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie o
 # Of some outputs: the error of the stress of cells (Pa), the largest plastic strain of blocks that
 # yield, the largest damage of the faces of a cell.
 OWN_QUANTITIES = ("stress_error", "plastic_strain", "damage")
-_LOST = 1.0  # sizes of the first view that a block may be outside of it
-_SLACK = 0.01  # of the duration, that a time asked for may be beyond the frames
+_LOST = 1.0  # distance of a block from the first view, in sizes of it
+_SLACK = 0.01  # of the duration: tolerance of a requested time beyond the frames
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Interfaces:
     first_edge, second_edge : ndarray of int
         Their edges, by the vertices where they begin.
     start, end : ndarray, shape (k, 2)
-        Ends of the shared piece in the frame that they were found in, m.
+        Ends of the shared segment in the frame of their search, m.
     normal : ndarray, shape (k, 2)
         Unit vectors from the first block into the second.
     """
@@ -67,11 +67,14 @@ class Scene:
         With the variables of an output; those of frames and contacts are read when needed.
     before : bool
         A model that has not been run.
+    absolute : bool
+        Displacements are not relative to the base.
     """
 
-    def __init__(self, data: xr.Dataset, before: bool = False):
+    def __init__(self, data: xr.Dataset, before: bool = False, absolute: bool = False):
         self.data = data
         self.before = before
+        self.absolute = absolute
         self.owner = data["vertex_block"].values.astype(int)
         self.blocks = int(self.owner[-1]) + 1
         self.first = np.searchsorted(self.owner, np.arange(self.blocks + 1))
@@ -93,17 +96,19 @@ class Scene:
         return int(np.sum(self.body == 0)) + len(np.unique(self.body[self.body > 0]))
 
     @classmethod
-    def of(cls, source) -> Scene:
+    def of(cls, source, absolute: bool = False) -> Scene:
         """The scene of an input or output file, a Run, a Dataset, a Simulation or its model."""
+        if isinstance(source, cls):
+            return cls(source.data, source.before, True) if absolute else source
         source = getattr(source, "history", source)
         if hasattr(source, "attrs"):
-            return cls(source)
+            return cls(source, absolute=absolute)
         if isinstance(source, Simulation):
             return cls._of_simulation(source)
         if isinstance(source, str | os.PathLike):
             source = Path(source)
             if is_netcdf(source):
-                return cls.of(open_output(source))
+                return cls(open_output(source), absolute=absolute)
         with Simulation(source) as simulation:
             return cls._of_simulation(simulation)
 
@@ -112,7 +117,7 @@ class Scene:
         return cls(_present_state(simulation), simulation.steps == 0)
 
     def _set_materials(self) -> None:
-        """Number the materials; where the data do not tell, by density and shear modulus."""
+        """Names of materials and joints, and those of blocks and edges; the first where unknown."""
         self.material_names = [
             str(group.get("name", "")) or f"material {i + 1}"
             for i, group in enumerate(self.groups.get("material", []))
@@ -121,25 +126,17 @@ class Scene:
             str(group.get("name", "")) or f"joint {i + 1}"
             for i, group in enumerate(self.groups.get("joint", []))
         ] or ["joint"]
+        self.material = np.zeros(self.blocks, dtype=int)
         self.joint = np.zeros(len(self.owner), dtype=int)
         if "block_material" in self.data:
             self.material = self.data["block_material"].values.astype(int)
             self.joint = self.data["edge_joint"].values.astype(int)
-            return
-        if "block_density" not in self.data:
-            self.material = np.zeros(self.blocks, dtype=int)
-            return
-        stone = np.column_stack([self.data.block_density, self.data.block_shear_modulus])
-        kinds, self.material = np.unique(stone.round(6), axis=0, return_inverse=True)
-        self.material = self.material.ravel()
-        if len(kinds) != len(self.material_names):
-            self.material_names = [f"{density:.4g} kg/m³" for density, _ in kinds]
 
     # --- frames ------------------------------------------------------------------------------
 
     @property
     def frames(self) -> int:
-        """How many there are."""
+        """Number of frames."""
         return len(self.time)
 
     def frame_at(self, time: float | None, stage: str | None = None) -> int:
@@ -232,9 +229,36 @@ class Scene:
         cohesive = np.array(laws, dtype=bool)[found["joint"]]
         return {name: values[cohesive] for name, values in found.items()}
 
+    @cached_property
+    def base(self) -> np.ndarray:
+        """Displacement that those of blocks are relative to, shape (frames, 2), m; see `origin`."""
+        return self._base("frame_base", self.frames)
+
+    @cached_property
+    def base_history(self) -> np.ndarray:
+        """The same at the samples, shape (times, 2), m."""
+        return self._base("base_displacement", self.data.sizes.get("time", 0))
+
+    def _base(self, name: str, rows: int) -> np.ndarray:
+        if self.absolute or name not in self.data:
+            return np.zeros((rows, 2))
+        return self.data[name].values
+
+    @property
+    def origin(self) -> str:
+        """Reference of displacements in words: 'relative to …' or 'absolute'."""
+        words = str(self.data.attrs.get("maxima_base", ""))
+        if self.absolute or words.startswith("absolute"):
+            return "absolute" if self.groups.get("motion") else ""
+        return words if self.base.any() else ""
+
     def displacement(self, frame: int) -> np.ndarray:
-        """Displacement of the centroids since the first frame, shape (blocks, 2), m."""
-        return self.coordinates(frame)[:, :2] - self.coordinates(0)[:, :2]
+        """Displacement of the centroids since the first frame, shape (blocks, 2), m.
+
+        Relative to the `base`.
+        """
+        moved = self.coordinates(frame)[:, :2] - self.coordinates(0)[:, :2]
+        return moved - self.base[frame]
 
     @cached_property
     def _contact_starts(self) -> np.ndarray:
@@ -300,7 +324,7 @@ class Scene:
         return self.touching(places, contacts), np.column_stack([along[:, 1], -along[:, 0]])
 
     def touching(self, places: np.ndarray, contacts: dict) -> np.ndarray:
-        """Points that touch, (k, 2), where vertices are at places: vertices, or between them."""
+        """Touching points, (k, 2), vertices or points between them, for positions of vertices."""
         first = contacts["vertex"]
         if "place" not in contacts:
             return places[first]
@@ -309,7 +333,7 @@ class Scene:
 
     @cached_property
     def interfaces(self) -> Interfaces:
-        """What the edges in contact share in the first frame."""
+        """Shared segments of edges in contact in the first frame."""
         contacts, places = self.contacts(0), self.vertices(0)
         mine = np.concatenate([contacts["vertex"], self.previous_vertex[contacts["vertex"]]])
         other = np.concatenate([contacts["edge"]] * 2)
@@ -341,7 +365,7 @@ class Scene:
 
     @cached_property
     def interface_joints(self) -> np.ndarray:
-        """The joint of each interface: the weaker of its two edges', as contacts take it."""
+        """The joint of each interface: the weaker of its two edges', as in contacts."""
         weakness = [
             (float(g.get("friction_angle", 0.0)), float(g.get("cohesion", 0.0) or 0.0))
             for g in self.groups.get("joint", [])
@@ -359,7 +383,7 @@ class Scene:
         return before
 
     def carried(self, blocks: np.ndarray, places: np.ndarray, frame: int) -> np.ndarray:
-        """Where points of blocks, given in the first frame, are in another, shape (k, 2), m.
+        """Positions in a frame of points of blocks of the first frame, shape (k, 2), m.
 
         A point moves with its block: x = x0 + R(θ) (I + ε) ρ.
         """
@@ -376,20 +400,20 @@ class Scene:
 
         The larger of both ends; opening is positive, slip has no sign.
         """
-        along, across = self._apart(frame)
+        along, across = self._relative_displacement(frame)
         faces = self.interfaces
         stays = ~(self.removed(frame)[faces.first] | self.removed(frame)[faces.second])
         return abs(along).max(axis=0) * stays, across.max(axis=0) * stays
 
     def joint_sense(self, frame: int) -> np.ndarray:
-        """Which way the second block of each of `interfaces` has slipped on the first, (k,).
+        """Direction of slip of the second block of each of `interfaces` on the first, (k,).
 
         1: from start to end of the piece that they share; -1: back; 0: it has not.
         """
-        along, _ = self._apart(frame)
+        along, _ = self._relative_displacement(frame)
         return np.sign(np.where(abs(along[0]) >= abs(along[1]), *along))
 
-    def _apart(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
+    def _relative_displacement(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
         """Way of the second block against the first along and across interfaces, (2, k) each, m."""
         faces, along, across = self.interfaces, [], []
         turn = self.coordinates(frame)[faces.first, 2] - self.coordinates(0)[faces.first, 2]
@@ -424,7 +448,7 @@ class Scene:
         names = str(self.data.attrs["stages"]).split("\n")
         stage, time = self.data["stage"].values.astype(int), self.data["time"].values
         at = np.flatnonzero(np.diff(stage, prepend=0))
-        # A sample at the end of a stage is not one of the next: that begins there.
+        # A sample at the end of a stage does not belong to the next one, which starts there.
         starts = [(names[stage[i] - 1], float(time[max(i - 1, 0)])) for i in at]
         return starts if len(starts) > 1 and len(names) >= stage.max() else []
 
@@ -512,7 +536,7 @@ class Scene:
 
     @cached_property
     def _bolt_names(self) -> np.ndarray:
-        """Of the springs of bolts, shape (springs,)."""
+        """Names of the springs of bolts, shape (springs,)."""
         return np.char.strip(self.data["bolt"].values.astype(str))
 
     def bolts(self, frame: int) -> list[dict]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a run says in words: what its output says itself, and what follows from its output."""
+"""A run in words: texts of its output, and results computed from it."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base.core import engine_names
 from ..base.numbers import counted, length, number
 from ..engine.damping import damping_of
-from ..engine.maxima import lacking, warn_of
 from ..engine.scheme import Scheme, scheme_damping
 from ..engine.signals import spectral_acceleration
 from ..input.input_text import input_values
@@ -24,10 +22,8 @@ if TYPE_CHECKING:
 
 PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
 SPECTRUM_DAMPING = 0.05
-LARGEST = tuple(f"largest_{name}" for name in engine_names("maxima numbers"))
-_OF_FRAMES = ("displacement", "tilt", "contacts", "energy")  # lines of outputs without maxima
-_LEAST_DRIFT = 1e-6  # below, none is said
-_MOST_FRAMES = 200  # that are looked at for the largest values
+_LEAST_DRIFT = 1e-6  # smaller drifts are not reported
+_MOST_FRAMES = 200  # frames searched for the largest values
 
 
 def verdict(source, bars=None) -> Verdict:
@@ -40,7 +36,7 @@ def verdict(source, bars=None) -> Verdict:
     bars : Accuracy, optional
         How sure its figures are.
     """
-    scene = source if isinstance(source, Scene) else Scene.of(source)
+    scene = Scene.of(source)
     found = Verdict(bars=bars, steps=str(scene.data.attrs.get("step_control", "")))
     add_fallen(found, scene)
     add_lost(found, scene)
@@ -63,14 +59,14 @@ def _spectrum(data: bytes, step: float) -> np.ndarray:
 
 
 def resolved_frequency(history: xr.Dataset) -> float:
-    """Below which blocks carry the motion of measured points, Hz; 0 of outputs without it."""
+    """Highest frequency at which blocks resolve motions, Hz; 0 if it is not written."""
     found = [v for n, v in history.attrs.items() if n.startswith("resolved_frequency_hz[")]
     return float(min(found, default=0.0))
 
 
-def main_axis(velocity: xr.DataArray) -> int:
-    """The axis (0 x, 1 y) along which a point moves fastest, as in the engine's verdict."""
-    return int(np.argmax(np.abs(velocity.values).max(axis=0)))
+def main_axis(motion: np.ndarray) -> int:
+    """The axis (0 x, 1 y) along which a history of a point, shape (time, axis), is largest."""
+    return int(np.argmax(np.abs(motion).max(axis=0)))
 
 
 def run_scheme(history: xr.Dataset) -> Scheme:
@@ -97,28 +93,21 @@ def damping_words(history: xr.Dataset, *frequencies: float) -> str:
     return f"damping of the scheme {at} (Δt = {1e3 * step:.3g} ms); of the material: {material}"
 
 
-def _looked_at(scene: Scene) -> np.ndarray:
+def _sampled_frames(scene: Scene) -> np.ndarray:
     """Frames from first to last, at most so many."""
     return np.unique(np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int))
 
 
 def _add_written(found: Verdict, data: xr.Dataset) -> None:
-    """What the engine has written into the output."""
+    """Add the parts that the engine has written into the output."""
     for name, value in data.attrs.items():
         if isinstance(value, float | np.floating):
             found.values[name] = float(value)
     said = str(data.attrs.get("verdict", ""))
-    if "largest" in data:
-        found.clauses.append(f"{said[:1].lower()}{said[1:]}")
-        rows = (line.split("\t") for line in str(data.attrs.get("figures", "")).splitlines())
-        found.figures.extend(FigureLine(*row) for row in rows if len(row) == 5)
-        found.doubts.extend(Doubt.lines(str(data.attrs.get("doubts", ""))))
-        return
-    # The words of versions before maxima were recorded are those of single frames.
-    warn_of(data.attrs)
-    found.values.update(dict.fromkeys(LARGEST, np.nan))
-    found.doubts.append(Doubt("maxima", lacking(data.attrs)))
-    found.doubts.extend(line for line in Doubt.lines(said) if line.topic not in _OF_FRAMES)
+    found.clauses.append(f"{said[:1].lower()}{said[1:]}")
+    rows = (line.split("\t") for line in str(data.attrs.get("figures", "")).splitlines())
+    found.figures.extend(FigureLine(*row) for row in rows if len(row) == 5)
+    found.doubts.extend(Doubt.lines(str(data.attrs.get("doubts", ""))))
 
 
 def add_drift(found: Verdict, scene: Scene) -> None:
@@ -145,7 +134,9 @@ def add_fallen(found: Verdict, scene: Scene) -> None:
     gone = np.sort(first_of[fallen(scene, scene.frames - 1, bodies)[first_of]])
     if len(gone) == 0:
         return
-    first = next((f for f in _looked_at(scene) if fallen(scene, f, bodies).any()), scene.frames - 1)
+    first = next(
+        (f for f in _sampled_frames(scene) if fallen(scene, f, bodies).any()), scene.frames - 1
+    )
     found.tell(
         f"{len(gone)} of {len(whole)} blocks ended farther from their place than they are "
         f"large, the first by {number(scene.time[first])} s: "
@@ -196,7 +187,7 @@ def add_lost(found: Verdict, scene: Scene) -> None:
 
 
 def add_sides(found: Verdict, data: xr.Dataset) -> None:
-    """How far free-field sides move otherwise than the free field, at their upper ends."""
+    """Difference of motion between free-field sides and free field, at their upper ends."""
     for i, kind in enumerate(data["boundary_kind"].values if "boundary_kind" in data else ()):
         if kind != "free_field":
             continue
@@ -212,7 +203,7 @@ def add_sides(found: Verdict, data: xr.Dataset) -> None:
 
 
 def add_damping(found: Verdict, data: xr.Dataset) -> None:
-    """At the peak of the amplification, where one is asked for."""
+    """At the peak of the amplification, where one is requested."""
     try:
         peaks = [result.peak for result in amplifications(data)]
     except (KeyError, ValueError):

@@ -19,7 +19,7 @@ _HEADS = ("", "largest", "at the end", "where, when")
 
 
 class Doubt(NamedTuple):
-    """What is to be doubted: a topic and a sentence, as lines of outputs have them."""
+    """A doubt: topic and sentence, as in lines of outputs."""
 
     topic: str
     words: str
@@ -32,7 +32,7 @@ class Doubt(NamedTuple):
 
     @property
     def of_check(self) -> bool:
-        """The check of the model has said it."""
+        """The check of the model has reported it."""
         return self.topic == "check"
 
     def __str__(self) -> str:
@@ -51,7 +51,7 @@ class FigureLine:
     unit : str
         In which they are shown, see `sitedda.base.numbers.SHOWN`.
     place : str
-        Where and when it was largest.
+        Position and time of the largest value.
     """
 
     name: str
@@ -63,7 +63,7 @@ class FigureLine:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What happened in a run.
+    """The results of a run in words.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Verdict:
         By name with its unit, such as ``largest_displacement_m``; of measured points as
         ``pga_m_s2[top]``.
     clauses : list of str
-        Of the sentence that says what happened.
+        Of the first sentence.
     figures : list of FigureLine
         The figures that are more than rounding.
     doubts : list of Doubt
@@ -91,7 +91,7 @@ class Verdict:
 
     @property
     def happened(self) -> str:
-        """What happened, in one sentence."""
+        """The result in one sentence."""
         text = "; ".join(filter(None, self.clauses))
         return f"{text[:1].upper()}{text[1:]}." if text else ""
 
@@ -145,7 +145,7 @@ class Verdict:
         return "\n\n".join(filter(None, parts))
 
     def tell(self, clause: str, **values: float) -> None:
-        """Add a clause of what happened, and its values."""
+        """Add a clause on what happened, and its values."""
         self.clauses.append(clause)
         self.values.update({name: float(value) for name, value in values.items()})
 

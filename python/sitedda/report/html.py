@@ -17,7 +17,6 @@ from pathlib import Path
 
 from ..base.files import check_target, write
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
-from .style import css_variables
 
 _NUMBER = re.compile(r"[+−×<≤~-]?\s?\d[\d .,]*(·10\^?[+−-]?\d+|e[+-]?\d+)?\s?[^\s\d]{0,6}", re.I)
 # Modules of the view, each after those that it uses.
@@ -89,6 +88,8 @@ def _text(name: str, folder: str = "report") -> str:
 
 def page_style() -> str:
     """The style sheet of pages: their colours, then their parts."""
+    from .style import css_variables
+
     return css_variables() + _text("page.css")
 
 

@@ -5,8 +5,6 @@ import io
 from collections.abc import Iterable
 from pathlib import Path
 
-from PIL import Image
-
 from ..base.files import make_folder, write
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
 
@@ -62,6 +60,8 @@ def _part(part: Part, pictures: Path, folder: str, dpi: float) -> str:
 
 def _write_picture(part: Picture, file: Path, dpi: float) -> None:
     """As a small PNG: a drawing needs no more than so many hues."""
+    from PIL import Image
+
     with Image.open(io.BytesIO(part.png(dpi))) as picture:
         small = io.BytesIO()
         picture.convert("RGB").quantize(_HUES).save(small, "png", optimize=True)

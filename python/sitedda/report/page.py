@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a report is made of: sections of paragraphs, facts, tables, pictures, listings and views."""
+"""Parts of a report: sections of paragraphs, facts, tables, pictures, listings and views."""
+
+from __future__ import annotations
 
 import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-import matplotlib
-from matplotlib.figure import Figure
-
-from .style import dressed
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _MOST_SVG = 600_000  # characters; a picture of more is sent as points
 _DPI = 140
@@ -85,6 +86,10 @@ class Picture:
 
     def encoded(self, scheme: str = "light") -> tuple[str, bytes]:
         """Media type and bytes: SVG where that is small, else PNG; the figure ends up light."""
+        import matplotlib
+
+        from .style import dressed
+
         settings = {"svg.hashsalt": "sitedda", "svg.fonttype": "path"}
         stream = io.BytesIO()
         with matplotlib.rc_context(settings), dressed(self.figure, scheme):
@@ -95,6 +100,8 @@ class Picture:
 
     def png(self, dpi: float = _DPI, scheme: str = "light") -> bytes:
         """The picture as PNG."""
+        from .style import dressed
+
         stream = io.BytesIO()
         with dressed(self.figure, scheme):
             self.figure.savefig(stream, format="png", dpi=dpi)

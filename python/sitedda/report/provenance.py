@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a report comes from: program, commit, date, command, machine."""
+"""Provenance of a report: program, commit, date, command, machine."""
 
 import os
 import platform
@@ -16,7 +16,7 @@ def provenance(**more: str) -> list[tuple[str, str]]:
     lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
     program, made_of = f"sitedda {version()}", commit()
     whole = f"{program}, commit {made_of}" if made_of else program
-    said = more.get("computed_by")  # is not said again
+    said = more.get("computed_by")  # is not repeated
     if said not in (whole, program):
         lines.append(("program", program))
     if made_of and said != whole:

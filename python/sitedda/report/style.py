@@ -3,7 +3,7 @@
 
 Figures are made and saved on a canvas of their own; the backend of matplotlib is left alone.  They
 are drawn in the colours of the light scheme; `dress` gives them those of another one.  Hues of
-lines are those of Okabe and Ito (2008), which are told apart by colour-blind readers.
+lines are those of Okabe and Ito (2008), which colour-blind readers can distinguish.
 """
 
 from collections.abc import Iterable
@@ -17,10 +17,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import Collection, PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgba
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
-from matplotlib.transforms import ScaledTranslation
 
 from ..base.files import written
 
@@ -43,9 +43,10 @@ STONES = ("#dccfb4", "#b4c4d4", "#d3b09a", "#bccbaa", "#c9bad6", "#e6d88f", "#a9
 COMPRESSION, TENSION = "#111111", "#ff2d2d"  # of principal stresses: seen on all blocks
 STONE, GROUND, FIELD = STONES[0], STONES[6], GOLD
 EDGE = "#22262b"  # of blocks, in all schemes: their faces are the same in all
-RESTING = "#c3c8ce"  # blocks whose value is no more than rounding
+RESTING = "#c3c8ce"  # blocks whose value is round-off
 BOLT, WATER = PURPLE, "#2f7fb8"
 JOINTS = ("#4a4f57", BLUE, ORANGE, GREEN, PINK, GOLD)
+_LAYOUTS, _STAYS = 20, 5e-4  # most passes, and the share of a figure by which axes may still move
 MAGNITUDE, SIGNED = "viridis", "PuOr"
 # From light to strong, and neither as dark as outlines of blocks nor a hue of `MAGNITUDE`.
 JOINT_MAP = LinearSegmentedColormap.from_list(
@@ -84,9 +85,23 @@ def new_figure(rows: int = 1, columns: int = 1, size=(9.0, 6.0), **options):
 
 def empty_figure(size) -> Figure:
     """A figure without axes, of a size in inches."""
-    figure = Figure(figsize=size, layout="constrained")
+    figure = Figure(figsize=size, layout=_Settled())
     FigureCanvasAgg(figure)
     return figure
+
+
+class _Settled(ConstrainedLayoutEngine):
+    """Constrained layout, repeated until axes stay: keys move with axes to scale."""
+
+    def execute(self, fig) -> None:
+        """Lay a figure out."""
+        before, to_scale = None, any(axes.get_aspect() != "auto" for axes in fig.axes)
+        for _ in range(_LAYOUTS if to_scale else 1):
+            super().execute(fig)
+            now = np.array([axes.get_position(original=True).bounds for axes in fig.axes])
+            if before is not None and np.allclose(now, before, rtol=0.0, atol=_STAYS):
+                return
+            before = now
 
 
 @contextmanager
@@ -206,7 +221,7 @@ def save_picture(figure, file, reads: Iterable = (), scheme: str = "light", **op
     figure : matplotlib.figure.Figure
     file : path
     reads : iterable of path
-        What the same command reads.
+        Files that the same command reads.
     scheme : {'light', 'dark', 'print'}
     **options
         Of ``savefig``.
@@ -225,7 +240,8 @@ def _laid_out(figure: Figure, dpi: float | None = None, **_others):
     if engine is not None:
         figure.dpi = dpi or usual
         engine.execute(figure)
-        figure.set_layout_engine("none")
+        with matplotlib.rc_context({"figure.constrained_layout.use": False}):
+            figure.set_layout_engine(None)  # 'none' would have `savefig` draw twice
     try:
         yield
     finally:
@@ -278,18 +294,3 @@ def add_legends(figure: Figure) -> None:
     for axes in figure.axes:
         if axes.get_legend() is None and axes.get_legend_handles_labels()[0]:
             axes.legend(frameon=False)
-
-
-def headline(figure: Figure, title: str, words: str = "") -> None:
-    """A title over all panels, at the left, with a fainter line under it."""
-    # The blank line of the title keeps the place of the words from the layout.
-    figure.suptitle(f"{title}\n" if words else title, x=0.01, ha="left", fontsize=13,
-                    fontweight="bold", color=INK)  # fmt: skip
-    under = figure.transFigure + ScaledTranslation(0, -0.3, figure.dpi_scale_trans)
-    figure.text(0.01, 1.0, words, transform=under, va="top", fontsize=9.5, color=FAINT)
-
-
-def legend_above(axes, columns: int = 3) -> None:
-    """The legend above the panel, where no data can be."""
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False,
-                fontsize=8.5, borderaxespad=0.2, handlelength=1.6, columnspacing=1.2)  # fmt: skip

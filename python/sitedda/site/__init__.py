@@ -1,19 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Site response as it is practised: columns under motions, equivalent-linear soil, DDA beside."""
 
+from .amplification import AmplificationTable, amplification_table
 from .beside import Beside, beside
 from .branches import Branches
 from .column import Column, HalfSpace, Layer
 from .compare import Analyses, analyses
-from .curves import SoilCurves, darendeli, gqh, hyperbolic, mkz
+from .curves import SoilCurves, darendeli, gqh, hyperbolic, mkz, strength_corrected
 from .equivalent_linear import EquivalentLinear, equivalent_linear
 from .intensity import Intensity, intensity
+from .matching import matched
+from .motions import (
+    band_pass,
+    conditional_mean,
+    read_flatfile,
+    resampled,
+    rotated_spectra,
+    scale_to,
+)
 from .nonlinear import NonlinearResponse, nonlinear
 from .profile import Profile, read_profile
+from .randomization import TORO, Toro, randomized
 from .response import ColumnResponse
+from .suite import Suite, suite
+from .suite_file import read_suite
 from .surface import Surface, surface
 
 __all__ = [
+    "TORO",
+    "AmplificationTable",
     "Analyses",
     "Beside",
     "Branches",
@@ -26,16 +41,30 @@ __all__ = [
     "NonlinearResponse",
     "Profile",
     "SoilCurves",
+    "Suite",
     "Surface",
+    "Toro",
+    "amplification_table",
     "analyses",
+    "band_pass",
     "beside",
+    "conditional_mean",
     "darendeli",
     "equivalent_linear",
     "gqh",
     "hyperbolic",
     "intensity",
+    "matched",
     "mkz",
     "nonlinear",
+    "randomized",
+    "read_flatfile",
     "read_profile",
+    "read_suite",
+    "resampled",
+    "rotated_spectra",
+    "scale_to",
+    "strength_corrected",
+    "suite",
     "surface",
 ]

@@ -31,7 +31,7 @@ _SHOWN = (0.1, 0.2, 0.5, 1.0)  # s, periods of the table
 
 @dataclass(frozen=True)
 class Beside:
-    """What blocks and column say of the same site.
+    """Results of blocks and column for the same site.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Beside:
     strains : tuple of ndarray
         Depths (m) and peak mean shear strains between measured points that follow each other.
     words : str
-        What the column is.
+        Description of the column.
     title : str
     """
 
@@ -68,7 +68,7 @@ class Beside:
 
     @property
     def response(self) -> SiteResponse:
-        """The first of the columns, which is what the blocks are."""
+        """The first of the columns, of the kind of the blocks."""
         return next(iter(self.columns.values()))
 
     @property
@@ -196,7 +196,9 @@ def _columns(
     """The column under the base's motion, and what damps it."""
     if any(soils):
         if damping is not None:
-            raise ValueError("a column of soil that yields is damped by its curves: no --damping")
+            raise ValueError(
+                "a column of soil that yields has the damping of its curves: leave out --damping"
+            )
         three = analyses(column, soils, ground, step, kind="within")
         words = "the branches of the blocks' materials"
         words += f"; {three.unbounded}" if three.unbounded else ""
@@ -223,7 +225,7 @@ def _ratio(response: SiteResponse, ground, step: float, frequency: NDArray[np.fl
     return ratio[np.searchsorted(bins, frequency)]
 
 
-def _inside(history, names, top: float, depth: float) -> list[tuple[float, str]]:
+def _points_within(history, names, top: float, depth: float) -> list[tuple[float, str]]:
     """Depths of the measured points within the column, from the surface down, and their names."""
     heights = {name: float(history.point_place.sel(point=name).values[1]) for name in names}
     depths = sorted((top - height, name) for name, height in heights.items())
@@ -232,7 +234,7 @@ def _inside(history, names, top: float, depth: float) -> list[tuple[float, str]]
 
 def _points(history, series, top: float, depth: float):
     """Depths and peak accelerations of the measured points within the column."""
-    inside = _inside(history, series, top, depth)
+    inside = _points_within(history, series, top, depth)
     return (
         np.array([min(at, depth) for at, _ in inside]),
         np.array([np.abs(series[name]).max() for _, name in inside]),
@@ -241,7 +243,7 @@ def _points(history, series, top: float, depth: float):
 
 def _strains(history, names, top: float, depth: float):
     """Depths and peak mean shear strains between measured points that follow each other."""
-    inside = _inside(history, names, top, depth)
+    inside = _points_within(history, names, top, depth)
     moved = [history.displacement.sel(point=name).sel(axis="x").values for _, name in inside]
     found = [
         (high + (low - high) / 2, np.abs(moved[i] - moved[i + 1]).max() / (low - high))

@@ -25,7 +25,7 @@ class Branches:
     Attributes
     ----------
     strain, modulus, slipping : ndarray, shape (branches,)
-        γ_j, g_j, F_j; the sum of the g_j is 1 less what the body of small strains holds.
+        γ_j, g_j, F_j; the sum of the g_j is 1 less the modulus fraction of the small-strain body.
     least_damping : float
         Damping ratio at small strains.
     body_strain, body_cap : float
@@ -65,7 +65,7 @@ class Branches:
         least_damping : float, optional
             At small strains; by default the least of the curves, by Masing's rules none.
         reference_frequency : float
-            Hz, at which the given modulus holds.
+            Hz, at which the modulus is the given one.
 
         Raises
         ------

@@ -55,7 +55,7 @@ class Column:
     layers : sequence of Layer, length n >= 1
         From the surface downwards.
     base : 'rigid' or HalfSpace
-        What the lowest layer rests on.
+        Base of the lowest layer.
     convention : str
         Meaning of the damping ratio, see :func:`complex_modulus`; by default ``dormieux``, which
         keeps the modulus as it is given, for ratios up to ½.
@@ -80,10 +80,12 @@ class Column:
     def __post_init__(self) -> None:
         layers = tuple(self.layers)
         if not layers:
-            raise ValueError("layers must hold at least one Layer, got none")
+            raise ValueError("layers must contain at least one Layer, got none")
         for number, layer in enumerate(layers, start=1):
             if not isinstance(layer, Layer):
-                raise ValueError(f"layers must hold Layer objects, got {layer!r} as item {number}")
+                raise ValueError(
+                    f"layers must contain Layer objects, got {layer!r} as item {number}"
+                )
         if isinstance(self.base, Layer) or not (
             isinstance(self.base, HalfSpace) or self.base == "rigid"
         ):
@@ -111,7 +113,7 @@ class Column:
         frequencies: ArrayLike,
         top: float = 0.0,
         bottom: float | None = None,
-        motion: str = "within",
+        kind: str = "within",
     ) -> NDArray[np.complex128]:
         """Motion at depth ``top`` divided by the motion at depth ``bottom``.
 
@@ -125,10 +127,11 @@ class Column:
             Depth of the response, m; 0 is the surface.
         bottom : float, optional
             Depth of the reference motion, m, not above ``top``; by default the base.
-        motion : {'within', 'outcrop'}
+        kind : {'within', 'outcrop'}
             The reference motion: as it is inside the column, or as it would be were the medium at
             that depth a free surface (twice the upgoing wave; at an interface, of the medium
-            below).  On a rigid base, ``bottom`` at the base, the two are the same.
+            below).  On a rigid base, ``bottom`` at the base, the two are the same.  The default is
+            that of points of a model; :meth:`response` takes records, which are of outcrops.
 
         Returns
         -------
@@ -142,7 +145,7 @@ class Column:
         """
         values = not_negative("frequencies", frequencies)
         waves = Waves.damped(values.ravel(), self.convention)
-        return self._ratio(waves, (top, bottom, motion)).reshape(values.shape)
+        return self._ratio(waves, (top, bottom, kind)).reshape(values.shape)
 
     def scheme_transfer(
         self,
@@ -150,7 +153,7 @@ class Column:
         time_step: float,
         top: float = 0.0,
         bottom: float | None = None,
-        motion: str = "within",
+        kind: str = "within",
         integration: str | Scheme = "dda",
         theta: float = 0.75,
     ) -> NDArray[np.complex128]:
@@ -168,7 +171,7 @@ class Column:
             Hz, >= 0 and below the Nyquist frequency 1/(2Δt).
         time_step : float
             Δt, s.
-        top, bottom, motion
+        top, bottom, kind
             As for :meth:`transfer`.
         integration : {'dda', 'midpoint', 'theta', 'backward_euler'} or Scheme
             As in ``&control``.
@@ -188,14 +191,14 @@ class Column:
         """
         values = not_negative("frequencies", frequencies)
         waves = Waves.stepped(values.ravel(), time_step, Scheme.named(integration, theta))
-        return self._ratio(waves, (top, bottom, motion)).reshape(values.shape)
+        return self._ratio(waves, (top, bottom, kind)).reshape(values.shape)
 
     def peak(
         self,
         band: tuple[float, float] | None = None,
         top: float = 0.0,
         bottom: float | None = None,
-        motion: str = "within",
+        kind: str = "within",
         time_step: float | None = None,
         integration: str | Scheme = "dda",
         theta: float = 0.75,
@@ -207,7 +210,7 @@ class Column:
         band : (float, float), optional
             Hz.  By default from 0 to 1/(2 × travel time), twice the first resonance of a uniform
             column on a rigid base.
-        top, bottom, motion
+        top, bottom, kind
             As for :meth:`transfer`.
         time_step : float, optional
             Δt, s; if given, the peak of :meth:`scheme_transfer`, else of :meth:`transfer`.
@@ -222,12 +225,12 @@ class Column:
         Raises
         ------
         ValueError
-            If an argument is out of range, the band holds no peak, or the peak is unbounded.
+            If an argument is out of range, the band contains no peak, or the peak is unbounded.
         """
         mode_spacing = 0.5 / self.travel_time
         low, high = _band((0.0, mode_spacing) if band is None else band)
         points = int(np.ceil(_POINTS_PER_MODE * max(1.0, (high - low) / mode_spacing)))
-        place = (top, bottom, motion)
+        place = (top, bottom, kind)
         if time_step is None:
             return refined_peak(lambda f: self.transfer(f, *place), (low, high), points)
         scheme = (integration, theta)
@@ -239,13 +242,13 @@ class Column:
         self, waves: Waves, place: tuple[float, float | None, str]
     ) -> NDArray[np.complex128]:
         """Response at one depth over reference motion at another, shape of ``waves.omega``."""
-        top, bottom, motion = place
-        one_of("motion", motion, ("within", "outcrop"))
+        top, bottom, kind = place
+        one_of("kind", kind, ("within", "outcrop"))
         upper, lower = self._depths(top, bottom)
         media, depths = self.cut_at([upper, lower])
         first, last = np.searchsorted(depths, [upper, lower])
         steps, reflections = recursion(waves, media, np.diff(depths))
-        reference = 2.0 if motion == "outcrop" else 1 + reflections[last]
+        reference = 2.0 if kind == "outcrop" else 1 + reflections[last]
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.prod(steps[first:last], axis=0) * (1 + reflections[first]) / reference
         unbounded = ~np.isfinite(ratio)
@@ -257,7 +260,7 @@ class Column:
         return ratio
 
     def _depths(self, top: float, bottom: float | None) -> tuple[float, float]:
-        """Both depths, checked and moved onto an interface that they meet but for rounding."""
+        """Both depths, checked and moved onto an interface that they meet except for rounding."""
         interfaces = self._interfaces
         upper = _snapped("top", top, interfaces)
         lower = interfaces[-1] if bottom is None else _snapped("bottom", bottom, interfaces)
@@ -310,7 +313,7 @@ class Column:
         bottom : float, optional
             Depth of the motion, m; by default the base.
         kind : {'outcrop', 'within'}
-            What the motion is, as in :meth:`transfer`.
+            Kind of motion, as in :meth:`transfer`; records are of outcrops, hence the default.
 
         Returns
         -------
@@ -351,7 +354,7 @@ def refined_peak(
     Raises
     ------
     ValueError
-        If the band is no band, holds no interior maximum, or the maximum is unbounded.
+        If the band is invalid, contains no interior maximum, or the maximum is unbounded.
     """
     low, high = _band(band)
     if not 2 <= points <= _MOST_POINTS:
@@ -362,7 +365,7 @@ def refined_peak(
         raise ValueError(f"transfer is not finite at {first_of(grid, ~np.isfinite(size)):g} Hz")
     summits = 1 + np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]))
     if summits.size == 0:
-        raise ValueError(f"band {low:g} ... {high:g} Hz holds no peak of the transfer function")
+        raise ValueError(f"band {low:g} ... {high:g} Hz contains no peak of the transfer function")
     peaks = (_refined(transfer, grid[i - 1], grid[i + 1]) for i in summits)
     return max(peaks, key=lambda peak: peak.amplitude)
 

@@ -72,7 +72,7 @@ class Analyses:
         profiles = [r.profile() for r in parts]
         row("largest shear strain", [100 * float(p.strain.max()) for p in profiles], "%")
         row("largest shear stress", [float(p.stress.max()) / 1e3 for p in profiles], "kPa")
-        said = [self.unbounded] if self.unbounded else []
+        said = list(filter(None, [self.unbounded, self.fitted.doubt]))
         return "\n".join([self.nonlinear.words, *lines, *said, "", str(self.nonlinear)])
 
     def plot(self):

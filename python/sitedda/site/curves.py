@@ -66,6 +66,16 @@ class SoilCurves:
         """Damping ratio at shear strains; their shape."""
         return np.interp(_logarithm(strain), np.log(self.strain), self.damping)
 
+    def implied_strength(self, shear_modulus: float) -> float:
+        """Largest shear stress that the curves reach, Pa.
+
+        Parameters
+        ----------
+        shear_modulus : float
+            Of small strains, Pa.
+        """
+        return float(shear_modulus * np.max(self.strain * self.reduction))
+
     @classmethod
     def from_pystrata(cls, soil) -> "SoilCurves":
         """The curves of a soil type of pystrata (Vucetic & Dobry, Seed & Idriss, …)."""
@@ -179,6 +189,69 @@ def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
         return 2 / (1 + x + np.sqrt((1 + x) ** 2 - 4 * share * x))
 
     return _by_masing(reduction, "GQ/H")
+
+
+def strength_corrected(
+    curves: SoilCurves, shear_modulus: float, strength: float, known: float = 1e-3
+) -> SoilCurves:
+    """Curves that follow given ones at small strains and tend to a shear strength, by GQ/H.
+
+    θ of :func:`gqh` is fitted to G/G_max up to a strain; the damping ratio stays the given one.
+
+    Parameters
+    ----------
+    curves : SoilCurves
+    shear_modulus : float
+        Of small strains, Pa.
+    strength : float
+        Pa.
+    known : float
+        Strain up to which the curves are followed; less where they pass 0.7 of the strength.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or the strength is reached at strains below 0.01 %.
+
+    References
+    ----------
+    Groholski, D. R. et al. (2016), as :func:`gqh`.
+    """
+    from scipy.optimize import least_squares
+
+    reference = float(positive("strength", strength)) / float(
+        positive("shear_modulus", shear_modulus)
+    )
+    if not 1e-4 <= reference <= 0.1:
+        raise ValueError(
+            f"a strength of {strength / 1e3:.4g} kPa is {100 * reference:.3g} % of the shear "
+            "modulus; it must be .01 to 10 %"
+        )
+    x = np.logspace(-6, np.log10(known), 61) / reference
+    target = curves.reduction_at(reference * x)
+    x, target = x[use := (x * target < 0.7)], target[use]
+
+    def share(p, at):
+        grown = (at / np.exp(p[2])) ** p[3]
+        return p[0] + (p[1] - p[0]) * grown / (1 + grown)
+
+    def reduction(p, at):
+        return 2 / (1 + at + np.sqrt((1 + at) ** 2 - 4 * share(p, at) * at))
+
+    end = 0.1 / reference  # at a strain of 10 % the strength is to be reached
+
+    def lack(p):
+        return np.append(reduction(p, x) - target, 0.4 * (end * reduction(p, end) - 1))
+
+    fits = [
+        least_squares(lack, start,
+                      bounds=([-20.0, -20.0, -8.0, 0.2], [1.0, 1.0, 8.0, 0.99]))
+        for start in ([0.5, 0.9, 0.0, 0.8], [-2.0, 0.9, 1.0, 0.9], [0.9, -2.0, 0.0, 0.8])
+    ]  # fmt: skip
+    p = min(fits, key=lambda fit: fit.cost).x
+    strain = np.append(STRAINS, np.logspace(-1.45, -1.0, 10))
+    found = np.minimum(reduction(p, strain / reference), 1.0)
+    return SoilCurves(strain, found, curves.damping_at(strain), f"{curves.name}, GQ/H")
 
 
 def darendeli(

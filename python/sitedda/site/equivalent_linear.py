@@ -2,6 +2,7 @@
 """Equivalent-linear soil: moduli and damping that fit the strains they lead to (SHAKE)."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +14,11 @@ from .curves import SoilCurves
 from .layers import convention_words, largest_damping
 from .motion import Motion
 from .response import ColumnResponse
+
+DOUBTFUL_STRAIN = 0.005  # largest strain beyond which equivalent-linear results are doubtful
+_HARDLY = 0.01  # from which results are meaningless
+_SOFT = 0.1  # strain from which another solution is sought
+_APART = 0.01  # relative difference of strains of two solutions
 
 
 @dataclass(frozen=True)
@@ -32,6 +38,10 @@ class EquivalentLinear:
     iterations : int
     change : float
         Largest relative change of a modulus or damping ratio in the last iteration.
+    strain_ratio : float
+        Effective over largest strain.
+    other_strain : float
+        Largest strain of another solution that fits its strains as well; NaN if none was found.
     """
 
     response: ColumnResponse
@@ -40,6 +50,30 @@ class EquivalentLinear:
     damping: NDArray[np.float64]
     iterations: int
     change: float
+    strain_ratio: float = 0.65
+    other_strain: float = np.nan
+
+    @property
+    def largest_strain(self) -> NDArray[np.float64]:
+        """Largest shear strain in the middle of each layer, shape (layers,)."""
+        return self.strain / self.strain_ratio
+
+    @property
+    def doubt(self) -> str:
+        """Why the result may be wrong: strains above 0.5 %, two solutions; '' if it is not."""
+        most = float(self.largest_strain.max())
+        if most <= DOUBTFUL_STRAIN:
+            return ""
+        layer = 1 + int(self.largest_strain.argmax())
+        much = "is no longer a good approximation" if most > _HARDLY else "becomes doubtful"
+        words = (
+            f"layer {layer} is strained {100 * most:.3g} %: above {100 * DOUBTFUL_STRAIN:g} % the "
+            f"equivalent-linear method {much}; compare with the nonlinear analysis"
+        )
+        if np.isnan(self.other_strain):
+            return words
+        return (f"{words}. Another solution, strained {100 * self.other_strain:.3g} %, satisfies "
+                "the curves as well")  # fmt: skip
 
     def __str__(self) -> str:
         lines = ["depth to bottom  effective strain   G/Gmax   damping"]
@@ -51,6 +85,7 @@ class EquivalentLinear:
             )
         lines.append(f"{self.iterations} iterations, last change {100 * self.change:.2g} %")
         lines.append(convention_words(self.response.column.convention))
+        lines += [self.doubt] if self.doubt else []
         return "\n".join(lines)
 
 
@@ -81,7 +116,7 @@ def equivalent_linear(
     bottom : float, optional
         Depth of the motion, m; by default the base.
     kind : {'outcrop', 'within'}
-        What the motion is.
+        Kind of motion.
     strain_ratio : float
         Effective over largest strain; 0.65 or (magnitude − 1)/10.
     tolerance : float
@@ -104,36 +139,58 @@ def equivalent_linear(
     if not 0 < tolerance < 1:
         raise ValueError(f"tolerance must be in 0 < tolerance < 1, got {tolerance!r}")
     ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
+
+    def fitted_from(strain: float) -> EquivalentLinear:
+        begin = np.full(len(curves), strain)
+        place = {"bottom": bottom, "kind": kind}
+        return _fitted(column, curves, ground, begin, place, strain_ratio, tolerance,
+                       most_iterations)  # fmt: skip
+
+    found = fitted_from(0.0)
+    if found.doubt:  # soil so soft that it may have another solution
+        with suppress(ConvergenceError, ValueError):
+            other = fitted_from(_SOFT)
+            if np.max(abs(other.strain / found.strain - 1)) > _APART:
+                return replace(found, other_strain=float(other.largest_strain.max()))
+    return found
+
+
+def _fitted(
+    column, curves, ground, begin, place, strain_ratio, tolerance, most_iterations
+) -> EquivalentLinear:
+    """The column that fits its strains, by iterations from given ones."""
     linear = _own_damping(column)
-    reduction, damping = _properties(curves, np.zeros(len(linear)), linear)
+    reduction, damping = _properties(curves, begin, linear)
     _, interfaces = column.cut_at([])
     middles = (interfaces[:-1] + interfaces[1:]) / 2
     before = 0.0
     for iteration in range(1, most_iterations + 1):
-        fitted = _with(column, curves, reduction, damping)
-        response = ColumnResponse.of(fitted, ground, bottom=bottom, kind=kind)
+        fitted = _updated_column(column, curves, reduction, damping)
+        response = ColumnResponse.of(fitted, ground, **place)
         strain = strain_ratio * np.abs(response.strain(middles)).max(axis=-1)
         wanted = _properties(curves, strain, linear)
         change = max(
             float(np.max(np.abs(new - old) / np.maximum(new, 1e-12)))
             for new, old in zip(wanted, (reduction, damping), strict=True)
         )
-        # An iteration leaves the share r of the error; no word on it from a single change.
+        # An iteration reduces the error by the factor r, which a single change does not show.
         left = change / before if before else 1.0
         if change == 0 or (left < 1 and change * max(1.0, left / (1 - left)) <= tolerance):
             _check_damping(fitted, damping, strain)
-            return EquivalentLinear(response, strain, reduction, damping, iteration, change)
+            return EquivalentLinear(
+                response, strain, reduction, damping, iteration, change, strain_ratio
+            )
         (reduction, damping), before = wanted, change
     raise ConvergenceError(
-        f"the equivalent-linear iteration does not end: after {most_iterations} iterations moduli "
-        f"or damping ratios still change by {100 * change:.3g} %; try a larger tolerance"
+        f"the equivalent-linear iteration does not converge: after {most_iterations} iterations "
+        f"moduli or damping ratios still change by {100 * change:.3g} %; try a larger tolerance"
     )
 
 
 def small_strain_column(column: Column, curves: Sequence[SoilCurves | None]) -> Column:
     """The column with the moduli and damping ratios that its curves have at small strains."""
     linear = _own_damping(column)
-    return _with(column, curves, *_properties(curves, np.zeros(len(linear)), linear))
+    return _updated_column(column, curves, *_properties(curves, np.zeros(len(linear)), linear))
 
 
 def _own_damping(column: Column) -> NDArray[np.float64]:
@@ -162,7 +219,7 @@ def _check_damping(column: Column, damping, strain) -> None:
             )
 
 
-def _with(column: Column, curves, reduction, damping) -> Column:
+def _updated_column(column: Column, curves, reduction, damping) -> Column:
     """The column with these moduli; iterates that are damped beyond the convention, at its end."""
     damping = np.minimum(damping, largest_damping(column.convention))
     layers = [

@@ -28,7 +28,7 @@ def displacements(
     bottom : float
         Depth of the reference motion, m.
     kind : {'outcrop', 'within'}
-        What the reference motion is.
+        Kind of reference motion.
 
     Returns
     -------

@@ -50,7 +50,7 @@ def largest_damping(convention: str) -> float:
 
 
 def convention_words(convention: str) -> str:
-    """What a convention of :func:`complex_modulus` makes of modulus and damping ratio, in words."""
+    """Modulus and damping ratio of a convention of :func:`complex_modulus`, in words."""
     _, largest, modulus = CONVENTIONS[one_of("convention", convention, CONVENTIONS)]
     limit = "" if np.isinf(largest) else f", D up to {largest:g}"
     return f"complex modulus '{convention}', |G*| = {modulus}{limit}"
@@ -297,7 +297,7 @@ class Waves:
     Attributes
     ----------
     omega : ndarray, shape (n,)
-        Angular frequencies, rad/s; complex ones carry the damping of a time integration.
+        Angular frequencies, rad/s; complex ones include the damping of a time integration.
     properties : callable
         Of a medium: its complex shear modulus, Pa, and density, kg/m³, each of shape (n,).
     """
@@ -362,7 +362,7 @@ def recursion(
         B/A at the top of each medium, that of the base last.
     """
     omega = waves.omega
-    first = [media.index(medium) for medium in media]  # the first that is like each
+    first = [media.index(medium) for medium in media]  # the first equal medium
     of = {j: waves.properties(media[j]) for j in set(first) if media[j] is not None}
     steps = np.empty((len(thicknesses), omega.size), dtype=complex)
     reflections = np.empty((len(media), omega.size), dtype=complex)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.arguments import positive
 from ..base.core import api, checked
 from ..engine.damping import ConstantRatio
-from ..engine.signals import running_integral
+from ..engine.signals import fast_length, low_pass, running_integral
 from .branches import Branches
 from .column import Column, HalfSpace
 from .curves import SoilCurves
@@ -28,12 +28,13 @@ _STEPS_A_PERIOD = 40
 _FEWEST_CELLS = 2  # of a layer
 _MOST_VALUES = 50_000_000  # of the motion in steps, or of one of four histories of all cells
 _PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, of the figures
+_NYQUIST = 0.45  # of the sampling frequency, up to which there is a low-pass
 _CONVERGED = 0.05  # relative difference of two resolutions up to which a figure converges
 
 
 @dataclass(frozen=True)
 class Histories:
-    """What a run of the column keeps, at the samples of the motion.
+    """Histories of the column, at the samples of the motion.
 
     Attributes
     ----------
@@ -73,12 +74,15 @@ class NonlinearResponse(SiteResponse):
     motion : Motion
         Of the base.
     kind : {'outcrop', 'within'}
-        What the motion is.
+        Kind of motion.
     branches : tuple of Branches or None, one for each layer
         None: the layer is linear.
     histories : Histories
     coarse : Histories or None
         The same in cells and steps of twice the size.
+    band : float
+        Hz, up to which cells and steps are small enough.  Accelerations that are returned pass a
+        zero-phase low-pass at it; `histories` has them as computed.
     """
 
     column: Column
@@ -87,6 +91,7 @@ class NonlinearResponse(SiteResponse):
     branches: tuple[Branches | None, ...]
     histories: Histories
     coarse: Histories | None
+    band: float
 
     @property
     def bottom(self) -> float:
@@ -95,7 +100,16 @@ class NonlinearResponse(SiteResponse):
 
     def acceleration(self, depth: float = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth (m), m/s², shape (samples,)."""
-        return self._of_nodes(self.histories.acceleration, depth)
+        return self._resolved(self._of_nodes(self.histories.acceleration, depth))
+
+    def _resolved(self, acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Accelerations, shape (..., samples), in the band that is resolved."""
+        step, samples = self.motion.time_step, acceleration.shape[-1]
+        if self.band >= _NYQUIST / step:
+            return acceleration
+        length = fast_length(2 * samples)
+        passed = np.abs(low_pass(length, step, self.band)) ** 2
+        return np.fft.irfft(np.fft.rfft(acceleration, length) * passed, length)[..., :samples]
 
     def velocity(self, depth: float = 0.0) -> NDArray[np.float64]:
         """Velocity at a depth (m), m/s, shape (samples,); from rest."""
@@ -133,7 +147,11 @@ class NonlinearResponse(SiteResponse):
         return at
 
     def profile(self) -> xr.Dataset:
-        """Peaks over depth, as :meth:`ColumnResponse.profile`, of the nodes and cells."""
+        """Peaks over depth, as :meth:`ColumnResponse.profile`, of the nodes and cells.
+
+        ``acceleration_converged`` and ``strain_converged`` say where cells and steps of twice the
+        size change the peak by at most 5 % (of the largest one where it is less than half of it).
+        """
         import xarray as xr
 
         kept, step = self.histories, self.motion.time_step
@@ -144,9 +162,9 @@ class NonlinearResponse(SiteResponse):
             return (name, np.abs(values).max(axis=1), {"units": unit})
 
         nodes = kept.interfaces
-        return xr.Dataset(
+        found = xr.Dataset(
             {
-                "acceleration": peaks("depth", kept.acceleration, "m/s^2"),
+                "acceleration": peaks("depth", self._resolved(kept.acceleration), "m/s^2"),
                 "velocity": peaks("depth", velocity, "m/s"),
                 "displacement": peaks("depth", kept.displacement - ground, "m"),
                 "strain": ("middle", kept.largest_strain, {"units": "1"}),
@@ -158,6 +176,27 @@ class NonlinearResponse(SiteResponse):
             },
             attrs={"motion": self.words},
         )
+        if self.coarse is not None:
+            ends = self.coarse.interfaces
+            peak = np.abs(self._resolved(self.coarse.acceleration)).max(axis=1)
+            for name, at, values in (
+                ("acceleration", ends, peak),
+                (
+                    "strain",
+                    np.append(0.0, (ends[:-1] + ends[1:]) / 2),
+                    np.append(0.0, self.coarse.largest_strain),
+                ),  # the surface is free
+            ):
+                fine = found[name]
+                coarse = np.interp(fine[fine.dims[0]].values, at, values)
+                scale = np.maximum(fine.values, fine.values.max() / 2)
+                good = np.abs(coarse - fine.values) <= _CONVERGED * scale
+                found[f"{name}_converged"] = (fine.dims, good)
+        return found
+
+    def coarse_spectrum(self, periods: ArrayLike) -> NDArray[np.float64]:
+        """Sa of the surface in cells and steps of twice the size, as :meth:`spectrum`, m/s²."""
+        return self._spectral(self._resolved(self.coarse.acceleration[0]), periods, 0.05)
 
     @property
     def figures(self) -> dict[str, tuple[float, float]]:
@@ -174,7 +213,7 @@ class NonlinearResponse(SiteResponse):
         return {name: (value, abs(value - coarse[name])) for name, value in fine.items()}
 
     def _figures(self, kept: Histories) -> dict[str, float]:
-        surface = kept.acceleration[0]
+        surface = self._resolved(kept.acceleration[0])
         spectrum = self._spectral(surface, _PERIODS, 0.05)
         return {
             "pga": float(np.abs(surface).max()),
@@ -206,11 +245,11 @@ class NonlinearResponse(SiteResponse):
 
     @property
     def words(self) -> str:
-        """What the reference motion is."""
+        """Kind of reference motion."""
         return motion_words(self.column, self.bottom, self.kind)
 
     def __str__(self) -> str:
-        lines = [self.words, _fits([b for b in self.branches if b is not None])]
+        lines = [self.words, _worst_fit([b for b in self.branches if b is not None])]
         for name, (value, change) in self.figures.items():
             unit = " %" if name == "strain" else " m/s²"
             scale = 100 if name == "strain" else 1
@@ -220,11 +259,13 @@ class NonlinearResponse(SiteResponse):
             names = ", ".join(map(_label, self.unconverged))
             lines.append(
                 f"does not converge with cells and steps: {names}; "
-                "small strains that are hardly damped pass on the noise of yielding. Give the soil "
-                "a damping ratio at small strains, or trust longer periods"
+                "short periods are numerical noise of yielding at small strains. Give the soil "
+                "a damping ratio at small strains, or use longer periods"
             )
+        if words := self._noisy():
+            lines.append(words)
         if self.kind == "outcrop" and getattr(self.column.base, "damping", None):
-            lines.append("the damping of the half-space is left out")
+            lines.append("the damping of the half-space is ignored")
         if self.beyond_curves:
             layers = ", ".join(
                 f"layer {i} {100 * most:.3g} %" for i, most in self.beyond_curves.items()
@@ -234,6 +275,17 @@ class NonlinearResponse(SiteResponse):
                 "curves with a shear strength (gqh) that reach them"
             )
         return "\n".join(filter(None, lines))
+
+    def _noisy(self) -> str:
+        """Depths whose peak acceleration does not converge, in words; '' if there are none."""
+        found = self.profile()
+        if self.coarse is None or bool(found.acceleration_converged.all()):
+            return ""
+        depth = found.depth.values[~found.acceleration_converged.values]
+        return (
+            f"peak accelerations do not converge at {depth.size} of {found.depth.size} depths, "
+            f"from {depth.min():.3g} to {depth.max():.3g} m"
+        )
 
     def plot(self):
         """Surface and reference motion, spectra, profiles, and the loop of the largest strain.
@@ -253,7 +305,7 @@ _LABELS = {"pga": "surface PGA", "strain": "largest strain"}
 _MOST_OFF = 0.003  # of a damping ratio, without a word
 
 
-def _fits(soils: list[Branches]) -> str:
+def _worst_fit(soils: list[Branches]) -> str:
     """How well branches fit their curves, the worst of all soils; '' if there are none."""
     if not soils:
         return ""
@@ -306,7 +358,7 @@ def nonlinear(
     time_step : float, optional
         s between samples of an array.
     kind : {'outcrop', 'within'}
-        What the motion is; a motion within moves the base as it is given.
+        Kind of motion; a motion within moves the base directly.
     damping_curve : {'target', 'masing'}
         See :meth:`Branches.of`.
     branches : int
@@ -314,7 +366,7 @@ def nonlinear(
     highest_frequency : float
         Hz, for which cells (12 a wave of small strains) and steps (40 a period) are small enough.
     reference_frequency : float
-        Hz, at which the given moduli hold.
+        Hz, at which the moduli are the given ones.
     compare : bool
         Run once more in cells and steps of twice the size, so that figures have a bar.
 
@@ -344,7 +396,7 @@ def nonlinear(
     run = _Run(column, soils, ground, kind, reference)
     fine = run.at(highest)
     coarse = run.at(highest / 2) if compare else None
-    return NonlinearResponse(column, ground, kind, soils, fine, coarse)
+    return NonlinearResponse(column, ground, kind, soils, fine, coarse, highest)
 
 
 @dataclass(frozen=True)
@@ -407,7 +459,7 @@ class _Run:
         """Branches of all layers, shape (most, 3, layers); those left over have no modulus."""
         most = max(1 if soil is None else soil.strain.size for soil in self.soils)
         found = np.zeros((most, 3, len(self.soils)), order="F")
-        found[:, 0, :] = 1e30  # a strain that is never reached
+        found[:, 0, :] = 1e30  # beyond any strain
         for i, soil in enumerate(self.soils):
             if soil is None:
                 found[0, 1:, i] = self._relaxed(i), 1.0
@@ -447,8 +499,8 @@ def _own_ratio(i: int, column: Column) -> float:
         own = own.ratio
     if not isinstance(own, float):
         raise ValueError(
-            f"layer {i + 1} has a damping that depends on frequency: in steps of time a layer "
-            "needs one ratio"
+            f"layer {i + 1} has a damping that depends on frequency: the nonlinear analysis "
+            "needs one ratio for each layer"
         )
     return own
 

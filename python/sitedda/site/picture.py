@@ -5,10 +5,11 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from ..base.numbers import in_unit
-from ..drawing.pictures import BlockPicture, plain, view_box
+from ..base.numbers import shown
+from ..drawing.pictures import BlockPicture, view_box
 from ..engine.signals import spectral_acceleration
-from ..report.style import BLUE, FAINT, GREEN, INK, ORANGE, RED, empty_figure, headline
+from ..report.layout import headline, plain
+from ..report.style import BLUE, FAINT, GREEN, INK, ORANGE, RED, empty_figure
 
 PERIODS = np.logspace(-1.7, 0.7, 120)  # s
 _WIDTH = 7.4  # inches of the model below an amplification along the surface
@@ -31,12 +32,7 @@ def response_figure(response) -> Figure:
         height_ratios=[1, 1.7],
     )
     _motion_panel(axes["motion"], response)
-    spectra, motion = axes["spectra"], response.motion
-    ground = spectral_acceleration(motion.acceleration, motion.time_step, PERIODS)
-    spectra.semilogx(PERIODS, response.spectrum(PERIODS), color=COLUMN, label="surface")
-    spectra.semilogx(PERIODS, ground, color=REFERENCE, label="reference")
-    spectra.set(xlabel="period (s)", ylabel="Sa, 5 % (m/s²)", ylim=(0, None))
-    spectra.legend(frameon=False)
+    _spectra(axes["spectra"], response.motion, {"surface": (response, COLUMN, "-")})
     profile = response.profile()
     axes["acceleration"].plot(profile.acceleration, profile.depth, color=COLUMN)
     axes["acceleration"].set(xlabel="peak acceleration (m/s²)", xlim=(0, None))
@@ -138,19 +134,15 @@ _ANALYSES = {
 def _site_panels(axes, responses) -> None:
     """Spectra, profiles and the loop of the nonlinear one, by the names of their analyses."""
     last = responses["nonlinear"]
-    step, depth = last.motion.time_step, last.column.depth
-    spectra = axes["spectra"]
-    ground = spectral_acceleration(last.motion.acceleration, step, PERIODS)
-    spectra.semilogx(PERIODS, ground, color=REFERENCE, label="reference")
+    depth = last.column.depth
+    _spectra(axes["spectra"], last.motion,
+             {name: (one, *_ANALYSES[name]) for name, one in responses.items()})  # fmt: skip
     for name, response in responses.items():
         color, style = _ANALYSES[name]
-        spectra.semilogx(PERIODS, response.spectrum(PERIODS), color=color, ls=style, label=name)
         profile = response.profile()
         axes["acceleration"].plot(profile.acceleration, profile.depth, color=color, ls=style)
         axes["strain"].plot(100 * profile.strain, profile.middle, color=color, ls=style)
         axes["stress"].plot(profile.stress / 1e3, profile.middle, color=color, ls=style)
-    spectra.set(xlabel="period (s)", ylabel="Sa, 5 % (m/s²)", ylim=(0, None))
-    spectra.legend(frameon=False, fontsize=8)
     axes["acceleration"].set(xlabel="peak acceleration (m/s²)", xlim=(0, None))
     axes["strain"].set(xlabel="peak shear strain (%)", xscale="log")
     axes["stress"].set(xlabel="peak shear stress (kPa)", xlim=(0, None))
@@ -183,7 +175,11 @@ def beside_figure(beside) -> Figure:
     )
     _motions(axes["motion"], beside)
     _ratio(axes["ratio"], beside)
-    _spectra(axes["spectra"], beside)
+    step = beside.response.motion.time_step
+    series = {"base": (beside.base, REFERENCE, "-"), "blocks (DDA)": (beside.surface, BLOCKS, "-"),
+              "column": (beside.column_surface, COLUMN, "--")}  # fmt: skip
+    for name, (values, color, style) in series.items():
+        _spectrum(axes["spectra"], spectral_acceleration(values, step, PERIODS), color, style, name)
     _profile(axes["profile"], beside)
     headline(figure, plain(beside.title))
     return figure
@@ -199,8 +195,7 @@ def _beside_analyses(beside) -> Figure:
     _motions(axes["motion"], beside)
     _site_panels(axes, beside.columns)
     spectrum = spectral_acceleration(beside.surface, beside.response.motion.time_step, PERIODS)
-    axes["spectra"].semilogx(PERIODS, spectrum, color=BLOCKS, label="blocks (DDA)")
-    axes["spectra"].legend(frameon=False, fontsize=8)
+    _spectrum(axes["spectra"], spectrum, BLOCKS, "-", "blocks (DDA)")
     (depth, peak), (middle, strain) = beside.points, beside.strains
     axes["acceleration"].plot(peak, depth, "o", color=BLOCKS, ms=5)
     axes["strain"].plot(100 * strain, middle, "o", color=BLOCKS, ms=5)
@@ -223,17 +218,18 @@ def _ratio(axes, beside) -> None:
     axes.set_xlim(beside.frequency[0], beside.frequency[-1])
 
 
-def _spectra(axes, beside) -> None:
-    step = beside.response.motion.time_step
-    for series, color, style in (
-        (beside.base, REFERENCE, "-"),
-        (beside.surface, BLOCKS, "-"),
-        (beside.column_surface, COLUMN, "--"),
-    ):
-        axes.semilogx(
-            PERIODS, spectral_acceleration(series, step, PERIODS), color=color, ls=style, lw=1.0
-        )
+def _spectra(axes, motion, responses) -> None:
+    """Response spectra of a motion and of responses to it, each with a colour and a line."""
+    ground = spectral_acceleration(motion.acceleration, motion.time_step, PERIODS)
+    _spectrum(axes, ground, REFERENCE, "-", "reference")
+    for name, (response, color, style) in responses.items():
+        _spectrum(axes, response.spectrum(PERIODS), color, style, name)
+
+
+def _spectrum(axes, values, color: str, style: str, name: str) -> None:
+    axes.semilogx(PERIODS, values, color=color, ls=style, label=name)
     axes.set(xlabel="period (s)", ylabel="Sa, 5 % (m/s²)", ylim=(0, None))
+    axes.legend(frameon=False, fontsize=8)
 
 
 def _profile(axes, beside) -> None:
@@ -271,7 +267,7 @@ def surface_figure(surface) -> Figure:
     peaks.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     picture = BlockPicture(surface.scene, "material", axes=blocks, legend=False)
     picture.show(0)
-    picture.note.set_visible(False)
+    picture.head.note.remove()
     blocks.set_title("", loc="left")
     blocks.set_aspect("equal", adjustable="datalim")
     blocks.set_autoscale_on(True)  # its limits give way to the scale in a first drawing
@@ -300,7 +296,6 @@ def section_figure(surface, axis: str = "x"):
     traces = data.velocity.sel(point=surface.names, axis=axis).values
     most = float(abs(traces).max()) or 1.0
     apart = float(np.median(np.diff(place)))
-    size, unit = in_unit(most, "m/s")
     figure = empty_figure((9.5, 6.0))
     axes = figure.subplots()
     time = data.time.values
@@ -311,7 +306,7 @@ def section_figure(surface, axis: str = "x"):
     axes.set(xlabel="x (m)", ylabel="time (s)", ylim=(time[-1], time[0]))
     headline(figure, plain(surface.scene.title),
              f"velocity along {axis} of the points on the surface; the largest, "
-             f"{most / size:.3g} {unit}, is as wide as 0.9 of the distance of points")  # fmt: skip
+             f"{shown(most, 'm/s')}, is as wide as 0.9 of the distance of points")  # fmt: skip
     return figure
 
 

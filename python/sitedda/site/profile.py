@@ -9,7 +9,9 @@ from pathlib import Path
 from ..base.errors import InputError
 from ..build.profile import Ground, SoilProfile, curve_of, curve_table, read_soil_profile
 from .column import Column, HalfSpace, Layer
-from .curves import SoilCurves, darendeli, hyperbolic, mkz
+from .curves import SoilCurves, darendeli, gqh, hyperbolic, mkz, strength_corrected
+
+_WEAK, _STRONG = 20.0, 45.0  # degrees of friction between which an implied strength is usual
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,9 @@ class Profile(SoilProfile):
     ) -> list[SoilCurves | None]:
         """Modulus reduction and damping of each layer; None: linear.
 
+        If the file has a strength (``shear_strength``, ``friction_angle``), the curves end at
+        it: see `strength_corrected`.
+
         Parameters
         ----------
         water_table : float
@@ -55,8 +60,42 @@ class Profile(SoilProfile):
             K₀ of these.
         """
         stresses = self.mean_stresses(water_table, pressure_at_rest)
-        return [_curves(layer, mean, self.file)
-                for layer, mean in zip(self.layers, stresses, strict=True)]  # fmt: skip
+        strengths = self.strengths(water_table, pressure_at_rest)
+        found = []
+        for layer, mean, strength in zip(self.layers, stresses, strengths, strict=True):
+            one = _curves(layer, mean, self.file)
+            if one is not None and not math.isnan(strength):
+                modulus = layer.density * layer.shear_velocity**2
+                try:
+                    one = strength_corrected(one, modulus, strength)
+                except ValueError as trouble:
+                    raise InputError(f"{self.file}, row {layer.row}: {trouble}") from None
+            found.append(one)
+        return found
+
+    def strength_words(self, water_table: float = math.inf, pressure_at_rest: float = 0.5) -> str:
+        """Shear strength that the curves imply if the file has none; '' if linear.
+
+        Parameters
+        ----------
+        water_table, pressure_at_rest : float
+            See `curves`.
+        """
+        curves = self.curves(water_table, pressure_at_rest)
+        means = self.mean_stresses(water_table, pressure_at_rest)
+        lines = []
+        for layer, one, mean in zip(self.layers, curves, means, strict=True):
+            if one is None or not (math.isnan(layer.shear_strength)
+                                   and math.isnan(layer.friction_angle)):  # fmt: skip
+                continue
+            strength = one.implied_strength(layer.density * layer.shear_velocity**2)
+            vertical = mean * 3 / (1 + 2 * pressure_at_rest)
+            angle = math.degrees(math.atan2(strength, vertical))
+            if not _WEAK <= angle <= _STRONG:
+                lines.append(f"row {layer.row}: the curves imply a shear strength of "
+                             f"{strength / 1e3:.3g} kPa, as friction of {angle:.2g}° would; give "
+                             "shear_strength or friction_angle")  # fmt: skip
+        return "\n".join(lines)
 
     def plot(self):
         """Velocities, density and damping over depth; a matplotlib.figure.Figure."""
@@ -65,19 +104,21 @@ class Profile(SoilProfile):
         return profile_figure(self)
 
 
-def read_profile(file) -> Profile:
+def read_profile(file, fill: str = "") -> Profile:
     """Read a site from a CSV file, see `sitedda.build.profile.read_soil_profile`.
 
     Parameters
     ----------
     file : path
+    fill : {'', 'above', 'interpolate'}
+        How gaps are filled.
 
     Raises
     ------
     InputError
         If a column is not known or lacks its unit, or a value cannot be; the message names the row.
     """
-    found = read_soil_profile(file)
+    found = read_soil_profile(file, fill)
     return Profile(found.layers, found.half_space, found.file)
 
 
@@ -86,6 +127,7 @@ def _curves(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
     name, numbers = curve_of(layer.curve, where)
     made: dict[str, Callable[..., SoilCurves]] = {
         "darendeli": lambda *more: darendeli(stress, *more), "hyperbolic": hyperbolic, "mkz": mkz,
+        "gqh": lambda reference, *theta: gqh(reference, theta),
     }  # fmt: skip
     try:
         if name in ("", "linear"):

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .column import Column
 
 _KINDS = ("outcrop", "within")
-_AT_ONCE = 2048  # frequencies, whose waves in all layers the cache holds
+_AT_ONCE = 2048  # frequencies whose waves in all layers fit the cache
 
 
 class SiteResponse:
@@ -59,7 +59,7 @@ class SiteResponse:
 
 
 def motion_words(column: Column, bottom: float, kind: str) -> str:
-    """What the reference motion of a response is."""
+    """The reference motion of a response, in words."""
     if not isinstance(column.base, HalfSpace) and bottom == column.depth:
         return f"motion of the rigid base at {bottom:g} m depth"
     if kind == "outcrop":
@@ -82,9 +82,9 @@ class ColumnResponse(SiteResponse):
     bottom : float
         Depth of the reference motion, m.
     kind : {'outcrop', 'within'}
-        What the reference motion is.
+        Kind of reference motion.
     scheme : Scheme or None
-        Time integration whose damping takes the place of the layers'.
+        Time integration whose damping replaces that of the layers.
     """
 
     column: Column
@@ -211,7 +211,7 @@ class ColumnResponse(SiteResponse):
 
     @property
     def words(self) -> str:
-        """What the reference motion is."""
+        """Kind of reference motion."""
         return motion_words(self.column, self.bottom, self.kind)
 
     @property

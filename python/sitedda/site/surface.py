@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What hills, valleys and soils make of a motion along the surface of a run."""
+"""Amplification along the surface of a run by topography and soil."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 BANDWIDTH = 40.0  # of the window of Konno and Ohmachi
 _BINS = 120  # frequencies of the map
-_FINE = 20.0  # bins of the spectrum up to the lowest frequency, for the window to hold some
+_FINE = 20.0  # bins of the spectrum up to the lowest frequency, so that the window is not empty
 _TOUCHING = 1e-6  # of the size of the model: a point is on the surface
 
 
@@ -43,7 +43,7 @@ class Surface:
     peak_acceleration, peak_velocity : ndarray, shape (points,)
         Ratios of the peaks.
     reference : str
-        What the motions are divided by, in words.
+        Reference of the ratios, in words.
     """
 
     scene: Scene
@@ -113,7 +113,9 @@ def surface(
     scene = Scene.of(history)
     names = _on_surface(scene, history)
     if len(names) < 2:
-        raise ValueError(f"{len(names)} measured points are on the surface; it takes two or more")
+        raise ValueError(
+            f"{len(names)} measured points are on the surface; at least two are needed"
+        )
     motion = {"acceleration": (("time",), felt), "time": (("time",), history.time.values)}
     step = Motion.of(NamedArrays(motion, {}, "")).time_step
     least, most = 1.0 / (step * felt.size), 0.5 / step

@@ -1,19 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Factors of safety by strength reduction, limit analysis, and mechanisms of failure."""
 
-from .limits import Limit, Limits, limit_analysis
+from .limits import Limit, Limits, Travel, limit_analysis, travelling_axle
+from .performance import Performance, performance_point
 from .pushover import Pushover, pushover
 from .safety import Mechanism, Safety, bisect, mechanism, safety
+from .supports import Movement, move_supports
 
 __all__ = [
     "Limit",
     "Limits",
     "Mechanism",
+    "Movement",
+    "Performance",
     "Pushover",
     "Safety",
+    "Travel",
     "bisect",
     "limit_analysis",
     "mechanism",
+    "move_supports",
+    "performance_point",
     "pushover",
     "safety",
+    "travelling_axle",
 ]

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Limit analysis of dry rigid blocks: the largest body force that equilibrium with friction allows.
+"""Limit analysis of rigid blocks: the largest load that equilibrium within joint strength allows.
 
-A joint pushes at its two ends with N ≥ 0 and |T| ≤ μN.  The largest factor of the body force at
-which such forces balance all blocks is a linear programme (Livesley 1978); the multipliers of its
-balance are the mechanism.  That is the limit of associated friction, in which joints open as they
-slip; beyond it nothing rests.  Friction without dilation may hold less: a sequence of programmes
-that bound |T| by the normal forces of those before (Gilbert, Casapulla and Ahmed 2006, Computers
-and Structures 84, 873–887) ends with forces |T| ≤ μN and a mechanism that does not dilate.
+A joint of length L acts at its two ends with N ≥ −f_t L/2 and |T| ≤ c L/2 + μN.  The largest factor
+of the load at which such forces balance all blocks is a linear programme (Livesley 1978); the
+multipliers of its balance are the mechanism.  A compressive strength bounds the moment of a joint,
+|M| ≤ N (L − N/σ_c)/2, by tangents that are added until no joint exceeds it.  That is the limit of
+associated friction, in which joints open as they slip; beyond it nothing rests.  Friction without
+dilation may hold less: a sequence of programmes that bound |T| by the normal forces of those before
+(Gilbert, Casapulla and Ahmed 2006, Computers and Structures 84, 873–887) ends with forces |T| ≤ μN
+and a mechanism that does not dilate.
 """
 
 import os
@@ -16,9 +18,10 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import linprog
-from scipy.sparse import block_array, coo_array, diags_array
+from scipy.optimize import linprog, minimize_scalar
+from scipy.sparse import block_array, coo_array, diags_array, hstack
 
+from ..base.arguments import COUNT
 from ..base.core import engine_names
 from ..base.errors import ConvergenceError, InputError
 from ..build.model import Model
@@ -26,19 +29,20 @@ from ..output.scene import Scene, is_netcdf
 from .safety import _verdicts
 from .strength import released, static_model
 
-_MOST = 1e3  # times the weight: what holds this holds anything
+_MOST = 1e3  # times the weight: a larger factor counts as infinite
 _HELD = _MOST * (1 - 1e-6)
 _PRESTRESS = 1e-6  # of the factor, for each normal force of the median weight: none without need
-# Share of the latest normal forces in the next bound, and the programmes after which it falls as
+# Fraction of the latest normal forces in the next bound, and the programmes after which it falls as
 # 1/n: with all of them sequences alternate.
 _GAIN, _CONSTANT = 0.4, 30
 _SETTLED, _TIMES = 1e-4, 5  # relative changes of the factor, one after the other, at the end
 _PROGRAMMES = 300  # at most in a sequence
 _SLIDES = 0.5  # of the work of the body force, taken by slip
-_CORNER = 1e-6  # of its length: what is nearer to the end of an edge is at a corner
+_CORNER = 1e-6  # of its length: a point nearer to the end of an edge is at a corner
 _AXES = {"x": [(1.0, 0.0)], "y": [(0.0, 1.0)], "xy": [(1.0, 0.0), (0.0, 1.0)], "none": []}
-_USUAL = {"fixed": "xy", "springs": "xy", "roller": "normal"}  # direction of a boundary that holds
-_OTHERS = ("load", "traction", "water", "bolt")  # groups of what this analysis does not know
+_LOADS = ("load", "traction", "water")  # groups whose forces the engine knows
+_LAWS = ("coulomb", "crushing")
+_CUTS, _CRUSHED = 60, 1e-7  # rounds of tangents at most; excess of a moment over N L at their end
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class Limit:
     Attributes
     ----------
     factor : float
-        Largest body force over the weight; inf if a thousand times the weight is held.
+        Largest body force over the weight; inf above a thousand times the weight.
     displacement : ndarray, shape (blocks, 3)
         The mechanism: x, y (m) and rotation (rad) of each block, where the largest way of a corner
         is 1 m.
@@ -70,6 +74,10 @@ class Limit:
         and along the normal turned by 90° counter-clockwise.
     polygons : list of ndarray
         The blocks, shape (vertices, 2), m.
+    bolt_force : dict
+        Axial force of each bolt in this set, N/m.
+    title : str
+        Of the picture; empty: the factor as that of a body force.
     """
 
     factor: float
@@ -83,17 +91,21 @@ class Limit:
     normal_force: np.ndarray = field(repr=False)
     shear_force: np.ndarray = field(repr=False)
     polygons: list[np.ndarray] = field(repr=False)
+    bolt_force: dict[str, float] = field(default_factory=dict)
+    title: str = ""
 
     def draw(self, axes=None):
         """Draw the blocks in the colours of their verdicts, with arrows; matplotlib axes."""
         from .picture import draw_mechanism
 
-        return draw_mechanism(self, axes, f"Body force {self.factor:.4g} of the weight")
+        return draw_mechanism(
+            self, axes, self.title or f"Body force {self.factor:.4g} of the weight"
+        )
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a body force by the two kinds of friction.
+    """Limits of a load by the two kinds of friction.
 
     Attributes
     ----------
@@ -107,33 +119,108 @@ class Limits:
     lower: Limit
 
 
-def limit_analysis(source, *, direction=(1.0, 0.0), changes: Mapping | None = None) -> Limits:
-    """Find the largest body force that dry rigid blocks bear beside their weight.
+@dataclass(frozen=True)
+class Travel:
+    """Limits of axles at positions along a line, with associated friction.
+
+    Attributes
+    ----------
+    position : ndarray, shape (positions,)
+        Of the first axle along the line, m.
+    load : ndarray, shape (positions,)
+        Largest weight of all axles, N/m; inf: no limit.
+    worst, least : float
+        Position with the smallest load, m, and that load, N/m.
+    limit : Limit
+        At this position; its factor is the load over the weight of the blocks.
+    """
+
+    position: np.ndarray
+    load: np.ndarray
+    worst: float
+    least: float
+    limit: Limit
+
+
+def travelling_axle(
+    source, line, *, axles=((0.0, 1.0),), positions: int = 41, changes: Mapping | None = None
+) -> Travel:
+    """Find where axles that travel along a line are worst, and their weight at the limit there.
+
+    Parameters
+    ----------
+    source : path or Model
+        An input.
+    line : array_like, shape (points, 2)
+        Polyline on blocks, m.
+    axles : sequence of (float, float)
+        Distance behind the first axle (m) and share of the weight.  Axles beyond the ends of the
+        line do not act.
+    positions : int
+        Evenly spaced; the worst one is then refined between its neighbours.
+    changes : mapping, optional
+        Variables to change first, see `Simulation`.
+
+    Raises
+    ------
+    InputError
+        As `limit_analysis`, or if a place of the line is on no block.
+    """
+    programme = _Programme(*_scene(source, changes), np.array([1.0, 0.0]), None)
+    points, weights = np.asarray(line, dtype=float), np.array(axles, dtype=float)
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+
+    def solve(position: float) -> _Solution:
+        places = position - weights[:, 0]
+        on = (places >= 0.0) & (places <= along[-1])
+        at = np.column_stack([np.interp(places[on], along, axis) for axis in points.T])
+        programme.set_axles(at, weights[on, 1] / weights[:, 1].sum())
+        return programme.upper()
+
+    where = np.linspace(0.0, along[-1], COUNT.check("positions", positions))
+    factors = np.array([solve(position).factor for position in where])
+    least = int(np.argmin(factors))
+    low, high = where[max(least - 1, 0)], where[min(least + 1, len(where) - 1)]
+    refined = minimize_scalar(
+        lambda position: solve(position).factor, bounds=(low, high), method="bounded"
+    )
+    worst = where[least] if factors[least] <= refined.fun else float(refined.x)
+    found = programme.limit(solve(worst))
+    loads = np.where(factors >= _HELD, np.inf, factors * programme.weight)
+    load = found.factor * programme.weight
+    found = replace(found, title=f"Axles of {load:.4g} N/m at {worst:.4g} m")
+    return Travel(where, loads, float(worst), load, found)
+
+
+def limit_analysis(
+    source, *, direction=(1.0, 0.0), load: str | None = None, changes: Mapping | None = None
+) -> Limits:
+    """Find the largest body force that rigid blocks bear beside their weight and other loads.
 
     Parameters
     ----------
     source : path, Model, Run, Dataset or Simulation
         An input or an output, which counts as its first frame shows it.  Stages and motions do not
-        act.
+        act.  Loads, tractions and water of an input act as at time 0.
     direction : (float, float)
         Of the body force; its length does not count.
+    load : str, optional
+        Name of the &load groups that grow in place of the body force; factors are those of their
+        forces at time 0.
     changes : mapping, optional
         Variables of an input to change first, see `Simulation`.
 
     Raises
     ------
     InputError
-        If joints have strength or laws beyond dry friction, forces act beside the weight, or the
-        blocks stand under no body force of this direction.
+        If joints have laws beyond friction, cohesion, tension and crushing, blocks bend, bolts are
+        grouted, an output has loads, or the blocks do not rest under any load of this pattern.
     ConvergenceError
         If the sequence without dilation finds no end.
     """
     direction = _unit_vector(direction)
-    scene = _scene(source, changes)
-    _require_dry(scene)
-    programme = _Programme(scene, direction)
-    friction = programme.friction
-    upper = programme.solve(friction, np.zeros(len(friction)))
+    programme = _Programme(*_scene(source, changes), direction, load)
+    upper = programme.upper()
     return Limits(programme.limit(upper), programme.limit(_without_dilation(programme, upper)))
 
 
@@ -147,61 +234,123 @@ def _unit_vector(direction) -> np.ndarray:
     return vector / np.linalg.norm(vector)
 
 
-def _scene(source, changes: Mapping | None) -> Scene:
-    """The scene of an output, or of an input before anything has moved."""
+def _scene(source, changes: Mapping | None) -> tuple[Scene, np.ndarray | None]:
+    """The scene of an output, or of an input before anything has moved, and loads of its blocks."""
     is_file = isinstance(source, str | os.PathLike)
     if isinstance(source, Model) or (is_file and not is_netcdf(Path(source))):
-        with released(static_model(source, changes), 1.0, None, 1.0, 1) as simulation:
-            return Scene.of(simulation)
+        model = static_model(source, changes)
+        with released(model, 1.0, None, 1.0, 1) as simulation:
+            scene = Scene.of(simulation)
+        _require_known(scene)
+        model.clear("bolt")  # their forces are unknowns
+        with released(model, 1.0, None, 1.0, 1) as simulation:
+            return scene, simulation.loads[:, :3]
     if changes:
-        raise InputError("changes are of an input; this is an output")
-    return Scene.of(source)
+        raise InputError("changes apply to an input; this is an output")
+    scene = Scene.of(source)
+    _require_known(scene)
+    for kind in _LOADS:
+        if scene.groups.get(kind, []):
+            raise InputError(f"the output has a &{kind}: give its input, whose loads are known")
+    return scene, None
 
 
-def _require_dry(scene: Scene) -> None:
+def _require_known(scene: Scene) -> None:
     for group in scene.groups.get("joint", []):
         name = str(group.get("name", "")).strip()
-        if group.get("law", "coulomb").strip() != "coulomb":
-            raise InputError(f"joint {name!r} has the law {group['law']!r}: it must be 'coulomb'")
-        for strength in ("cohesion", "tensile_strength"):
-            if group.get(strength):
-                raise InputError(f"joint {name!r} has {strength}: limit analysis is of dry joints")
+        if group.get("law", "coulomb").strip() not in _LAWS:
+            raise InputError(f"joint {name!r} has the law {group['law']!r}: it must be 'coulomb' "
+                             "or 'crushing'")  # fmt: skip
     if scene.welded.any():
-        raise InputError("the model has bodies that bend: limit analysis is of rigid blocks")
-    for kind in _OTHERS:
-        if scene.groups.get(kind, []):
-            raise InputError(f"the model has a &{kind}: limit analysis is of weight alone")
+        raise InputError("the model has bodies that bend: limit analysis requires rigid blocks")
+    for group in scene.groups.get("bolt", []):
+        if group.get("grouted"):
+            raise InputError(f"bolt {str(group['name']).strip()!r} is grouted: limit analysis "
+                             "supports bolts between their ends")  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _Solution:
-    """Of a programme: factor, forces at the points (N/m), velocities of the blocks (blocks, 3)."""
+    """Of a programme: factor, forces at the points and in the bolts (N/m), velocities of the blocks
+    (blocks, 3)."""
 
     factor: float
     normal: np.ndarray
     shear: np.ndarray
+    bolts: np.ndarray
     velocity: np.ndarray
 
 
 class _Programme:
     """Balance of all blocks as rows of a linear programme, forces over the median weight."""
 
-    def __init__(self, scene: Scene, direction: np.ndarray):
+    def __init__(
+        self, scene: Scene, loads: np.ndarray | None, direction: np.ndarray, load: str | None
+    ):
         self.scene = scene
         self.polygons = scene.polygons(0)
         self._set_weights(direction)
+        if loads is not None:
+            self.dead = self._scaled(loads)
+        if load is not None:
+            self._set_load(load)
         self._set_points()
+        self._cuts: list[tuple[coo_array, np.ndarray]] = []
+        if self.crushing.size:
+            for share in (0.5, 1.0):
+                both = np.repeat(self.crushing, 2)
+                self._cut(both, np.tile([1.0, -1.0], len(self.crushing)),
+                          share * self.most[both] * self.length[both])  # fmt: skip
+
+    def _scaled(self, wrench: np.ndarray) -> np.ndarray:
+        """Forces (N/m) and moments (N) on the blocks as rows of the balance, (blocks, 3)."""
+        return wrench / self.unit / np.column_stack([np.ones((len(self.radii), 2)), self.radii])
+
+    def _set_load(self, name: str) -> None:
+        """The loads of a name grow, and are not dead."""
+        live = np.zeros_like(self.dead)
+        for group in self.scene.groups.get("load", []):
+            if str(group.get("name", "")).strip() == name:
+                time = np.asarray(group["time"], dtype=float)
+                force = [
+                    float(np.interp(0.0, time, np.broadcast_to(given, len(time)), 0.0, 0.0))
+                    for given in (group.get("force_x", 0.0), group.get("force_y", 0.0))
+                ]
+                place = np.array([group["x"], group["y"]], dtype=float)
+                block = self._block_at(place, str(group.get("block", "")).strip())
+                live += self._wrench([block], place[None], np.array([force]) / self.unit)
+        if not live.any():
+            raise InputError(f"load = {name!r}: no &load of this name acts at time 0")
+        self.dead, self.live = self.dead - live, live
+
+    def set_axles(self, places: np.ndarray, weights: np.ndarray) -> None:
+        """Weights at places, over that of all blocks, are the load that grows."""
+        blocks = [self._block_at(place, "") for place in places]
+        self.live = self._wrench(blocks, places, weights[:, None] * self.down * self.weight
+                                 / self.unit)  # fmt: skip
+
+    def _wrench(self, blocks, places, forces) -> np.ndarray:
+        """Rows of the balance of scaled forces (k, 2) at places on blocks, (blocks, 3)."""
+        if not len(blocks):
+            return np.zeros((len(self.polygons), 3))
+        return self._columns(np.array(blocks), places, forces).sum(axis=1).reshape(-1, 3)
+
+    def upper(self) -> _Solution:
+        """The limit with associated friction."""
+        return self.solve(self.friction, self.cohesion)
 
     def _set_weights(self, direction: np.ndarray) -> None:
         gravity = np.array(self.scene.groups.get("control", [])[0].get("gravity", (0.0, 0.0)))
         if not gravity.any():
-            raise InputError("the model has no gravity: there is no weight to hold blocks")
+            raise InputError("the model has no gravity: blocks need a weight")
         density = [float(group["density"]) for group in self.scene.groups.get("material", [])]
         mass = np.array(density)[self.scene.material] * self.scene.areas()
         pull = np.linalg.norm(gravity)
         self.unit = float(np.median(mass) * pull)
-        self.dead = mass[:, None] * gravity / self.unit
-        self.live = mass[:, None] * pull * direction / self.unit
+        self.weight, self.down = float(mass.sum() * pull), gravity / pull
+        none = np.zeros((len(mass), 1))
+        self.dead = np.hstack([mass[:, None] * gravity / self.unit, none])
+        self.live = np.hstack([mass[:, None] * pull * direction / self.unit, none])
         self.centres = np.array([_centroid(polygon) for polygon in self.polygons])
         self.radii = np.array([
             np.linalg.norm(polygon - centre, axis=1).max()
@@ -226,6 +375,48 @@ class _Programme:
             np.repeat(tangent[scene.interface_joints], 2),
             tangent[scene.joint[touched]].min(axis=1, initial=np.inf),
         )
+        self._set_strengths(len(alone))
+
+    def _set_strengths(self, corners: int) -> None:
+        """Forces of cohesion and tension at the points; joints that crush; corners have neither."""
+        scene, faces = self.scene, self.scene.interfaces
+        self.length = np.linalg.norm(faces.end - faces.start, axis=1)
+
+        def strength(name: str, missing: float) -> np.ndarray:
+            groups = scene.groups.get("joint", [])
+            given = [missing if (v := group.get(name)) is None else v for group in groups]
+            return np.array(given, dtype=float)[scene.interface_joints]
+
+        half = 0.5 * self.length
+        none = np.zeros(corners)
+        self.cohesion = np.append(np.repeat(strength("cohesion", 0.0) * half, 2), none)
+        self.tensile = strength("tensile_strength", 0.0)
+        self.tension = np.append(np.repeat(self.tensile * half, 2), none)
+        self.most = strength("compressive_strength", np.inf) + self.tensile
+        self.crushing = np.flatnonzero(np.isfinite(self.most))
+
+    def _cut(self, joint: np.ndarray, side: np.ndarray, pressed: np.ndarray) -> None:
+        """Bound moments of joints of a sign by the tangent at N + f_t L = `pressed`, N/m."""
+        length, most = self.length[joint], self.most[joint]
+        slope = 0.5 - pressed / (most * length)
+        rows, n = np.arange(len(joint)), len(self.points)
+        values = np.concatenate([0.5 * side - slope, -0.5 * side - slope])
+        columns = np.concatenate([2 * joint, 2 * joint + 1])
+        matrix = coo_array((values, (np.tile(rows, 2), columns)), shape=(len(joint), n))
+        bound = slope * self.tensile[joint] * length + pressed**2 / (2 * most * length)
+        self._cuts.append((matrix, bound))
+
+    def _crushes(self, normal: np.ndarray) -> bool:
+        """Add tangents for joints whose moments exceed their strength; whether there are some."""
+        j = self.crushing
+        ends = normal[2 * j], normal[2 * j + 1]
+        length, pressed = self.length[j], ends[0] + ends[1] + self.tensile[j] * self.length[j]
+        moment = 0.5 * (ends[0] - ends[1])  # over L
+        excess = abs(moment) - 0.5 * pressed * (1 - pressed / (self.most[j] * length))
+        worse = excess > _CRUSHED * np.maximum(pressed, self.unit)
+        if worse.any():
+            self._cut(j[worse], np.sign(moment[worse]), pressed[worse])
+        return bool(worse.any())
 
     def _single_corners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Corners within edges that they are not parallel to: vertices, edges, normals (k, 2)."""
@@ -259,11 +450,32 @@ class _Programme:
 
     def _reactions(self) -> coo_array:
         """Columns of what supports may push and pull: fixed points, and the ends of held edges."""
-        held = [*self._fixed_points(), *self._held_edges()]
+        held = [*self._fixed_points(), *self._supported_edges()]
         if not held:
-            raise InputError("nothing holds the blocks: there is no support")
+            raise InputError("the blocks have no support")
         block, place, force = zip(*held, strict=True)
         return self._columns(np.array(block), np.array(place), np.array(force))
+
+    def _bolts(self):
+        """Names, columns and bounds of axial forces of bolts, which pull their ends together."""
+        for group in self.scene.groups.get("bolt", []):
+            through = np.ravel(group.get("through", []))
+            places = np.reshape([*group["from"], *through, *group["to"]], (-1, 2)).astype(float)
+            inner = np.ravel(group.get("through_block", [])).tolist()
+            inner += [""] * (len(places) - 2 - len(inner))
+            owners = [group.get("from_block", ""), *inner, group.get("to_block", "")]
+            blocks = [
+                self._block_at(place, str(name).strip())
+                for place, name in zip(places, owners, strict=True)
+            ]
+            along = np.diff(places, axis=0)
+            along /= np.linalg.norm(along, axis=1)[:, None]
+            force = np.pad(along, ((0, 1), (0, 0))) - np.pad(along, ((1, 0), (0, 0)))
+            most = group.get("yield_force")
+            most = np.inf if most is None else float(most)
+            column = self._wrench(blocks, places, force).reshape(-1, 1)
+            yield str(group["name"]).strip(), column, (-most if group.get("compression") else 0.0,
+                                                        most)  # fmt: skip
 
     def _fixed_points(self):
         for group in self.scene.groups.get("fixed_point", []):
@@ -278,20 +490,24 @@ class _Programme:
         if name.isdigit():
             return int(name) - 1
         reach = _CORNER * self.scene.size
-        return next(i for i, one in enumerate(self.polygons) if _holds(one, place, reach))
+        for i, one in enumerate(self.polygons):
+            if _contains(one, place, reach):
+                return i
+        raise InputError(f"no block is at ({place[0]:g}, {place[1]:g})")
 
-    def _held_edges(self):
-        kinds = engine_names("boundary kinds"), engine_names("boundary kinds at rest")
-        at_rest = dict(zip(*kinds, strict=True))
+    def _supported_edges(self):
+        kinds = engine_names("boundary kinds")
+        at_rest = dict(zip(kinds, engine_names("boundary kinds at rest"), strict=True))
+        usual = dict(zip(kinds, engine_names("boundary directions"), strict=True))
         groups = self.scene.groups.get("boundary", [])
         if not groups:
             return
         edge, number = (self.scene.data[f"boundary_{n}"].values for n in ("edge", "edge_group"))
         for i, (shown, group) in enumerate(zip(self.scene.boundaries(0), groups, strict=True)):
             kind = at_rest.get(shown["kind"], shown["kind"])
-            direction = str(group.get("direction", "")).strip() or _USUAL.get(kind)
-            if direction is None:
-                raise InputError(f"limit analysis does not know what a {kind} boundary holds")
+            direction = str(group.get("direction", "")).strip() or usual[kind]
+            if usual[kind] == "none":
+                raise InputError(f"limit analysis does not support a {kind} boundary holds")
             for begin, end, e in zip(shown["start"], shown["end"], edge[number == i], strict=True):
                 along = (end - begin) / np.linalg.norm(end - begin)
                 forces = _AXES.get(direction, [(along[1], -along[0])])
@@ -299,7 +515,7 @@ class _Programme:
 
     @cached_property
     def balance(self):
-        """Of all blocks: columns of normal forces, shear forces, reactions and the factor."""
+        """Of all blocks: columns of normal forces, shear forces, reactions and bolts."""
         parts = []
         for force in (self.normals, self.tangents):
             first, second = self.blocks.T
@@ -307,31 +523,46 @@ class _Programme:
                 self._columns(second, self.points, force)
                 - self._columns(first, self.points, force)
             )  # fmt: skip
-        live = np.pad(self.live, ((0, 0), (0, 1))).reshape(-1, 1)
-        return block_array([[*parts, self._reactions(), coo_array(live)]], format="csc")
+        self.bolts = list(self._bolts())
+        columns = [coo_array(column) for _, column, _ in self.bolts]
+        return block_array([[*parts, self._reactions(), *columns]], format="csc")
 
     def solve(self, slope: np.ndarray, bound: np.ndarray, most: float = _MOST) -> _Solution:
         """The largest factor up to `most` with |T| ≤ bound + slope N at each point."""
-        n, size = len(slope), self.balance.shape[1]
+        for _ in range(_CUTS):
+            found = self._solve(slope, bound, most)
+            if not self._crushes(found.normal):
+                return found
+        raise ConvergenceError(f"{_CUTS} rounds of tangents did not bound the moments of joints")
+
+    def _solve(self, slope: np.ndarray, bound: np.ndarray, most: float) -> _Solution:
+        """The same with the present tangents of crushing joints."""
+        balance = hstack([self.balance, coo_array(self.live.reshape(-1, 1))], format="csc")
+        n, size = len(slope), balance.shape[1]
         rest = coo_array((n, size - 2 * n))
         one, slopes = diags_array(np.ones(n)), diags_array(slope)
+        rows = [[-slopes, one, rest], [-slopes, -one, rest]]
+        rows += [[cut, coo_array((cut.shape[0], n)), None] for cut, _ in self._cuts]
+        bolts = [(low / self.unit, high / self.unit) for *_, (low, high) in self.bolts]
+        free = [(None, None)] * (size - n - 1 - len(bolts))
         found = linprog(
             np.append(np.zeros(size - 1), -1.0) + np.repeat([_PRESTRESS, 0.0], [n, size - n]),
-            A_ub=block_array([[-slopes, one, rest], [-slopes, -one, rest]], format="csc"),
-            b_ub=np.tile(bound / self.unit, 2),
-            A_eq=self.balance,
-            b_eq=-np.pad(self.dead, ((0, 0), (0, 1))).ravel(),
-            bounds=[(0, None)] * n + [(None, None)] * (size - n - 1) + [(0, most)],
+            A_ub=block_array(rows, format="csc"),
+            b_ub=np.concatenate([bound, bound, *(right for _, right in self._cuts)]) / self.unit,
+            A_eq=balance,
+            b_eq=-self.dead.ravel(),
+            bounds=[*((-low, None) for low in self.tension / self.unit), *free, *bolts, (0, most)],
             options={"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9},
         )
         if found.status == 2:
-            raise InputError("the blocks stand under no body force of this direction")
+            raise InputError("the blocks do not rest under any load of this pattern")
         if found.status != 0:
             raise ConvergenceError(f"the linear programme has no solution: {found.message}")
         velocity = -found.eqlin.marginals.reshape(-1, 3)
         velocity[:, 2] /= self.radii
         forces = found.x[: 2 * n] * self.unit
-        return _Solution(float(found.x[-1]), forces[:n], forces[n:], velocity)
+        pulls = found.x[size - 1 - len(bolts) : -1] * self.unit
+        return _Solution(float(found.x[-1]), forces[:n], forces[n:], pulls, velocity)
 
     def _slip(self, velocity: np.ndarray) -> np.ndarray:
         """At the points, m, shape (points,)."""
@@ -348,7 +579,8 @@ class _Programme:
         if held:
             velocity = np.zeros_like(velocity)
         slip_work = self._slip(velocity) * abs(found.shear)
-        work = self.unit * found.factor * np.sum(self.live * velocity[:, :2])
+        turned = velocity * np.column_stack([np.ones((len(velocity), 2)), self.radii])
+        work = self.unit * found.factor * np.sum(self.live * turned)
         return Limit(
             np.inf if held else found.factor,
             velocity,
@@ -361,6 +593,7 @@ class _Programme:
             found.normal,
             found.shear,
             self.polygons,
+            {name: float(pull) for (name, *_), pull in zip(self.bolts, found.bolts, strict=True)},
         )
 
 
@@ -370,16 +603,15 @@ def _without_dilation(programme: _Programme, upper: _Solution) -> _Solution:
     They begin with the forces at the upper limit, which press joints as hard as dilation does, and
     with those under the weight alone; where blocks wedge each other they may end apart.
     """
-    none = np.zeros(len(programme.friction))
-    starts = [programme.solve(programme.friction, none, most=0.0)]
+    starts = [programme.solve(programme.friction, programme.cohesion, most=0.0)]
     if upper.factor < _HELD:
         starts.append(upper)
     ends = [end for start in starts if (end := _sequence(programme, start)) is not None]
     if not ends:
         raise ConvergenceError(f"{_PROGRAMMES} programmes without dilation found no limit")
     lowest = min(ends, key=lambda end: end.factor)
-    # Where blocks stay, bounds and forces of the last programme need not agree: others do as well.
-    forces = programme.solve(programme.friction, none, most=lowest.factor)
+    # If blocks stay, bounds and forces of the last programme may differ: forces are not unique.
+    forces = programme.solve(programme.friction, programme.cohesion, most=lowest.factor)
     return replace(forces, velocity=lowest.velocity)
 
 
@@ -388,7 +620,8 @@ def _sequence(programme: _Programme, found: _Solution) -> _Solution | None:
     pressed, settled = found.normal.copy(), 0
     for i in range(_PROGRAMMES):
         before = found.factor
-        found = programme.solve(np.zeros(len(pressed)), programme.friction * pressed)
+        bound = np.maximum(0.0, programme.cohesion + programme.friction * pressed)
+        found = programme.solve(np.zeros(len(pressed)), bound)
         pressed += _GAIN * min(1.0, _CONSTANT / (i + 1)) * (found.normal - pressed)
         settled = settled + 1 if abs(found.factor - before) <= _SETTLED * before else 0
         if settled == _TIMES:
@@ -405,7 +638,7 @@ def _centroid(polygon: np.ndarray) -> np.ndarray:
     return about + (one + after).T @ cross / (3 * cross.sum())
 
 
-def _holds(polygon: np.ndarray, place: np.ndarray, reach: float) -> bool:
+def _contains(polygon: np.ndarray, place: np.ndarray, reach: float) -> bool:
     """Whether a place (m) is in a polygon, or within `reach` (m) of its outline."""
     one, after = polygon - place, np.roll(polygon, -1, axis=0) - place
     along = after - one

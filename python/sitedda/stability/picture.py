@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
-from ..drawing.pictures import head
+from ..report.layout import Head
 from ..report.style import BLUE, EDGE, INK, RED, STONE, new_figure
 
 FILLS = {"stable": STONE, "slides": "#8fb8de", "topples": "#e59a86"}
@@ -21,7 +21,7 @@ def draw_mechanism(found, axes=None, title: str = "", words: str = ""):
     axes : matplotlib.axes.Axes, optional
         A figure of its own by default.
     title, words : str
-        What stands above it, and fainter below that.
+        Title, and subtitle below.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def draw_mechanism(found, axes=None, title: str = "", words: str = ""):
     axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
     axes.legend(handles=_counted(found.verdicts), frameon=False, loc="upper left",
                 bbox_to_anchor=(1.0, 1.0))  # fmt: skip
-    head(axes, title, words, lines=bool(words))
+    Head(axes, title, [words])
     return axes
 
 
@@ -105,4 +105,39 @@ def pushover_figure(found, limits=None):
     blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title=f"End: {found.ending}"[:70])
     blocks.legend(handles=_counted(found.verdicts), frameon=False, ncols=3, loc="upper left",
                   bbox_to_anchor=(0.0, -0.12))  # fmt: skip
+    return figure
+
+
+def performance_figure(found):
+    """A capacity curve and its equivalent oscillator on a spectrum over displacement.
+
+    Parameters
+    ----------
+    found : Performance
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axes = new_figure(size=(6.4, 4.6))
+    unit = np.array([1e3, 1.0])
+    for values, style, words in (
+        (found.spectrum, {"color": INK, "lw": 0.9}, "elastic spectrum"),
+        (found.curve, {"color": BLUE}, "pushover"),
+        (found.equivalent, {"color": BLUE, "ls": "--", "lw": 0.9}, "equivalent oscillator"),
+    ):
+        axes.plot(*(values * unit).T, label=words, **style)
+    height = float(found.curve[:, 1].max())
+    slope = (2 * np.pi / found.period) ** 2
+    axes.axline((0.0, 0.0), slope=slope * 1e-3, color=INK, ls=":", lw=0.8,
+                label=f"T = {found.period:.3g} s")  # fmt: skip
+    at = np.interp(found.demand, *found.curve.T)
+    axes.plot(1e3 * found.demand, at, "o", color=RED, label="performance point")
+    axes.axvline(1e3 * found.capacity, color=RED, lw=0.8, label="capacity")
+    wide = 1.3e3 * max(found.demand, found.capacity)
+    tall = 1.3 * max(height, float(found.spectrum[:, 1].max()))
+    axes.set(xlim=(0, wide), ylim=(0, tall), xlabel="displacement of the oscillator (mm)",
+             ylabel="acceleration (m/s²)")  # fmt: skip
+    axes.legend(frameon=False, loc="upper right")
+    Head(axes, "Stands" if found.stands else "Fails", [str(found)])
     return figure

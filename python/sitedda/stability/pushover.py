@@ -26,19 +26,19 @@ from .safety import _verdicts
 from .strength import static_model
 
 LOADS = ("horizontal", "tilt", "mode")
-_EXCESS = 0.005  # of the weight, that moves the blocks by a step
-_FIRST, _LEAST = 0.01, 0.05  # first factor; factor that changes are shares of, at least
-_MOST = 0.02  # share of the factor, of its excess
+_EXCESS = 0.005  # of the weight: excess load of a step
+_FIRST, _LEAST = 0.01, 0.05  # first factor; factor that changes are fractions of, at least
+_MOST = 0.02  # fraction of the factor, of its excess
 _BACK = 0.5  # of the factor of balance, to which the next one falls at most
-_STEADY = 1.5  # times _EXCESS; with more normal forces, and so friction, are not those at rest
+_STEADY = 1.5  # times _EXCESS; above it normal forces, and so friction, differ from those at rest
 _SMALLEST = 1e-4  # the same, at least
 _MORE = 1.5  # times the excess of a step is that of the next at most
 _SHORTEST = 1e-3  # of the time step, below which a step does not converge
-_LOOKS, _TO_PEAK = 6, 500  # times the steps asked for, and before the peak: no more are taken
+_LOOKS, _TO_PEAK = 6, 500  # times the steps requested, and before the peak: no more are taken
 _HARDLY = 0.2  # of the largest displacement of a step: the point does not control it
-_ELASTIC = 0.1  # of the displacement wanted of a step: less is no mechanism
-_PARTED = 3.0  # times the displacement asked for: a block has left the point behind
-_STILL = 1e-3  # of the largest displacement of a mode: a block that is held
+_ELASTIC = 0.1  # of the target displacement of a step: less is elastic
+_PARTED = 3.0  # times the displacement requested: a block has left the point behind
+_STILL = 1e-3  # of the largest displacement of a mode: a fixed block
 _UNCONVERGED = "a step does not converge"
 _BY_THEMSELVES = "blocks move by themselves; more steps may follow them farther"
 _TILT = math.radians(89.0)  # at which a tilting table ends
@@ -78,6 +78,10 @@ class Pushover:
         Blocks at the end, shape (vertices, 2), m.
     ending : str
         Why it ended there.
+    masses : ndarray, shape (blocks,)
+        Of blocks and bodies, kg/m.
+    pull : float
+        Gravity, m/s².
     """
 
     load: str
@@ -95,6 +99,8 @@ class Pushover:
     block_verdicts: tuple[str, ...] = field(repr=False)
     polygons: list[np.ndarray] = field(repr=False)
     ending: str = ""
+    masses: np.ndarray = field(repr=False, default_factory=lambda: np.zeros(0))
+    pull: float = 9.81
 
     @property
     def peak(self) -> float:
@@ -163,7 +169,7 @@ def pushover(
     Parameters
     ----------
     source : path or Model
-        Which comes to rest under its weight; static stages act, motions do not.
+        It must come to rest under its weight; static stages act, motions do not.
     point : str
         Name of a &measured_point.
     load : {'horizontal', 'tilt', 'mode'}
@@ -195,6 +201,43 @@ def pushover(
     return pushed.run()
 
 
+@dataclass(frozen=True)
+class _Loaded:
+    """The blocks of a model, and the load of each at a factor of 1 over its weight."""
+
+    bodies: Bodies
+    mass: np.ndarray
+    polar: np.ndarray
+    centres: np.ndarray
+    lowest: float
+    pattern: np.ndarray
+
+    @classmethod
+    def of(cls, model: Model, load: str) -> "_Loaded":
+        """Those of a model."""
+        with Simulation(model) as first:
+            scene, polygons, centres = Scene.of(first), first.polygons, first.coordinates[:, :2]
+            density = [float(group["density"]) for group in scene.groups["material"]]
+            mass = np.array(density)[scene.material] * scene.areas()
+            each = zip(polygons, centres, strict=True)
+            polar = mass * [_polar(polygon - centre) for polygon, centre in each]
+            pattern = _first_mode(first, mass) if load == "mode" else np.ones(len(mass))
+            bodies = Bodies(polygons, first.block_bodies, list(scene.names))
+        lowest = float(np.concatenate(polygons)[:, 1].min())
+        return cls(bodies, mass, polar, centres, lowest, pattern)
+
+
+def _first_mode(first: Simulation, mass: np.ndarray) -> np.ndarray:
+    """Displacements along x, scaled so that the forces add up to the weight of what moves."""
+    from ..engine.checking import modes
+
+    shape = modes(first, 1).shapes[0][:, 0]
+    shape = shape / shape[np.argmax(abs(shape))]
+    moves = abs(shape) > _STILL
+    total = mass[moves].sum() / np.sum(mass * abs(shape) * moves)
+    return np.where(moves, shape, 0.0) * total
+
+
 class _Pushed:
     """A model, and the load on it."""
 
@@ -204,45 +247,21 @@ class _Pushed:
         self.pull = -float(gravity[1])
         if gravity[0] or not self.pull > 0:
             raise InputError("a pushover needs gravity along −y")
-        points = [one for one in model.groups if one._name == "measured_point"]
-        names = [one.name for one in points]
-        if point not in names:
+        points = {one.name: one for one in model.groups if one._name == "measured_point"}
+        if point not in points:
             raise InputError(f"point = {point!r} is not the name of a &measured_point; there are "
-                             f"{', '.join(names) or 'none'}")  # fmt: skip
-        self.index = names.index(point)
-        with Simulation(model) as first:
-            self._look(first)
-        height = points[self.index].y - self.lowest
+                             f"{', '.join(points) or 'none'}")  # fmt: skip
+        self.index = list(points).index(point)
+        self.blocks = _Loaded.of(model, load)
+        height = points[point].y - self.blocks.lowest
         self.end = POSITIVE.check("displacement", 0.1 * height if end is None else end)
         self.model = self._stepped(model)
-
-    def _look(self, first: Simulation) -> None:
-        """Inertia of the blocks, and the load of each at a factor of 1."""
-        scene = Scene.of(first)
-        density = [float(group["density"]) for group in scene.groups["material"]]
-        self.mass = np.array(density)[scene.material] * scene.areas()
-        self.bodies = Bodies(first.polygons, first.block_bodies, list(scene.names))
-        self.centres = first.coordinates[:, :2]
-        self.polar = self.mass * [
-            _polar(polygon - centre)
-            for polygon, centre in zip(first.polygons, self.centres, strict=True)
-        ]
-        self.lowest = float(np.concatenate(first.polygons)[:, 1].min())
-        self.pattern = np.ones(len(self.mass))
-        if self.load == "mode":
-            from ..engine.checking import modes
-
-            shape = modes(first, 1).shapes[0][:, 0]
-            shape = shape / shape[np.argmax(abs(shape))]
-            moves = abs(shape) > _STILL
-            total = self.mass[moves].sum() / np.sum(self.mass * abs(shape) * moves)
-            self.pattern = np.where(moves, shape, 0.0) * total
 
     def _stepped(self, model: Model) -> Model:
         """The model with a stage of static steps."""
         pushed = model.copy()
         if self.load == "mode":
-            for i, (x, y) in enumerate(self.centres, 1):
+            for i, (x, y) in enumerate(self.blocks.centres, 1):
                 pushed.load(x, y, str(i), f"push {i}", time=(0, 1e9), force_x=(0, 0))
         step = math.sqrt(self.end / self.steps / (_EXCESS * self.pull))
         pushed.control(time_step=step, dynamic_factor=0.0, integration="backward_euler",
@@ -255,7 +274,9 @@ class _Pushed:
         """Step to the end."""
         rows, states, ending = [], [], ""
         excess, factor, work, moved, far = _FIRST, _FIRST, 0.0, 0.0, 0.0
-        steps: list[tuple[float, float]] = []  # way of the point or block that controls; balance
+        steps: list[
+            tuple[float, float]
+        ] = []  # displacement of the controlling point or block; balance
         with Simulation(self.model) as run:
             start = before = run.coordinates
             time, lost = run.time, run.energies["friction"]
@@ -282,14 +303,14 @@ class _Pushed:
                 if steady:
                     rows.append(row)
                     states.append(now[:, :3])
-                steps.append((self._way(change, moved - last), balance))
+                steps.append((self._controlling_displacement(change, moved - last), balance))
                 excess = self._excess(excess, factor, steps)
                 ahead = max(_balance_ahead(steps), _BACK * balance)
                 factor = min(factor, ahead) + excess
             polygons = run.polygons
         return self._found(rows, states, polygons, ending)
 
-    def _way(self, change: np.ndarray, own: float) -> float:
+    def _controlling_displacement(self, change: np.ndarray, own: float) -> float:
         """Displacement that controls a step: of the point, or of the block that moves farthest."""
         most = float(np.hypot(*change[:, :2].T).max())
         return max(abs(own) if abs(own) > _HARDLY * most else most, 1e-12 * self.end)
@@ -306,11 +327,14 @@ class _Pushed:
     def _ending(self, done: bool, moved: float, far: float, balance: float) -> str:
         """Why the last step was the last one; empty if it was not."""
         if balance <= 0:
-            return "collapse: nothing resists any more"
+            return "collapse: no resistance is left"
         if abs(moved) >= self.end:
-            return "the displacement asked for"
+            return "the target displacement is reached"
         if far >= _PARTED * self.end:
-            return f"a block has moved by {1e3 * far:.4g} mm, much farther than the point"
+            return (
+                f"another block has moved by {1e3 * far:.4g} mm while the point moved by "
+                f"{1e3 * abs(moved):.4g} mm; choose a point on that block"
+            )
         if self.load == "tilt" and balance >= math.tan(_TILT):
             return "the table is upright"
         return "as many steps as it may take" if done else ""
@@ -318,13 +342,13 @@ class _Pushed:
     def _inertia(self, change: np.ndarray) -> float:
         """d·M d of a step, kg m² per metre."""
         square = np.sum(change[:, :2] ** 2, axis=1)
-        return float(np.sum(self.mass * square + self.polar * change[:, 2] ** 2))
+        return float(np.sum(self.blocks.mass * square + self.blocks.polar * change[:, 2] ** 2))
 
     def _power(self, change: np.ndarray, factor: float) -> float:
         """Work of the load at a factor of 1 over the displacements of a step, J/m."""
-        weight, ways = self.pull * self.mass, change[:, :2]
+        weight, ways = self.pull * self.blocks.mass, change[:, :2]
         if self.load != "tilt":
-            return float(self.sense * np.sum(weight * self.pattern * ways[:, 0]))
+            return float(self.sense * np.sum(weight * self.blocks.pattern * ways[:, 0]))
         return float(self.sense * np.sum(weight * ways[:, 0]) * math.cos(math.atan(factor)))
 
     def _set(self, run: Simulation, factor: float) -> None:
@@ -335,7 +359,7 @@ class _Pushed:
             angle = math.atan(factor)
             run.gravity = (self.sense * self.pull * math.sin(angle), -self.pull * math.cos(angle))
         else:
-            forces = self.sense * factor * self.pull * self.mass * self.pattern
+            forces = self.sense * factor * self.pull * self.blocks.mass * self.blocks.pattern
             run.change({f"load[push {i}].force_x": (f, f) for i, f in enumerate(forces, 1)})
 
     def _found(self, rows, states, polygons, ending: str) -> Pushover:
@@ -345,12 +369,13 @@ class _Pushed:
         change = states[-1] - states[int(np.argmax(factor))]
         if not abs(change).any():
             change = states[-1] - states[0]
-        mean = self.bodies.mean(change)
-        verdicts = _verdicts(mean, self.bodies.radii)
+        bodies = self.blocks.bodies
+        mean = bodies.mean(change)
+        verdicts = _verdicts(mean, bodies.radii)
         return Pushover(self.load, self.sense, self.point, displacement, largest, factor, work,
-                        friction, float(self.mass.sum()), self.bodies.names,
-                        verdicts, mean, tuple(verdicts[i] for i in self.bodies.of), polygons,
-                        ending)  # fmt: skip
+                        friction, float(self.blocks.mass.sum()), bodies.names, verdicts, mean,
+                        tuple(verdicts[i] for i in bodies.of), polygons, ending,
+                        np.bincount(bodies.of, self.blocks.mass), self.pull)  # fmt: skip
 
 
 def _balance_ahead(steps: list[tuple[float, float]]) -> float:

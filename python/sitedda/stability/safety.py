@@ -4,27 +4,32 @@
 A model *stands* at a factor F if, with tan φ, c and T of all joints, and of all materials of law
 'mohr_coulomb', divided by F, each of its
 static stages comes to rest (`docs/method.md`, statics), and no block has moved farther from where
-it rests with strong joints than a share of the usual block's radius, no cell of a body farther
-than that share of its body's.  The factor of safety is where that ends, by bisection; it may lie
+it rests with strong joints than a fraction of the usual block's radius, no cell of a body farther
+than that fraction of its body's.  The factor of safety is where that ends, by bisection; it may lie
 below 1.
 """
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..base.arguments import POSITIVE, TOLERANCE
+from ..base.arguments import NOT_NEGATIVE, POSITIVE, TOLERANCE
 from ..build.model import Model
+from ..engine.simulation import Simulation
 from .bodies import Bodies
 from .strength import Rest, come_to_rest, elastic_soils, released, static_model, yielding
 
-_LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # factors that are looked at
-_BEYOND = 1.02  # over the factor at failure, of the motion that the mechanism is taken from
+_LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # range of factors
+_BEYOND = 1.02  # times the factor at failure, for the motion of the mechanism
 _SETTLEMENT = 0.2  # of its radius: largest way of a block to the first state of rest
-_UNDISTURBED = 0.1  # of that way: the state of rest that the mechanism begins from
-_TOLD = 1e-6  # of the largest component: less is told as 0
+_UNDISTURBED = (
+    0.1  # of that displacement: limit of the state of rest from which the mechanism starts
+)
+_SMALL = 0.01  # of the area of the model: a mechanism that is named as small
+_NAMED = 4  # blocks of a mechanism in a sentence
+_TOLD = 1e-6  # of the largest component: less is shown as 0
 _STILL = 0.02  # of the largest displacement: the block is stable
 _TURNING = 0.03  # rotation × radius over displacement: the block topples
 _STEP, _STEPS = 0.4, 3000  # of that motion: Δt, √(way / g), and most steps
@@ -48,6 +53,8 @@ class Mechanism:
         A block has moved by the way that counts as failure.
     polygons : list of ndarray
         The blocks where they rest, shape (vertices, 2), m.
+    joint : str
+        Joint with the largest normal force between moving and stable blocks; empty: none.
     """
 
     factor: float
@@ -56,6 +63,7 @@ class Mechanism:
     names: tuple[str, ...]
     moves: bool
     polygons: list[np.ndarray] = field(repr=False)
+    joint: str = ""
 
     def draw(self, axes=None, title: str = ""):
         """Draw blocks in the colours of their verdicts, with arrows; matplotlib axes."""
@@ -68,7 +76,28 @@ class Mechanism:
         return draw_mechanism(self, axes, title or outcome, words)
 
     @property
-    def _told(self) -> list[tuple[str, str, str]]:
+    def areas(self) -> tuple[float, float]:
+        """Area that moves and area of all blocks, m²."""
+        each = np.array([_area(polygon) for polygon in self.polygons])
+        return float(each[_moving(self.verdicts)].sum()), float(each.sum())
+
+    @property
+    def moving(self) -> list[str]:
+        """Names of the blocks that move."""
+        return [self.names[i] for i in np.flatnonzero(_moving(self.verdicts))]
+
+    @property
+    def words(self) -> str:
+        """Moving blocks, their fraction of the model and their joint, in a phrase."""
+        moving, whole = self.areas
+        names = self.moving
+        shown = ", ".join(names[:_NAMED]) + (" …" if len(names) > _NAMED else "")
+        verb = "moves" if len(names) == 1 else "move"
+        joint = f", on joint {self.joint!r}" if self.joint else ""
+        return f"{shown} {verb}: {moving:.4g} m², {100 * moving / whole:.3g} % of the model{joint}"
+
+    @property
+    def _shown_rows(self) -> list[tuple[str, str, str]]:
         """Displacement (m) and rotation (°) of each block; what is no part of the motion is 0."""
         least = _TOLD * float(abs(self.displacement).max(initial=0.0))
         shown = np.where(abs(self.displacement) > least, self.displacement, 0.0)
@@ -80,6 +109,8 @@ class Mechanism:
             "factor": self.factor,
             "moves": self.moves,
             "blocks": dict(zip(self.names, self.verdicts, strict=True)),
+            "area": self.areas[0],
+            "joint": self.joint,
             "displacement": self.displacement.tolist(),
         }
 
@@ -90,7 +121,7 @@ class Mechanism:
         rows = [
             f"{name:{width}}  {verdict:8} {x:>11} {y:>11} {turn:>11}"
             for name, verdict, (x, y, turn) in zip(
-                self.names, self.verdicts, self._told, strict=True
+                self.names, self.verdicts, self._shown_rows, strict=True
             )
         ]
         outcome = "moves" if self.moves else "does not move"
@@ -111,7 +142,9 @@ class Safety:
     mechanism : Mechanism or None
         Of the failure; None if the model stands without strength.
     warning : str
-        What speaks against the result; empty if nothing does.
+        Doubt about the result; empty if there is none.
+    smaller : tuple of Safety
+        Mechanisms below `least_area`, whose blocks were removed one after the other before.
     """
 
     low: float
@@ -119,6 +152,7 @@ class Safety:
     trials: tuple[Rest, ...]
     mechanism: Mechanism | None
     warning: str = ""
+    smaller: tuple["Safety", ...] = ()
 
     @property
     def factor(self) -> float:
@@ -145,19 +179,35 @@ class Safety:
             ],
         }
         if self.mechanism:
-            found["blocks"] = dict(zip(self.mechanism.names, self.mechanism.verdicts, strict=True))
+            kept = ("blocks", "area", "joint")
+            found |= {name: self.mechanism.to_dict()[name] for name in kept}
+        if self.smaller:
+            found["smaller"] = [one.to_dict() for one in self.smaller]
         return found
 
     @property
     def words(self) -> str:
-        """The result in a sentence."""
+        """The result in a sentence, with mechanisms that are left out."""
+        removed = [
+            f"removed before, below least_area: {one.mechanism.words}, factor {one.factor:.4g}"
+            for one in self.smaller
+        ]
+        return "; ".join([self._own_words, *removed])
+
+    @property
+    def _own_words(self) -> str:
         if math.isinf(self.high):
             return f"stands at every strength down to 1/{self.low:g} of that given"
         if self.low == 0.0:
             return f"fails at any strength: also with {1 / self.high:g} times that given"
+        found = self.mechanism
+        moved = found is not None and "stable" in found.verdicts and found.areas[0] > 0.0
+        small = moved and found.areas[0] < _SMALL * found.areas[1]
         return (
             f"factor of safety {self.factor:.4g}: stands with all strengths divided "
             f"by {self.low:.6g}, fails at {self.high:.6g}"
+            + (f"; {found.words}" if moved else "")
+            + ("; give least_area for the factor of larger mechanisms" if small else "")
         )
 
     def __str__(self) -> str:
@@ -169,6 +219,17 @@ class Safety:
             parts.append(str(self.mechanism))
         parts += [self.words, f"warning: {self.warning}" if self.warning else ""]
         return "\n\n".join(filter(None, parts))
+
+
+def _moving(verdicts: tuple[str, ...]) -> np.ndarray:
+    """Whether each block moves."""
+    return np.array(verdicts) != "stable"
+
+
+def _area(polygon: np.ndarray) -> float:
+    """Area of a polygon, whichever way round its corners are listed, m²."""
+    x, y = polygon.T - polygon.T[:, :1]
+    return abs(0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
 def bisect(
@@ -198,8 +259,11 @@ def bisect(
 class _Trials:
     """Trials of one model."""
 
-    def __init__(self, source, changes, displacement: float):
-        self.model = static_model(source, changes)
+    def __init__(self, model: Model, displacement: float, removed: list[str]):
+        self.model, self.removed = model, ", ".join(removed) or None
+        if self.removed:
+            stage = model.of_kind("stage")[0]
+            stage(remove=", ".join(filter(None, (stage.remove, *removed))))
         with released(self.model, 1.0, None, 1.0, 1) as first:  # before anything has moved
             self.start = first.coordinates
             names = [name or f"block {i}" for i, name in enumerate(first.block_names, 1)]
@@ -217,7 +281,7 @@ class _Trials:
         return self.share * np.where(many, radii, usual)[self.bodies.of]
 
     def largest(self, coordinates: np.ndarray, start: np.ndarray) -> tuple[float, float]:
-        """The motion that is most of the way to failure, and that way, m."""
+        """The motion that is nearest to failure, and its displacement, m."""
         moved = self.moved(coordinates, start)
         most = int(np.argmax(moved / self.ways))
         return float(moved[most]), float(self.ways[most])
@@ -268,6 +332,7 @@ def safety(
     *,
     tolerance: float = 1e-3,
     displacement: float = 0.05,
+    least_area: float = 0.0,
     changes: Mapping | None = None,
 ) -> Safety:
     """Factor by which all strengths, of joints and materials, may be divided before a model fails.
@@ -282,6 +347,9 @@ def safety(
     displacement : float
         Largest displacement of a block at rest from where it rests with strong joints, of the
         median radius of the blocks; of a cell of a body, of that body's radius.
+    least_area : float
+        Smallest area of a mechanism that counts, m².  The blocks of a smaller one are removed, and
+        the factor is that of the model without them.
     changes : mapping, optional
         Variables to change in the input, see `Simulation`.
 
@@ -292,7 +360,20 @@ def safety(
     """
     TOLERANCE.check("tolerance", tolerance)
     POSITIVE.check("displacement", displacement)
-    trials = _Trials(source, changes, displacement)
+    NOT_NEGATIVE.check("least_area", least_area)
+    model = static_model(source, changes)
+    smaller: list[Safety] = []
+    while True:
+        gone = [name for one in smaller for name in one.mechanism.moving]
+        found = _critical(_Trials(model.copy(), displacement, gone), tolerance)
+        small = found.mechanism is not None and found.mechanism.areas[0] < least_area
+        if not small or not found.mechanism.moves or set(found.mechanism.moving) <= set(gone):
+            return replace(found, smaller=tuple(smaller))
+        smaller.append(found)
+
+
+def _critical(trials: _Trials, tolerance: float) -> Safety:
+    """The smallest factor at which a model fails."""
     strong = trials.find_reference(1.0)
     if strong is None:
         lowest = trials.done[-1].factor
@@ -325,7 +406,7 @@ def mechanism(
     """
     POSITIVE.check("factor", factor)
     POSITIVE.check("displacement", displacement)
-    trials = _Trials(source, changes, displacement)
+    trials = _Trials(static_model(source, changes), displacement, [])
     strong = trials.find_reference(factor)
     if strong is not None and trials.stands(factor):
         bodies = trials.bodies
@@ -341,22 +422,34 @@ def _mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:
     pull = 0.0 if gravity is None else float(np.linalg.norm(gravity))
     unit = math.sqrt(float(trials.ways.min()) / (pull or 1.0))
     moves = done = False
-    with released(trials.model, factor, held, _STEP * unit, _STEPS) as run:
+    with released(trials.model, factor, held, _STEP * unit, _STEPS, trials.removed) as run:
         run.advance(_ELASTIC)
         start = run.coordinates
         while not (moves or done):
             done = run.advance(10)
             most, allowed = trials.largest(run.coordinates, start)
             moves = most > allowed
-        change = run.coordinates - start
-    bodies = trials.bodies
-    change = bodies.mean(change[:, :3])
-    verdicts = _verdicts(change, bodies.radii)
-    return Mechanism(factor, change, verdicts, bodies.names, moves, bodies.outlines())
+        bodies, change = trials.bodies, run.coordinates - start
+        change = bodies.mean(change[:, :3])
+        verdicts = _verdicts(change, bodies.radii)
+        joint = _joint_between(run, bodies.of, _moving(verdicts), trials.model)
+    return Mechanism(factor, change, verdicts, bodies.names, moves, bodies.outlines(), joint)
+
+
+def _joint_between(run: Simulation, of: np.ndarray, moving: np.ndarray, model: Model) -> str:
+    """The joint with the largest normal force between moving and stable bodies; empty: none."""
+    contacts = run.contacts
+    owner = np.repeat(np.arange(len(of)), [len(polygon) for polygon in run.polygons])
+    sides = [moving[of[owner[contacts[end]]]] for end in ("vertex", "edge")]
+    force = np.where(sides[0] != sides[1], contacts["normal_force"], 0.0)
+    names = [joint.name for joint in model.of_kind("joint")]
+    # Weaker copies of the joints follow them in the same order.
+    total = np.bincount(contacts["joint"] % len(names), force, len(names))
+    return names[int(np.argmax(total))] if total.max() > 0.0 else ""
 
 
 def _verdicts(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
-    """What each block does, by its displacement and rotation."""
+    """Verdict on each block, from its displacement and rotation."""
     moved, turned = np.hypot(change[:, 0], change[:, 1]), radii * abs(change[:, 2])
     still = np.hypot(moved, turned) <= _STILL * np.hypot(moved, turned).max(initial=0.0)
     turns = turned > _TURNING * moved
@@ -364,7 +457,7 @@ def _verdicts(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
 
 
 def _doubts(mechanism: Mechanism | None, model: Model) -> str:
-    """What speaks against a result: no motion confirms the failure, cells are too strong."""
+    """Doubts on a result: no motion confirms the failure, or cells are too strong."""
     said = []
     if mechanism and not mechanism.moves:
         said.append(

@@ -19,7 +19,7 @@ _TIME_ZERO = {
     "load": (("force_x", "force_y"), False),
     "traction": (("normal", "shear", "level"), False),
     "water": (("rise", "scale"), True),
-}  # groups that change in time: their variables, and whether the ends hold outside
+}  # groups that change in time: their variables, and whether the end values continue
 _DAMPING = ("damping_ratio", "reference_frequency", "damping_band", "mechanisms")  # of materials
 _DAMPING += ("rayleigh_alpha", "rayleigh_beta", "rayleigh_frequencies")
 _CURVES = ("curve", "plasticity_index", "mean_stress", "ocr", "reference_strain", "shear_strength",
@@ -63,7 +63,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     changes : mapping, optional
         Variables to change first, see `sitedda.changes.changed_input`.
     """
-    from ..build.building import opened_input
+    from ..input.source import opened_input
 
     with opened_input(source) as (file, text):
         model = Model.from_namelist(changed_input(text, changes or {}, file=file), file)
@@ -76,11 +76,13 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     stages = [_static(group) for group in model.of_kind("stage")]
     for number, group in enumerate(model.of_kind("joint"), 1):
         group(name=group.name or f"joint {number}")
+    for number, group in enumerate(model.of_kind("block"), 1):
+        group(name=group.name or group.body or f"block {number}")
     for kind in ("motion", "amplification", "stage", "stop"):
         model.clear(kind)
     for kind, how in _TIME_ZERO.items():
         for load in model.of_kind(kind):
-            _hold(load, *how)
+            _freeze_load(load, *how)
     for point in model.of_kind("fixed_point"):
         point(motion_x=None, motion_y=None)
     for material in model.of_kind("material"):
@@ -95,7 +97,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
 
 
 def _at_rest(material: Group) -> dict:
-    """What takes the place of a soil of loops, which is elastic in static stages.
+    """Replacement for a soil with loops, which is elastic in static stages.
 
     Where its curve ends at a shear strength: a solid with that cohesion, without friction.
     """
@@ -115,7 +117,7 @@ def _shear_modulus(material: Group) -> float:
 
 
 def elastic_soils(model: Model) -> list[str]:
-    """Soils of loops whose curves end at no strength, by name."""
+    """Names of soils with loops whose curves have no final strength."""
     soils = [one for one in model.of_kind("material") if one.law == "hysteretic"]
     return [one.name or "without a name" for one in soils if one.curve not in _WITH_STRENGTH]
 
@@ -140,7 +142,7 @@ def _fix(boundary: Group) -> None:
         boundary(kind=held, density=None, shear_velocity=None, pressure_velocity=None)
 
 
-def _hold(load: Group, names: tuple[str, ...], ends: bool) -> None:
+def _freeze_load(load: Group, names: tuple[str, ...], ends: bool) -> None:
     """Keep a load as it is at time 0; outside its times it is zero, or holds the first and last."""
     if load.time is None:
         return
@@ -169,7 +171,7 @@ def _strong(model: Model) -> list[tuple[str, Group]]:
 
 
 def yielding(model: Model) -> list[Group]:
-    """Materials with a strength of their own, as their laws say."""
+    """Materials with a strength, by their laws."""
     return [one for one in model.of_kind("material") if _divided("material", one, 1.0)]
 
 
@@ -190,7 +192,14 @@ def come_to_rest(model: Model, factor: float) -> Rest:
 
 
 @contextmanager
-def released(model: Model, factor: float, held: float | None, time_step: float, steps: int):
+def released(
+    model: Model,
+    factor: float,
+    held: float | None,
+    time_step: float,
+    steps: int,
+    removed: str | None = None,
+):
     """A simulation at rest with strengths divided by `held`, about to be divided by `factor`.
 
     It moves by damped steps: velocities are dropped after each, so that blocks go where the forces
@@ -207,6 +216,8 @@ def released(model: Model, factor: float, held: float | None, time_step: float, 
         s; Δt shrinks where it must.
     steps : int
         Of that Δt, at most.
+    removed : str, optional
+        Blocks to remove if nothing holds, as `remove` of a stage.
 
     Yields
     ------
@@ -226,7 +237,8 @@ def released(model: Model, factor: float, held: float | None, time_step: float, 
             getattr(moving, kind)(**values)
     joints, materials = (", ".join(old) or None for old in names.values())
     moving.stage(
-        name="strength is lost", steps=steps, change_joints=joints, change_materials=materials
-    )
+        name="strength is lost", steps=steps, change_joints=joints, change_materials=materials,
+        remove=removed if held is None else None,
+    )  # fmt: skip
     with Simulation(moving) as simulation:
         yield simulation

@@ -19,8 +19,9 @@ _HOMES = {
         "records": "Record Records",
         "solving": "Root solve_for",
         "sensitivity": "SobolIndices Tornado sobol_indices tornado",
-        "fitted_motion": "eurocode8 synthetic",
-        "sampling": "latin_hypercube lognormal normal one_at_a_time saltelli sobol uniform",
+        "fitted_motion": "asce7 eurocode8 synthetic",
+        "sampling": "latin_hypercube lognormal normal one_at_a_time read_points saltelli "
+        "sobol uniform",
         "quantities": "measure",
         "page": "report_page write_report",
         "table": "collect counts",

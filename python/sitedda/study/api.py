@@ -42,7 +42,7 @@ def study(
     Parameters
     ----------
     model : path, Model or callable
-        What is run; or a function of the parameters that returns numbers or arrays.
+        Model to run; or a function of the parameters that returns numbers or arrays.
     parameters : mapping, Axis or sequence of these
         Lists of values by the name of what they change, such as
         ``{"joint[bed].friction_angle": [25, 30, 35], "motion.scale": [1, 2]}``: all combinations,
@@ -50,21 +50,21 @@ def study(
         Also `Records`, `Points`, and what `latin_hypercube`, `sobol`, `saltelli`,
         `one_at_a_time` return.
     results : str, callable, sequence or mapping of these
-        What is kept of each run, see `sitedda.study.measure`; all numbers of its verdict by
+        Results of each run, see `sitedda.study.measure`; all numbers of its verdict by
         default.  Functions are of a `sitedda.Run`.
     folder : path, optional
-        Of the study; what is there already is not run again.  A temporary one by default.
+        Of the study; finished cases are not run again.  A temporary one by default.
     fixed : mapping, optional
         Changes that all cases have.
     task : 'run', 'safety', 'accuracy' or callable
-        In place of a run the factor of safety of the input, see `sitedda.safety`, or what a
+        Instead of a run the factor of safety of the input, see `sitedda.safety`, or what a
         function of its path returns, such as one that calls `sitedda.check`.
     executor : concurrent.futures.Executor or dask.distributed.Client
-        What runs the cases; processes of this machine by default.
+        Executor of the cases; processes of this machine by default.
     workers : int
         Processes, one thread each (as many as this process may use processors).
     memory : float
-        Bytes that a process may allocate (its share of what is free).
+        Bytes that a process may allocate (its fraction of the free memory).
     time_limit : float
         s of the clock that a case may take.
     keep : bool
@@ -74,7 +74,7 @@ def study(
     progress : bool or callable
         Show a bar; or called with the numbers of cases that are done and that have failed.
     table : path
-        Where the table is written, netCDF or zarr.
+        File of the table, netCDF or zarr.
     outputs : mapping of int to path, optional
         Complete outputs of cases that this build has run, by the number of the case.
 
@@ -88,7 +88,7 @@ def study(
     InputError
         If a parameter or a quantity is not known.
     InterruptedRun
-        If it was stopped; another call with the same folder goes on.
+        If it was stopped; another call with the same folder continues.
     """
     plan = make_plan(model, parameters, results, folder, fixed, task)
     _check_workers(workers)
@@ -110,7 +110,8 @@ def run(plan: Plan, executor=None, workers=None, memory=None, time_limit=np.inf,
         retry=False, show=None) -> None:  # fmt: skip
     """Carry out the cases of a plan that has been written; see `study`."""
     model = plan.model if callable(plan.model) else None
-    work = Work(plan.folder, model, plan.task, plan.quantities, time_limit, keep, retry)
+    work = Work(plan.folder, model, plan.task, plan.quantities, time_limit, keep, retry,
+                memory=memory)  # fmt: skip
     with _executor(executor, workers, memory, time_limit) as pool:
         distribute(pool, work, plan.keys, show)
 
@@ -127,7 +128,7 @@ def gather(study, workers: int | None = None, show=None, retry: bool = False) ->
     show : callable, optional
         Called with the numbers of cases that are done and that have failed.
     retry : bool
-        Forget what has failed, so that the next submission runs it.
+        Discard failed cases, so that the next submission repeats them.
     """
     plan = study if isinstance(study, Plan) else plan_of_folder(study)
     work = Work(plan.folder, quantities=plan.quantities, again=retry, start=False)
@@ -142,7 +143,7 @@ def _check_workers(workers) -> None:
 
 @contextmanager
 def _executor(executor, workers, memory, time_limit) -> Iterator:
-    """What runs the cases: the given one, left as it is, or processes that end with this."""
+    """Executor of the cases: the given one, which stays open, or processes that end with this."""
     if executor is not None:
         yield executor.get_executor(pure=False) if hasattr(executor, "get_executor") else executor
         return
@@ -167,7 +168,7 @@ def free_memory() -> float:
 
 @contextmanager
 def shown(progress, count: int) -> Iterator[Callable | None]:
-    """What is called with the numbers of cases that are done and have failed."""
+    """Function that receives the numbers of finished and failed cases."""
     if progress is not True:
         yield progress or None
         return

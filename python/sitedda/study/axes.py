@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parameters of a study as axes: what is changed along each dimension of its table."""
+"""Parameters of a study as axes: changes along each dimension of its table."""
 
 import re
 from collections import Counter
@@ -33,7 +33,7 @@ class Axis(Protocol):
     coordinates: dict[str, tuple]
 
     def changes(self, place: tuple[int, ...]) -> dict:
-        """What is changed at a place along the dimensions: values by the names of changes."""
+        """Changes at an index along the dimensions: values by name."""
         ...
 
 
@@ -49,7 +49,7 @@ class Points:
         Values along the dimension by the name of what they change, such as
         ``joint[bed].friction_angle``; all of the same length.
     labels : mapping of str, optional
-        Names of the coordinates that hold them (made from the names of the changes).
+        Names of their coordinates (made from the names of the changes).
     number : bool
         The dimension has numbers from 0 as its own coordinate.
     """

@@ -4,7 +4,8 @@
 import json
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from ..base.errors import (
 )
 from ..base.stop import SIGNALS, Stop
 from .arrays import Array
-from .quantities import Quantity, measure, returned
+from .quantities import NotBegun, Quantity, check_names, measure, returned
 from .store import (
     FAILED,
     INPUT,
@@ -35,12 +36,14 @@ from .store import (
 
 _STATE = ("", ".partial", ".journal", ".checkpoint", ".checkpoint.previous", ".checkpoint.coming",
           ".writing")  # fmt: skip
+_LIMITED = ("time", "memory", "process")  # kinds of failure that other limits may avoid
+_TRIED = 3  # cases tried for the check of names, if earlier ones cannot start
 KINDS = {1: "input", 2: "check", 3: "convergence", 4: "solver", 6: "time", 7: "memory"}
 
 
 @dataclass(frozen=True)
 class Work:
-    """What is done with each case.
+    """Task of each case.
 
     Attributes
     ----------
@@ -59,6 +62,8 @@ class Work:
         Cases that have failed are tried again.
     start : bool
         Runs that are not complete are run; else only those are measured that are.
+    memory : float, optional
+        Bytes that a case may allocate, if limited.
     """
 
     study: Path
@@ -69,6 +74,50 @@ class Work:
     keep: bool = True
     again: bool = False
     start: bool = True
+    memory: float | None = None
+
+    @property
+    def asked(self) -> list[list[str]]:
+        """Labels and names of the quantities."""
+        return [[one.label, one.name] for one in self.quantities]
+
+    def check(self, file: Path) -> None:
+        """Check, before a run of an input, that its output would have the quantities."""
+        check_names(file, self.quantities)
+
+    @property
+    def limits(self) -> list:
+        """Of the clock and the memory of a case."""
+        return [self.time_limit, self.memory]
+
+    def fail(self, folder: Path, message: str, kind: str) -> dict:
+        """Write that a case has failed, and with what of the study's file that may change."""
+        more: dict = {"limits": self.limits} if kind in _LIMITED else {}
+        if (folder / WORDS).exists():  # the run is complete, but a result has failed
+            more["asked"] = self.asked
+        return write_result(folder, "failed", message, kind=kind, **more)
+
+
+def check_first(work: Work, keys: Sequence[str]) -> None:
+    """Check names of results and tasks on the first case that can begin, before any is run.
+
+    Parameters
+    ----------
+    work : Work
+    keys : sequence of str
+        Of cases to be run.
+
+    Raises
+    ------
+    InputError
+        If a name is not known.
+    """
+    check = getattr(work.task, "check", None) if callable(work.task) else work.check
+    if work.model is not None or not work.start or not check:
+        return
+    for key in keys[:_TRIED]:
+        with suppress(NotBegun):
+            return check(case_folder(work.study, key) / INPUT)
 
 
 def carry_out(work: Work, key: str, wait: bool = False) -> dict:
@@ -102,18 +151,18 @@ def carry_out(work: Work, key: str, wait: bool = False) -> dict:
 
 
 def finished(work: Work, folder: Path) -> dict | None:
-    """The result of a case, if it is what is wanted now."""
+    """The result of a case, if it has the present key."""
     found = read_result(folder)
     if found is None:
         return None
-    if found["status"] == "failed":
-        return None if work.again else found
-    asked = [[one.label, one.name] for one in work.quantities]
-    return found if found.get("asked") == asked else None
+    failed = found["status"] == "failed"
+    if failed and (work.again or (work.start and found.get("limits", work.limits) != work.limits)):
+        return None
+    return found if found.get("asked", work.asked if failed else None) == work.asked else None
 
 
 def take_output(folder: Path, output: Path) -> None:
-    """Let the complete output of a run by this build be that of a case with the same input."""
+    """Use the complete output of a run by this build for a case with the same input."""
     if not (folder / WORDS).exists():
         shutil.copyfile(output, folder / OUTPUT)
         write_whole(folder / WORDS, "")  # its doubts are in the output
@@ -122,7 +171,7 @@ def take_output(folder: Path, output: Path) -> None:
 def _result(work: Work, folder: Path) -> dict:
     begun = time.time()
     try:
-        numbers, arrays, more = _done(work, folder)
+        numbers, arrays, more = _write_result(work, folder)
     except (InterruptedRun, KeyboardInterrupt):
         return {"status": "interrupted", "message": ""}
     except Missing:
@@ -131,18 +180,18 @@ def _result(work: Work, folder: Path) -> dict:
         return {"status": "unfinished", "message": str(error)}
     except SiteddaError as error:
         words = str(error).replace(f"{folder}/", "")
-        return write_result(folder, "failed", words, kind=KINDS.get(error.kind, "input"))
+        return work.fail(folder, words, KINDS.get(error.kind, "input"))
     except Exception as error:  # of the user's function: it is that case's failure alone
         if lacks_memory(error):
-            return write_result(folder, "failed", "not enough memory", kind="memory")
+            return work.fail(folder, "not enough memory", "memory")
         words = f"{type(error).__name__}: {error}"
-        return write_result(folder, "failed", words, kind="function")
+        return work.fail(folder, words, "function")
     kept = {f"{k}|{d}": np.asarray(c) for k, a in arrays.items() for d, c in a.coordinates.items()}
     kept |= {name: array.values for name, array in arrays.items()}
     return write_result(
         folder,
         "complete",
-        asked=[[one.label, one.name] for one in work.quantities],
+        asked=work.asked,
         numbers=numbers,
         arrays=kept,
         shapes={k: {"dims": a.dims, "shape": a.values.shape, "units": a.units}
@@ -152,7 +201,7 @@ def _result(work: Work, folder: Path) -> dict:
     )  # fmt: skip
 
 
-def _done(work: Work, folder: Path) -> tuple[dict[str, float], dict[str, Array], dict]:
+def _write_result(work: Work, folder: Path) -> tuple[dict[str, float], dict[str, Array], dict]:
     """Numbers, arrays, and what else is noted of a case."""
     if work.model is not None:
         values = json.loads((folder / "values.json").read_text())
@@ -161,7 +210,7 @@ def _done(work: Work, folder: Path) -> tuple[dict[str, float], dict[str, Array],
         value = work.task(folder / INPUT)
         warning = value.pop("warning", "") if isinstance(value, dict) else ""
         return *_sorted(returned("value", value)), {"warning": str(warning)}
-    _given_up(folder, work.again)
+    _raise_given_up(folder, work.again)
     if not work.start and not (folder / WORDS).exists():
         raise Missing
     warning = run_input(folder, work.time_limit)
@@ -183,9 +232,9 @@ def run_input(folder: Path, time_limit: float = np.inf) -> str:
     Raises
     ------
     InterruptedRun
-        If a signal asked for it; the checkpoint is there to go on from.
+        On a signal; a checkpoint is written to continue from.
     SiteddaError
-        If the run fails, or takes longer than the limit.
+        If the run fails, or exceeds the time limit.
     """
     if (folder / OUTPUT).exists():
         if (words := warnings_of(folder)) is not None:
@@ -229,8 +278,8 @@ class GivenUp(SiteddaError):
     """Another program tried a case, and failed."""
 
 
-def _given_up(folder: Path, again: bool) -> None:
-    """Raise what a task of Slurm said when it gave a case up, unless it is tried again."""
+def _raise_given_up(folder: Path, again: bool) -> None:
+    """Raise the error with which a Slurm task gave up a case, unless it is tried again."""
     file = folder / FAILED
     if again:
         file.unlink(missing_ok=True)
@@ -246,7 +295,7 @@ class TimeLimit(SiteddaError):
 
 
 def warnings_of(folder: Path) -> str | None:
-    """What a finished run warned of, one a line; None if it has not yet said."""
+    """Warnings of a finished run, one a line; None if they are not known yet."""
     try:
         text = (folder / WORDS).read_text("utf-8", "replace")
     except OSError:

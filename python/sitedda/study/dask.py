@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Dask cluster as what runs the cases.
+"""A Dask cluster as the executor of the cases.
 
 Whoever reaches the address of a scheduler can have any code run by its workers, and by its
 clients: use TLS, or a network that only its users reach.

@@ -8,13 +8,13 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError
 
 from ..base.errors import InterruptedRun, OutputError, SiteddaError
-from .case import Work, carry_out, finished
-from .store import case_folder, locked, write_result
+from .case import Work, carry_out, check_first, finished
+from .store import case_folder, locked
 from .workers import TaskTooLong, WorkerDied
 
 _DEATHS = 3  # of its process, before a case has failed
-_WINDOW = 256  # cases that an executor has at a time, if it does not say how many it works on
-_POLL = 0.05  # s between looks at futures that do not call back
+_WINDOW = 256  # cases that an executor has at a time, if its number of workers is unknown
+_POLL = 0.05  # s between polls of futures without callbacks
 
 
 def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | None = None) -> None:
@@ -35,13 +35,16 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
 
     Raises
     ------
+    InputError
+        If a run would have no such quantity.
     InterruptedRun
-        If a worker was asked to stop.
+        If a worker was stopped.
     OutputError
-        If the executor is gone, or a case cannot be written.
+        If the executor has stopped, or a case cannot be written.
     """
     distinct = list(dict.fromkeys(keys))
     todo = [key for key in distinct if finished(work, case_folder(work.study, key)) is None]
+    check_first(work, todo)
     loop = _Loop(executor, work, todo)
     done, failed = len(distinct) - len(todo), 0
     if progress:
@@ -53,7 +56,7 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
 
 
 def workers_of(executor) -> int | None:
-    """How many tasks an executor works on at once; None if it does not say."""
+    """Number of tasks that an executor runs at once; None if unknown."""
     return getattr(executor, "count", None) or getattr(executor, "_max_workers", None)
 
 
@@ -84,7 +87,7 @@ class _Loop:
             try:
                 future = self.executor.submit(carry_out, self.work, key, wait)
             except (BrokenExecutor, RuntimeError) as trouble:
-                raise _gone(trouble) from trouble
+                raise _executor_died(trouble) from trouble
             self.running[future] = key
             if hasattr(future, "add_done_callback"):
                 future.add_done_callback(self.ended.put)
@@ -99,13 +102,13 @@ class _Loop:
             time.sleep(_POLL)
 
     def _status(self, key: str, future) -> str | None:
-        """What became of a case; None if it will be tried again."""
+        """Final status of a case; None if it will be tried again."""
         try:
             found = future.result()
         except TaskTooLong:
             return self._fail(key, f"the time limit of {self.work.time_limit:g} s is over", "time")
         except (BrokenExecutor, CancelledError) as trouble:
-            raise _gone(trouble) from trouble
+            raise _executor_died(trouble) from trouble
         except SiteddaError:
             raise
         except Exception as trouble:
@@ -116,7 +119,7 @@ class _Loop:
             self.busy.append(key)
             return None
         if found["status"] == "interrupted":
-            raise InterruptedRun("interrupted; call again to go on with what is missing")
+            raise InterruptedRun("interrupted; call again to continue")
         if found["status"] == "unfinished":
             raise OutputError(f"case {key}: {found['message']}")
         return found["status"]
@@ -131,11 +134,11 @@ class _Loop:
     def _fail(self, key: str, message: str, kind: str) -> str:
         folder = case_folder(self.work.study, key)
         with locked(folder, wait=True):
-            write_result(folder, "failed", message, kind=kind)
+            self.work.fail(folder, message, kind)
         return "failed"
 
 
-def _gone(trouble: BaseException) -> OutputError:
+def _executor_died(trouble: BaseException) -> OutputError:
     name = type(trouble).__name__
-    return OutputError(f"the executor is gone ({name}: {trouble}); what is done is kept: start "
-                       "another and call again to go on with what is missing")  # fmt: skip
+    return OutputError(f"the executor has stopped ({name}: {trouble}); what is done is kept: start "
+                       "another and call again to continue")  # fmt: skip

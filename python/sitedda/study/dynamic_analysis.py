@@ -91,7 +91,7 @@ def ida(table, quantity: str, intensity: str, record: str = "record", threshold=
     fractiles = np.full((3, level.size), np.nan)
     fractiles[:, counted] = np.nanquantile(response[:, counted], FRACTILES, axis=0)
     capacity = [_capacity(row, level, threshold) for row in response]
-    labels = (quantity, label_of(table, intensity))
+    labels = (label_of(table, quantity), label_of(table, intensity))
     names = [str(name) for name in table[record].values]
     return Ida(level, response, fractiles, threshold, np.array(capacity), names, labels)
 

@@ -12,8 +12,8 @@ from .plan import Plan, plain
 from .quantities import returned
 from .table import coordinate_values
 
-_WORKERS = 32  # of an executor that does not say how many it has
-_TASKS_EACH = 8  # tasks for each worker: a slow one holds nobody up
+_WORKERS = 32  # of an executor whose number of workers is unknown
+_TASKS_EACH = 8  # tasks for each worker: a slow one delays no other
 
 
 def evaluate(plan: Plan, executor, progress: Callable | None = None):
@@ -50,7 +50,7 @@ def evaluate(plan: Plan, executor, progress: Callable | None = None):
 
 
 def call_each(function: Callable, cases: Sequence[dict]) -> list[tuple[dict, str]]:
-    """What a function returns for each of some cases, and the message where it fails."""
+    """Values of a function for some cases, and its messages on failure."""
     found = []
     for values in cases:
         try:

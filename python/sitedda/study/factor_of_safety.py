@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The factor of safety of a case in place of its run."""
+"""The factor of safety of a case, instead of its run."""
 
 from ..stability import safety
+
+RESULTS = ("factor_of_safety", "stands_at", "fails_at")
 
 
 def factor_of_safety(file) -> dict:
@@ -19,9 +21,8 @@ def factor_of_safety(file) -> dict:
         ``warning``.
     """
     found = safety(file)
-    return {
-        "factor_of_safety": found.factor,
-        "stands_at": found.low,
-        "fails_at": found.high,
-        "warning": found.warning,
-    }
+    numbers = (found.factor, found.low, found.high)
+    return dict(zip(RESULTS, numbers, strict=True)) | {"warning": found.warning}
+
+
+factor_of_safety.results = RESULTS  # type: ignore[attr-defined]

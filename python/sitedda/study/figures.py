@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The figures that a study asks for, checked before its first case."""
+"""The figures of a study, checked before its first case."""
 
 import inspect
 import math
@@ -13,6 +13,7 @@ from .axes import RESERVED
 from .dynamic_analysis import ida
 from .fragility_curve import fragility_of
 from .maps import bands, parameter_map
+from .quantities import NAMES
 from .sensitivity import sobol_indices, tornado
 
 KINDS: dict[str, Callable] = {
@@ -92,9 +93,8 @@ def _check_argument(name: str, value, select: Mapping, plan) -> None:
         _check_dimension(name, value, plan)
         if value in select and not isinstance(select[value], list):
             raise InputError(f"{name} = {value!r} has been selected already")
-    elif _stems(plan) and _stem(value) not in _stems(plan):
-        raise InputError(f"{name} = {value!r} is none of the results"
-                         f"{nearest(value, [one.label for one in plan.quantities])}")  # fmt: skip
+    elif (known := _known_results(plan)) and value not in known and _stem(value) not in known:
+        raise InputError(f"{name} = {value!r} is none of the results{nearest(value, known)}")
 
 
 def _check_dimension(what: str, name: str, plan) -> None:
@@ -127,11 +127,20 @@ def _stem(name: str) -> str:
 
 def _has_functions(plan) -> bool:
     """Whether results come from functions, which may return arrays over anything."""
-    return callable(plan.model) or plan.task != "run" or any(q.function for q in plan.quantities)
+    told = plan.task == "run" or getattr(plan.task, "results", ())
+    return callable(plan.model) or not told or any(q.function for q in plan.quantities)
 
 
-def _stems(plan) -> set[str]:
-    """Names that the results begin with; none where only the results can tell."""
-    if _has_functions(plan) or any(one.name == "verdict" for one in plan.quantities):
-        return set()
-    return {_stem(one.label) for one in plan.quantities}
+def _known_results(plan) -> set[str]:
+    """Names of results, or what they begin with; none where only the results can tell.
+
+    A function whose results are numbers may have their names as an attribute ``results``.
+    """
+    of_task = {name for one in (plan.task, plan.model) for name in getattr(one, "results", ())}
+    if of_task or _has_functions(plan):
+        return of_task
+    whole = {one.name for one in plan.quantities} & {"verdict", "figures", "histories"}
+    known = {one.label for one in plan.quantities}
+    if whole:
+        known |= NAMES | {f"history_{name}" for name in NAMES | {"energy_kinetic"}}
+    return known

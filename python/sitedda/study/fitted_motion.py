@@ -9,7 +9,7 @@ from ..base.errors import InputError
 from ..engine.signals import response_spectrum, running_integral
 from .records import Record
 
-_ROUNDS, _GOOD = 30, 0.02  # of the fit; the first with so small a misfit, or the best, is kept
+_ROUNDS, _GOOD = 30, 0.02  # of the fit; the first with this misfit, or the best, is kept
 _PERIODS = 60  # at which the spectrum is fitted
 _RISE, _PLATEAU = 0.15, 0.35  # of the duration
 _GROUND_DAMPING = 0.6  # of the filter of Kanai and Tajimi
@@ -46,6 +46,37 @@ def eurocode8(peak: float, ground: str = "A", kind: int = 1) -> Callable:
         shape = np.where(t > c, 2.5 * c / np.maximum(t, c), shape)
         shape = np.where(t > d, 2.5 * c * d / np.maximum(t, d) ** 2, shape)
         return peak * soil * shape
+
+    return spectrum
+
+
+def asce7(short: float, one_second: float, long_period: float = 8.0) -> Callable:
+    """The two-period design spectrum of ASCE/SEI 7-16, 11.4.6, with 5 % damping.
+
+    Parameters
+    ----------
+    short, one_second : float
+        S_DS and S_D1, m/s².
+    long_period : float
+        T_L, s.
+
+    Returns
+    -------
+    callable
+        Sa (m/s²) of periods (s).
+    """
+    if not 0 < one_second <= short * long_period or not short > 0:
+        raise InputError(f"S_DS = {short:g} and S_D1 = {one_second:g} m/s²: give values above 0, "
+                         "and S_D1/S_DS at most the long period")  # fmt: skip
+    end = one_second / short
+    begin = 0.2 * end
+
+    def spectrum(period):
+        t = np.asarray(period, dtype=float)
+        shape = np.where(t < begin, short * (0.4 + 0.6 * t / begin), short)
+        shape = np.where(t > end, one_second / np.maximum(t, end), shape)
+        long = one_second * long_period / np.maximum(t, long_period) ** 2
+        return np.where(t > long_period, long, shape)
 
     return spectrum
 
@@ -116,8 +147,8 @@ def _fitted(seed, grid, target, duration, step, damping) -> Record:
             break
         factor = np.interp(frequency, 1 / grid[::-1], ratio[::-1])
         spectrum = np.fft.rfft(motion, 2 * count) * factor
-        spectrum[frequency < 0.5 / grid[-1]] *= 0.5  # slow drift, which no period asks for
-        motion = _without_drift(np.fft.irfft(spectrum)[:count] * _ends(count), step)
+        spectrum[frequency < 0.5 / grid[-1]] *= 0.5  # slow drift, which no period requires
+        motion = _without_drift(np.fft.irfft(spectrum)[:count] * _end_taper(count), step)
     return Record(f"synthetic {seed}", best, step, least)
 
 
@@ -143,7 +174,7 @@ def _envelope(count: int) -> np.ndarray:
     return np.where(t <= end, rise, np.exp(-3.0 * (t - end) / (1.0 - end)))
 
 
-def _ends(count: int) -> np.ndarray:
+def _end_taper(count: int) -> np.ndarray:
     """A cosine over the first and the last 2 %, so that a record begins and ends at rest."""
     n = max(count // 50, 1)
     found = np.ones(count)

@@ -9,7 +9,7 @@ import numpy as np
 from ..base.errors import InputError
 from .table import DECIDED
 
-_LEAST, _MOST = 1e-3, 20.0  # of the dispersion that is looked for
+_LEAST, _MOST = 1e-3, 20.0  # range of the dispersion
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Fragility:
     covariance : ndarray, shape (2, 2)
         Of ln median and ln dispersion, by the observed information.
     intensity, failures, trials : ndarray, shape (levels,)
-        What it was fitted to.
+        Data of the fit.
     name, unit : str
         Of the intensity.
     doubt : str
@@ -126,7 +126,7 @@ def fragility_of(table, quantity: str, threshold: float, intensity: str, confide
     Parameters
     ----------
     table : xarray.Dataset
-        Of a study; with ``task="accuracy"`` its cases know until when their figures are decided.
+        Of a study; with ``task="accuracy"`` its cases have the horizons of their figures.
     quantity : str
         Of the table; a case fails where it is above the threshold. Cases without it (failed or
         missing runs) do not count.
@@ -142,11 +142,11 @@ def fragility_of(table, quantity: str, threshold: float, intensity: str, confide
     level = table[intensity]
     found = fragility(level.values, failures, trials, confidence, name=intensity,
                       unit=str(level.attrs.get("units", "")),
-                      doubt=_undecided(table, quantity))  # fmt: skip
+                      doubt=_undecided_words(table, quantity))  # fmt: skip
     return found
 
 
-def _undecided(table, quantity: str) -> str:
+def _undecided_words(table, quantity: str) -> str:
     """How many cases are beyond the horizon of a quantity, in words; blank if none is."""
     decided = table.get(f"{quantity}{DECIDED}")
     if decided is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the figures of a run were while it ran: largest values of all steps up to a time."""
+"""Histories of figures: largest values of all steps up to a time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .quantities import Output
 
 _GRAVITY = 9.80665  # m/s², of the Arias intensity
-LOOKS = 1000  # equal parts of the duration, after which figures are looked at
+LOOKS = 1000  # equal parts of the duration at which figures are evaluated
 
 
 def histories(output: Output) -> dict[str, Array]:
@@ -29,7 +29,7 @@ def histories(output: Output) -> dict[str, Array]:
     dict of Array
         By ``history_`` and the name of the figure: the largest values, and of each measured point
         the peak acceleration (``history_pga_m_s2[top]``), velocity, and the integral of the
-        Arias intensity; and the kinetic energy at that time.
+        Arias intensity, of their own largest axes; and the kinetic energy at that time.
     """
     time = output["time"]
     look = np.linspace(time[0], time[-1], LOOKS + 1)
@@ -42,12 +42,11 @@ def histories(output: Output) -> dict[str, Array]:
     for i, point in enumerate(output.names("point") if output.has("velocity") else ()):
         if f"pga_m_s2[{point}]" not in output.attributes:
             continue
-        velocity, acceleration = (output[n][:, i] for n in ("velocity", "acceleration"))
-        axis = int(np.argmax(np.abs(velocity).max(axis=0)))
-        peak = np.maximum.accumulate(np.abs(acceleration[:, axis]))[at]
-        work = np.append(0.0, np.cumsum(acceleration[1:, axis] ** 2 * np.diff(time)))
-        found[f"pga_m_s2[{point}]"] = peak
-        found[f"pgv_m_s[{point}]"] = np.maximum.accumulate(np.abs(velocity[:, axis]))[at]
+        velocity, acceleration = (abs(output[n][:, i]) for n in ("velocity", "acceleration"))
+        work = np.cumsum(acceleration[1:] ** 2 * np.diff(time)[:, None], axis=0)
+        work = np.append(0.0, work[:, np.argmax(work[-1])])
+        for name, values in (("pga_m_s2", acceleration), ("pgv_m_s", velocity)):
+            found[f"{name}[{point}]"] = np.maximum.accumulate(values.max(axis=1))[at]
         found[f"arias_m_s[{point}]"] = np.pi / (2 * _GRAVITY) * work[at]
     return {f"history_{name}": Array(values, ("look",), {"look": look})
             for name, values in found.items()}  # fmt: skip

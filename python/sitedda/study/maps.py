@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.errors import InputError
+from ..base.numbers import labelled
 
 FRACTILES = (0.16, 0.5, 0.84)
 
@@ -134,7 +135,7 @@ def bands(table, quantity: str, dim: str = "sample") -> Bands:
     values = table[quantity]
     rest = [name for name in values.dims if name != dim]
     if dim not in values.dims or len(rest) != 1:
-        raise InputError(f"{quantity} has the dimensions {values.dims}; wanted are {dim!r} and "
+        raise InputError(f"{quantity} has the dimensions {values.dims}; required are {dim!r} and "
                          "one more")  # fmt: skip
     samples = values.transpose(dim, rest[0]).values
     samples = samples[np.all(np.isfinite(samples), axis=1)]
@@ -147,5 +148,4 @@ def bands(table, quantity: str, dim: str = "sample") -> Bands:
 
 def label_of(table, name: str) -> str:
     """Name of a variable with its unit, as axes have it."""
-    unit = str(table[name].attrs.get("units", ""))
-    return f"{name} ({unit})" if unit not in ("", "1") else name
+    return labelled(name, str(table[name].attrs.get("units", "")))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report of a study: parameters, results, what failed, and the figures that are asked for."""
+"""The report of a study: parameters, results, failures, and requested figures."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.numbers import counted, with_bar
+from ..base.numbers import counted, number, titled, with_bar
 from ..report import Facts, Page, Paragraph, Picture, Table, provenance, write_html
 from .figures import KINDS, known_kind
 from .table import BAR, counts
 
 _MOST = 60  # rows of a table
+_ROUNDING = 1e-12  # in SI units: less is no result
 _HEADS = {"ida": "Incremental dynamic analysis", "map": "Two parameters"}  # else the kind itself
 
 
@@ -27,7 +28,7 @@ def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:
     figures : sequence of mapping
         ``kind`` is 'fragility', 'ida', 'tornado', 'sobol', 'map' or 'bands'; all else are the
         arguments of `fragility_of`, `ida`, `tornado`, `sobol_indices`, `parameter_map`, `bands`;
-        ``select`` holds values of dimensions that are selected first, ``title`` a heading.
+        ``select`` has values of dimensions that are selected first, ``title`` a heading.
     """
     return write_html(report_page(table, figures), file)
 
@@ -67,7 +68,15 @@ def _parameters(table) -> Table:
             values = np.asarray(one.values).ravel()
             shown = ", ".join(_short(v) for v in values[:8]) + (" …" if values.size > 8 else "")
             changes = str(one.attrs.get("changes", ""))
-            rows.append([name, changes, str(one.attrs.get("units", "")), str(values.size), shown])
+            rows.append(
+                [
+                    name,
+                    changes,
+                    str(one.attrs.get("units", "")).replace("^2", "²"),
+                    str(values.size),
+                    shown,
+                ]
+            )
     return Table(["parameter", "changes", "unit", "values", "which"], rows)
 
 
@@ -88,8 +97,9 @@ def _numbers(table) -> Table:
             bars = table[f"{name}{BAR}"].values[np.isfinite(one.values)]
             for end, place in ((0, values.argmin()), (2, values.argmax())):
                 stats[end] = with_bar(values[place], bars[place])
-        rows.append([name, *stats, str(values.size)])
-    return Table(["quantity", "least", "median", "largest", "cases"], rows)
+        words, unit = titled(name)
+        rows.append([words, unit, *stats, str(values.size)])
+    return Table(["quantity", "unit", "least", "median", "largest", "cases"], rows)
 
 
 def _texts(table, which: np.ndarray, column: str) -> Table:
@@ -109,7 +119,7 @@ def _add_figure(page: Page, table, values: dict) -> None:
         found = KINDS[kind](selected, **values)
     except KeyError as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: the table has no {trouble}") from None
-    except InputError as error:  # what cannot be drawn is said where it would stand
+    except InputError as error:  # the message takes the position of the picture
         page.add(title, Paragraph(f"Not drawn: {error}."))
         return
     except (TypeError, ValueError, IndexError) as trouble:
@@ -124,9 +134,10 @@ def _facts(found) -> list[tuple[str, str]]:
     if hasattr(found, "dispersion"):
         low, high = found.median_interval
         least, most = found.dispersion_interval
+        unit = found.unit.replace("^2", "²")
         return [
-            ("median", f"{found.median:.5g} {found.unit} ({low:.4g} … {high:.4g})"),
-            ("dispersion β", f"{found.dispersion:.5g} ({least:.4g} … {most:.4g})"),
+            ("median", f"{found.median:.3g} {unit} ({low:.3g} … {high:.3g})"),
+            ("dispersion β", f"{found.dispersion:.3g} ({least:.3g} … {most:.3g})"),
             ("confidence", f"{found.confidence:.0%}"),
             ("doubt", found.doubt),
         ]
@@ -143,4 +154,6 @@ def _facts(found) -> list[tuple[str, str]]:
 
 
 def _short(value) -> str:
-    return f"{value:.5g}" if isinstance(value, float | np.floating) else str(value)
+    if not isinstance(value, float | np.floating):
+        return str(value)
+    return number(0.0 if abs(value) < _ROUNDING else value, 5)

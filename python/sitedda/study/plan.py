@@ -17,9 +17,9 @@ from ..base import core as engine
 from ..base.errors import InputError, SiteddaError
 from ..base.files import make_folder, plain_text
 from ..base.reading import read_bounded
-from ..build.building import opened_input
 from ..input.changes import changed_input, flat_changes, with_files
 from ..input.input_text import Found
+from ..input.source import opened_input
 from .axes import Axis, axes_of
 from .quantities import DEFAULT, Quantity, quantities_of
 from .store import (
@@ -47,10 +47,10 @@ class Plan:
     Attributes
     ----------
     model : path, Model or callable
-        What is changed, or the function that is called.
+        Model to change, or the function to call.
     axes : list of Axis
     quantities : list of Quantity
-        What is kept of each case.
+        Results of each case.
     task : str or callable
         ``'run'``, or a function of the path of a case's input.
     fixed : dict
@@ -150,12 +150,12 @@ class Plan:
 
 
 def make_plan(model, parameters, results=None, folder=None, fixed=None, task="run") -> Plan:
-    """The plan of a study; see `sitedda.study` for what the arguments are."""
+    """The plan of a study; see `sitedda.study` for its arguments."""
     if isinstance(model, str | os.PathLike):
         model = Path(model)
     task = task_of(task)
     if callable(model) and task != "run":
-        raise InputError("a function as the model has no task of its own")
+        raise InputError("a function as the model cannot have a task")
     default = DEFAULT if task == "run" and not callable(model) else ()
     wanted = quantities_of(default if results is None else results)
     if wanted and not default:
@@ -174,7 +174,7 @@ def plan_of_folder(folder) -> Plan:
 
 
 def model_name(model) -> str:
-    """What the model is called in a manifest."""
+    """Name of the model in a manifest."""
     if callable(model):
         return function_name(model).partition(" ")[0]
     return str(model) if isinstance(model, Path) else getattr(model, "title", "") or "model"
@@ -186,7 +186,7 @@ def _task_name(task) -> str:
 
 @cache
 def build() -> str:
-    """The sum of the engine's library: two builds are two, whatever their version says."""
+    """The sum of the engine's library: it distinguishes builds of the same version."""
     from .. import _core
 
     with open(_core.__file__, "rb") as stream:
@@ -194,7 +194,7 @@ def build() -> str:
 
 
 def plain(value):
-    """A value as JSON holds it."""
+    """A value in the form of JSON."""
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray | list | tuple):

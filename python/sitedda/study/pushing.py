@@ -2,14 +2,16 @@
 """A pushover of each case of a study."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from ..base.arguments import COUNT, POSITIVE
 from ..base.errors import InputError
+from .quantities import Quantity, check_names
 
 
 @dataclass(frozen=True)
 class PushTo:
-    """What is pushed, and how far; see `sitedda.stability.pushover`.
+    """Settings of a pushover, see `sitedda.stability.pushover`.
 
     Attributes
     ----------
@@ -32,6 +34,10 @@ class PushTo:
     displacement: float | None = None
     steps: int = 200
     limits: bool = False
+    results: ClassVar = (
+        "peak_factor", "displacement_at_peak_m", "end_factor", "end_displacement_m", "work_j_m",
+        "slip_loss_j_m", "limit_lower", "limit_upper",
+    )  # fmt: skip
 
     def checked(self) -> "PushTo":
         """Itself, if a pushover could begin with it."""
@@ -45,8 +51,12 @@ class PushTo:
             POSITIVE.check("[pushover] displacement", self.displacement)
         return self
 
+    def check(self, file) -> None:
+        """Check that an input has the point, before it is pushed."""
+        check_names(file, [Quantity("", f"displacement[{self.point}].x")])
+
     def __call__(self, file) -> dict:
-        """Peak, end, energies (J/m) and, if asked for, limits of an input."""
+        """Peak, end, energies (J/m) and, if requested, limits of an input."""
         from ..stability import limit_analysis, pushover
 
         found = pushover(file, self.point, load=self.load, sense=self.sense,

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is kept of each case: numbers and arrays of an output by name, or by a function."""
+"""Results of each case: numbers and arrays of an output by name, or by a function."""
 
 import re
+import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,10 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from ..base.core import FILES, engine_names
-from ..base.errors import InputError, OutputError
+from ..base.errors import InputError, OutputError, SiteddaError
 from ..base.reading import check_readable
-from ..engine.maxima import lacking, warn_of
+from ..input.groups import nearest
 from ..input.input_text import input_values
+from ..output.variables import VARIABLES
 from .arrays import Array
 from .histories import histories
 from .store import function_name
@@ -31,26 +33,36 @@ _LABELS = {
     "component": ("xx", "yy", "xy"),
     "coordinate": ("x", "y", "rotation", "strain_x", "strain_y", "shear_strain"),
 }
-_WRITTEN = "attributes"  # of the output: what the engine itself says
+_WRITTEN = "attributes"  # of the output, written by the engine
 _MAXIMA = engine_names("maxima numbers")
 _LARGEST = tuple(f"largest_{name}" for name in _MAXIMA)
-_JOINTS = ("joint_slip_m", "joint_opening_m", "joint_normal_force_n_m", "joint_shear_force_n_m",
-           "largest_joint_slip_m", "largest_joint_opening_m")  # fmt: skip
+_OF_JOINTS = [one for one in VARIABLES.values()
+              if one.family == "measured_joints" and "time" in one.dimensions
+              and not one.name.endswith(("_force_x", "_force_y"))]  # fmt: skip
+_JOINTS = (*(one.number for one in _OF_JOINTS),
+           *(f"largest_{one.number}" for one in _OF_JOINTS if one.unit == "m"))  # fmt: skip
+_OF_POINTS = ("pgv_m_s", "pga_resolved_m_s2", "arias_resolved_m_s", "sa_resolved_m_s2")
 _TOPICS = {
     _WRITTEN: (*_LARGEST, *(f"residual_{name}" for name in _MAXIMA), "contacts_slipped",
                "contacts_opened", "bonds_broken", "energy_balance_j_m", "end_s", "pga_m_s2",
-               "pgv_m_s", "arias_m_s", "sa_m_s2", "sa_period_s", "pga_below_50_hz_m_s2",
-               "pga_resolved_m_s2", "arias_resolved_m_s", "sa_resolved_m_s2",
-               "resolved_frequency_hz", *_JOINTS),
+               "arias_m_s", "sa_m_s2", "sa_period_s", "pga_below_50_hz_m_s2",
+               "resolved_frequency_hz", *_JOINTS, *_OF_POINTS,
+               *(f"{name}_{axis}" for name in _OF_POINTS for axis in "xy")),
     "add_drift": ("residual_drift",),
     "add_fallen": ("blocks_fallen", "first_block_fallen_s"),
     "add_lost": ("blocks_lost", "first_block_lost_s"),
     "add_damping": ("amplification", "amplification_frequency_hz"),
 }  # fmt: skip
+NAMES = {name for names in _TOPICS.values() for name in names}
+_AT_POINTS = {name for name in _TOPICS[_WRITTEN]
+              if name.startswith(("pga_", "pgv_", "arias_", "sa_", "resolved_"))}  # fmt: skip
 _OF_PYTHON = ("residual_drift", "amplification")  # figures that the engine does not list
-_BLOCKS = ("frame_time", "vertex_block", "vertices", "block_coordinates")
+_BLOCKS = ("frame_time", "vertex_block", "vertices", "block_coordinates", "frame_base")
 _HISTORY = ("time", "acceleration", "velocity", "point_place", "time_step", "energy_balance")
 _NEEDS = {"add_damping": _HISTORY}
+_WRITTEN_AS = {"absolute_displacement": "displacement"}
+_WHOLE = ("verdict", "figures", "histories")  # what every output has
+_NO_AMPLIFICATION = "amplification_ratio needs a group &amplification in the input"
 _LARGE = 5e7  # bytes of block coordinates; of larger outputs only frames in question are read
 _ZERO = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
 
@@ -64,7 +76,7 @@ class Quantity:
     label : str
         Its name in the table.
     name : str
-        What it is: a name of `measure`, or that of a function with the sum of its source.
+        A name of `measure`, or that of a function with the checksum of its source.
     function : callable, optional
         Of a `sitedda.Run`.
     """
@@ -103,7 +115,7 @@ def _quantity(label: str | None, what) -> Quantity:
 
 
 class Output:
-    """An output of a run, of which only what is asked for is read."""
+    """An output of a run, read lazily."""
 
     def __init__(self, file: Path):
         import netCDF4
@@ -118,8 +130,6 @@ class Output:
                 raise OutputError(f"{file} cannot be read as an output: {trouble}") from trouble
             self._data.set_auto_maskandscale(False)
             self._data.set_auto_chartostring(False)
-            self.has_maxima = "largest" in self._data.variables
-            self.asked_in_vain = False  # for maxima that it does not hold
             self.attributes = {name: self._data.getncattr(name) for name in self._data.ncattrs()}
 
     def __enter__(self) -> "Output":
@@ -138,7 +148,8 @@ class Output:
     def dims(self, name: str) -> tuple[str, ...]:
         """Dimensions of a variable."""
         if name not in self._data.variables:
-            raise InputError(f"an output has no quantity {name!r}")
+            known = NAMES | set(self._data.variables)
+            raise InputError(f"an output has no quantity {name!r}{nearest(name, known)}")
         return self._data[name].dimensions
 
     def units(self, name: str) -> str:
@@ -166,7 +177,7 @@ class Output:
             from ..output.scene import open_output
 
             return open_output(self.file)
-        kept = {name: (self.dims(name), self[name]) for name in names}
+        kept = {name: (self.dims(name), self[name]) for name in names if self.has(name)}
         found = xr.Dataset(kept, attrs=self.attributes)
         return found.assign_coords(point=("point", self.names("point")))
 
@@ -183,9 +194,10 @@ def measure(
     - ``figures``, those of them that the table of the verdict has, and counts;
     - ``variable[point or block].component``, such as ``displacement[top].x``,
       ``block_stress[drum_3].yy``, ``energy_friction``: a history; with ``.max``, ``.min``,
-      ``.range``, ``.last`` or ``.largest`` (by its size) behind it a number;
+      ``.range``, ``.last`` or ``.largest`` (by its size) behind it a number; ``displacement`` is
+      relative to the base, ``absolute_displacement`` is not;
     - ``spectrum[point].x``, the acceleration response spectrum with 5 % damping;
-    - ``histories``, what the figures of the verdict were while the run went on, see
+    - ``histories``, the figures of the verdict during the run, see
       `sitedda.study.histories`;
     - ``amplification_ratio``, of the first &amplification of the input.
 
@@ -195,28 +207,24 @@ def measure(
         An output.
     wanted : iterable of Quantity
     notes : list of str, optional
-        Gets what must be said of the numbers; without it, warnings say it.
+        Receives notes on the numbers; without it they are warnings.
 
     Raises
     ------
     InputError
-        If the output has no such quantity; the message says what it has.
+        If the output has no such quantity; the message lists those it has.
     """
     numbers: dict[str, float] = {}
     arrays: dict[str, Array] = {}
     with Output(file) as output:
         for one in wanted:
-            for label, value in _one(output, one).items():
+            for label, value in _single_value(output, one).items():
                 if isinstance(value, Array):
                     arrays[label] = value
                 else:
                     numbers[label] = float(value)
         if notes is not None:
             notes += doubts_of(output.attributes)
-        if output.asked_in_vain and notes is None:
-            warn_of(output.attributes)
-        elif output.asked_in_vain:
-            notes.append(lacking(output.attributes))
     return numbers, arrays
 
 
@@ -231,12 +239,10 @@ def doubts_of(attributes: Mapping) -> list[str]:
     return str(attributes.get("doubts", "")).splitlines()
 
 
-def _one(output: Output, wanted: Quantity) -> dict:
+def _single_value(output: Output, wanted: Quantity) -> dict:
     if wanted.function:
         return returned(wanted.label, wanted.function(_run(output.file)))
     name, label, component, reduction = _PATH.fullmatch(wanted.name).groups()
-    if not output.has_maxima and (name in _LARGEST or name == "verdict"):
-        output.asked_in_vain = True
     if name == "verdict":
         return _verdict(output, list(_TOPICS))
     if name == "figures":
@@ -270,8 +276,6 @@ def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
     if _WRITTEN in parts:
         written = output.attributes.items()
         found |= {n: v for n, v in written if n.partition("[")[0] in _TOPICS[_WRITTEN]}
-        if not output.has_maxima:
-            found |= dict.fromkeys(_LARGEST, np.nan)
     read = [part for part in parts if part != _WRITTEN]
     return found | _read_verdict(output, read) if read else found
 
@@ -323,28 +327,89 @@ def _amplification(output: Output) -> Array:
 
     found = amplifications(output.dataset([*_BLOCKS, *_HISTORY]))
     if not found:
-        raise InputError("amplification_ratio needs a group &amplification in the input")
+        raise InputError(_NO_AMPLIFICATION)
     one = found[0]
     return Array(one.ratio, ("frequency",), {"frequency": one.frequency}, "1")
 
 
 def _variable(output, path, name, label, component, reduction) -> Array | float:
     """A variable over time, or over frames, at one point or block and for one component."""
-    dims, values = output.dims(name), None
+    place, reduction = _locate(output, path, name, label, component, reduction)
+    written = _WRITTEN_AS.get(name, name)
+    values, kept = output[written][place], output.dims(written)[0]
+    if name == "displacement" and output.has("base_displacement"):
+        values = values - output["base_displacement"][:, place[-1]]
+    if reduction:
+        return float(REDUCTIONS[reduction](values))
+    time = output["time" if kept == "time" else "frame_time"]
+    return Array(values, (kept,), {kept: time}, output.units(written))
+
+
+def _locate(output, path, name, label, component, reduction) -> tuple[tuple, str | None]:
+    """Where the history of a variable stands in its values, and what is taken of it."""
+    dims = output.dims(_WRITTEN_AS.get(name, name))
+    place: list = [slice(None)]
     if component in REDUCTIONS and reduction is None and len(dims) < 3:
         component, reduction = None, component
     if dims[:1] not in (("time",), ("frame",)):
         raise InputError(f"{path}: {name} does not vary in time")
-    values, kept = output[name], dims[0]
     if len(dims) > 1:
-        names = output.names(dims[1])
-        values = values[:, _index(path, f"a {dims[1]}", label, names)]
+        place.append(_index(path, f"a {dims[1]}", label, output.names(dims[1])))
     if len(dims) > 2:
-        values = values[:, _index(path, f"a {dims[2]}", component, _LABELS.get(dims[2], ()))]
-    if reduction:
-        return float(REDUCTIONS[reduction](values))
-    time = output["time" if kept == "time" else "frame_time"]
-    return Array(values, (kept,), {kept: time}, output.units(name))
+        place.append(_index(path, f"a {dims[2]}", component, _LABELS.get(dims[2], ())))
+    return tuple(place), reduction
+
+
+def check_names(source, wanted: Iterable[Quantity]) -> None:
+    """Check, before a run of it, that an output would have the quantities; see `measure`.
+
+    Parameters
+    ----------
+    source : path or InputOfRun
+        The input.
+    wanted : iterable of Quantity
+        Of functions, nothing is known before the run.
+
+    Raises
+    ------
+    NotBegun
+        If the run cannot begin.
+    InputError
+        If it would have no such quantity; the message lists those it would have.
+    """
+    from ..engine.simulation import Simulation
+
+    names = [one.name for one in wanted if not one.function and one.name not in _WHOLE]
+    if not names:
+        return
+    with tempfile.TemporaryDirectory(prefix="sitedda-study-") as folder:
+        try:
+            with Simulation(source, Path(folder) / "out.nc"):
+                pass
+        except SiteddaError as error:
+            raise NotBegun(str(error)) from error
+        with Output(Path(folder) / "out.nc.partial") as output:
+            for name in names:
+                _check_name(output, name)
+
+
+class NotBegun(SiteddaError):
+    """A run cannot begin: what it would have is not known."""
+
+
+def _check_name(output: Output, path: str) -> None:
+    name, label, component, reduction = _PATH.fullmatch(path).groups()
+    kind = "measured_joint" if name in _JOINTS else "point" if name in _AT_POINTS else ""
+    if kind:
+        names = output.names(kind) if output.has(kind) else []
+        _index(path, f"a {kind}", label, [one or str(i) for i, one in enumerate(names, 1)])
+    elif name == "amplification_ratio":
+        if "amplification" not in input_values(output.attributes):
+            raise InputError(_NO_AMPLIFICATION)
+    elif name == "spectrum":
+        _locate(output, path, "acceleration", label, component or "x", None)
+    elif name not in NAMES:
+        _locate(output, path, name, label, component, reduction)
 
 
 def _index(path: str, what: str, name: str | None, names) -> int:
@@ -357,7 +422,7 @@ def _index(path: str, what: str, name: str | None, names) -> int:
 
 
 def returned(label: str, value) -> dict:
-    """What a function returned: a number, an array, a DataArray, or a mapping of these."""
+    """Result of a function: a number, an array, a DataArray, or a mapping of these."""
     if isinstance(value, Mapping):
         return {k: v for name, one in value.items() for k, v in returned(str(name), one).items()}
     if hasattr(value, "dims") and hasattr(value, "coords"):

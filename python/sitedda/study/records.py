@@ -61,9 +61,9 @@ class Records:
     period, damping : float
         s and damping ratio, of 'sa'.
     format, quantity, unit : str
-        Of the files where they do not say, as in &motion.
+        Of files that do not state it, as in &motion.
     time_step : float
-        s, of files that do not say.
+        s, of files that do not state it.
     """
 
     records: Sequence

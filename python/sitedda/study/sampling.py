@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Samples of random parameters: Latin hypercube, Sobol', and the designs of two indices."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from ..base.arguments import FINITE
 from ..base.errors import InputError
+from ..base.reading import read_bounded
 from .axes import Points
+
+_LARGEST = 2**26  # bytes of a file of samples
 
 
 def uniform(low: float, high: float):
@@ -44,10 +48,10 @@ def distribution(values: Mapping):
     """A distribution from plain values: ``{distribution = "uniform", low = 1, high = 2}``."""
     values = dict(values)
     kind = values.pop("distribution", None)
-    if kind not in _KINDS:
+    if not isinstance(kind, str) or kind not in _KINDS:
         raise InputError(f"distribution = {kind!r}: name one of {', '.join(_KINDS)}")
     try:
-        return _KINDS[kind](**values)
+        return _KINDS[kind](**{name: FINITE.check(name, one) for name, one in values.items()})
     except TypeError as trouble:
         raise InputError(f"distribution {kind!r}: {trouble}") from None
 
@@ -114,12 +118,44 @@ def one_at_a_time(ranges: Mapping, name: str = "variation") -> Points:
         Of the dimension.
     """
     for path, values in ranges.items():
-        if len(values) != 3:
+        if not isinstance(values, Sequence) or len(values) != 3:
             raise InputError(f"parameter {path!r}: give low, base and high, not {values!r}")
     base = {path: middle for path, (_, middle, _) in ranges.items()}
     rows = [base] + [base | {path: v} for path, (low, _, high) in ranges.items()
                      for v in (low, high)]  # fmt: skip
     return Points(name, {path: [row[path] for row in rows] for path in ranges})
+
+
+def read_points(file, count: int | None = None, name: str = "sample") -> Points:
+    """Samples from a CSV file, such as those of a calibration.
+
+    Parameters
+    ----------
+    file : path
+        Its heading has the names of what changes; lines that begin with # are comments.
+    count : int, optional
+        The first so many rows (all).
+    name : str
+        Of the dimension.
+
+    Raises
+    ------
+    InputError
+        If there are fewer rows, or a value is not a number.
+    """
+    lines = read_bounded(file, _LARGEST).decode("utf-8-sig", "replace").splitlines()
+    head, *rows = [line.split(",") for line in lines if line and line[0] != "#"] or [[]]
+    names = [one.strip() for one in head]
+    if len(rows) < (count or 1) or not all(names):
+        raise InputError(f"{file} has {len(rows)} rows of values under a heading; "
+                         f"{count or 1} are needed")  # fmt: skip
+    values = {one: [] for one in names}
+    for row in rows[:count]:
+        if len(row) != len(names):
+            raise InputError(f"{file}: {','.join(row)!r} does not have {len(names)} values")
+        for one, text in zip(names, row, strict=True):
+            values[one].append(FINITE.check(f"{file}: {one}", text))
+    return Points(name, values)
 
 
 def _sobol(count: int, width: int, seed: int) -> np.ndarray:

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a result depends on: tornado diagrams and Sobol' indices."""
+"""Sensitivity of a result: tornado diagrams and Sobol' indices."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..base.errors import InputError
+from ..base.numbers import labelled
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class Tornado:
         axes.axvline(self.base, color=INK, lw=1)
         axes.set_yticks(y, self.names)
         axes.margins(x=0.15)
-        axes.set_xlabel(self.quantity)
+        axes.set_xlabel(labelled(self.quantity))
         axes.legend(frameon=False)
         return figure
 
@@ -74,7 +75,7 @@ def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
     values = table[quantity].values
     if values.ndim != 1 or values.size != 2 * len(names) + 1:
         raise InputError(f"{dim!r} is not a design of one_at_a_time")
-    _all_there(table, quantity, dim)
+    _require_all(table, quantity, dim)
     low, high = values[1::2], values[2::2]
     ends = np.array([[table[n].values[1 + 2 * i], table[n].values[2 + 2 * i]]
                      for i, n in enumerate(names)], dtype=float)  # fmt: skip
@@ -86,7 +87,7 @@ def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
 
 @dataclass(frozen=True)
 class SobolIndices:
-    """Shares of the variance of a result.
+    """Fractions of the variance of a result.
 
     Attributes
     ----------
@@ -121,7 +122,7 @@ class SobolIndices:
             axes.bar(x + shift, values, 0.38, yerr=error, color=color, label=label,
                      error_kw={"ecolor": INK, "lw": 1})  # fmt: skip
         axes.set_xticks(x, self.names)
-        axes.set(ylabel="share of the variance", title=self.quantity)
+        axes.set(ylabel="share of the variance", title=labelled(self.quantity))
         axes.axhline(0, color=INK, lw=0.8)
         axes.legend(frameon=False)
         return figure
@@ -155,9 +156,9 @@ def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, se
     width = len(names)
     if values.ndim != 1 or values.size % (width + 2):
         raise InputError(f"{dim!r} is not a design of saltelli")
-    _all_there(table, quantity, dim)
+    _require_all(table, quantity, dim)
     if np.ptp(values) == 0:
-        raise InputError(f"{quantity} is the same in all cases: nothing to share out")
+        raise InputError(f"{quantity} is the same in all cases: there is no variance to divide")
     rows = values.reshape(width + 2, -1)
     parts = {"f_A": rows[:1], "f_B": rows[1:2], "f_AB": rows[2:, None, :]}
     found = stats.sobol_indices(func=parts, n=rows.shape[1])
@@ -168,7 +169,7 @@ def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, se
 
 
 def _resampled(rows: np.ndarray, rng, confidence: float, times: int = 200) -> np.ndarray:
-    """Intervals of the indices, shape (2, parameters, 2), by drawing rows of the design anew."""
+    """Intervals of the indices, shape (2, parameters, 2), by drawing rows of the design again."""
     found = np.empty((times, 2, len(rows) - 2))
     for i in range(times):
         a, b, *mixed = rows[:, rng.integers(rows.shape[1], size=rows.shape[1])]
@@ -187,7 +188,7 @@ def _parameters(table, dim: str) -> list[str]:
     return [name for name, one in table.coords.items() if one.dims == (dim,) and name != dim]
 
 
-def _all_there(table, quantity: str, dim: str) -> None:
+def _require_all(table, quantity: str, dim: str) -> None:
     lacking = int(np.sum(~np.isfinite(table[quantity].values)))
     if lacking:
         raise InputError(f"{lacking} of {table.sizes[dim]} cases have no {quantity}: the design "

@@ -8,31 +8,52 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.arguments import DAMPING_RATIO, FINITE, POSITIVE, Range
 from ..base.errors import InputError
 from ..base.files import is_below, plain_text
 from ..base.reading import read_bounded
 from ..input.groups import nearest
-from .axes import Axis, axes_of
+from .axes import Axis, Points, axes_of
 from .figures import check_figures
 from .plan import Plan, make_plan
 from .pushing import PushTo
 from .records import Records
-from .sampling import latin_hypercube, one_at_a_time, saltelli, sobol
+from .sampling import latin_hypercube, one_at_a_time, read_points, saltelli, sobol
 from .slurm import Slurm
 from .solving import SolveFor
 from .workers import check_limits
 
-_TASKS: dict[str, type] = {"solve": SolveFor, "pushover": PushTo}  # tables that say what is done
-_KNOWN = {
-    "": ("model", "folder", "table", "task", "results", "time_limit", "memory", "fixed",
-         "parameters", "sample", "records", "solve", "pushover", "slurm", "figures"),
-    **{name: tuple(one.name for one in fields(kind)) for name, kind in _TASKS.items()},
-    "sample": ("method", "count", "seed", "parameters"),
-    "records": ("files", "synthetic", "levels", "measure", "motion", "period", "damping", "format",
-                "quantity", "unit", "time_step"),
-    "records.synthetic": ("count", "first_seed", "spectrum", "duration", "time_step", "periods",
-                          "damping"),
-    "slurm": ("program", "each", "time", "memory", "options"),
+_TASKS: dict[str, type] = {"solve": SolveFor, "pushover": PushTo}  # tables that define the task
+_CASES, _SEED = Range(1, 1e6, whole=True), Range(0, 2**53, whole=True)
+_NUMBERS = [float]
+_NAMES = str | list | dict
+_WORDS: dict = {
+    str: "a text",
+    dict: "a table",
+    list: "a list",
+    bool: "true or false",
+    _NAMES: "a name, a list or a table of names",
+}
+_OF_TYPE: dict = {str: str, bool: bool, int: FINITE, float: FINITE}
+# The names in each table and their kinds; None: checked elsewhere.
+_KNOWN: dict[str, dict] = {
+    "": {"model": str, "folder": str, "table": str, "task": str, "results": _NAMES,
+         "time_limit": None, "memory": None, "fixed": dict, "parameters": dict, "sample": dict,
+         "records": dict, "solve": dict, "pushover": dict, "slurm": dict, "figures": list},
+    **{name: {one.name: _OF_TYPE.get(one.type) for one in fields(kind)}
+       for name, kind in _TASKS.items()},
+    "parameter": {"from": FINITE, "to": FINITE, "count": _CASES, "spacing": str, "values": list,
+                  "changes": str},
+    "sample": {"method": str, "count": _CASES, "seed": _SEED, "parameters": dict, "file": str},
+    "records": {"files": list, "synthetic": dict, "levels": _NUMBERS, "measure": str,
+                "motion": str, "period": POSITIVE, "damping": DAMPING_RATIO, "format": str,
+                "quantity": str, "unit": str, "time_step": POSITIVE},
+    "records.synthetic": {"count": _CASES, "first_seed": _SEED, "spectrum": dict,
+                          "duration": POSITIVE, "time_step": POSITIVE, "periods": _NUMBERS,
+                          "damping": DAMPING_RATIO},
+    "spectrum": {"eurocode8": dict, "periods": _NUMBERS, "values": _NUMBERS},
+    "eurocode8": {"peak": POSITIVE, "ground": str, "kind": Range(1, 2, whole=True)},
+    "slurm": dict.fromkeys(("program", "each", "time", "memory", "options")),
 }  # fmt: skip
 _LARGEST = 2**24  # bytes of a file of a study
 _SAMPLES = {"latin_hypercube": latin_hypercube, "sobol": sobol, "saltelli": saltelli}
@@ -40,13 +61,13 @@ _SAMPLES = {"latin_hypercube": latin_hypercube, "sobol": sobol, "saltelli": salt
 
 @dataclass
 class Settings:
-    """What a file says of a study.
+    """Settings of a study from a file.
 
     Attributes
     ----------
     plan : Plan
     table : Path
-        Where the table is written.
+        File of the table.
     slurm : Slurm
     limits : dict
         ``time_limit`` (s) and ``memory`` (bytes) of a case.
@@ -68,7 +89,7 @@ def read_settings(file, folder=None) -> Settings:
     ----------
     file : path
     folder : path, optional
-        Of the study, in place of what the file says; it may be anywhere.
+        Of the study, instead of that in the file; it may be anywhere.
 
     Raises
     ------
@@ -83,18 +104,20 @@ def read_settings(file, folder=None) -> Settings:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as trouble:
         raise InputError(f"{file}: {trouble}") from None
     try:
-        _check_texts("", values)
+        _check_values("", values)
         return _settings(values, file, folder)
-    except (InputError, TypeError) as error:
+    except (InputError, TypeError, ValueError, ArithmeticError) as error:
         raise InputError(f"{file}: {error}") from None
 
 
 def _settings(values: dict, file: Path, folder: Path | None) -> Settings:
     _check_names(values, "")
-    if not isinstance(values.get("model"), str):
+    if "model" not in values:
         raise InputError("model is missing: the namelist file that the study is of")
     here = file.parent
-    folder = folder or here / _below(here, "folder", values.get("folder", f"{file.stem}_study"))
+    folder = folder or here / _name_below(
+        here, "folder", values.get("folder", f"{file.stem}_study")
+    )
     plan = make_plan(
         here / values["model"],
         _axes(values, here),
@@ -105,7 +128,7 @@ def _settings(values: dict, file: Path, folder: Path | None) -> Settings:
     )
     table = folder / "table.nc"
     if "table" in values:
-        table = here / _below(here, "table", values["table"])
+        table = here / _name_below(here, "table", values["table"])
     slurm = dict(values.get("slurm", {}))
     _check_names(slurm, "slurm")
     return Settings(
@@ -118,7 +141,7 @@ def _settings(values: dict, file: Path, folder: Path | None) -> Settings:
 
 
 def _task(values: dict):
-    """What is done with each case: 'run', 'safety', or what a table [solve] or [pushover] says."""
+    """Task of each case: 'run', 'safety', or that of a table [solve] or [pushover]."""
     given = [name for name in _TASKS if name in values]
     if not given:
         return values.get("task", "run")
@@ -132,7 +155,7 @@ def _task(values: dict):
     for one in fields(_TASKS[table]):
         if one.default is MISSING and one.name not in told:
             raise InputError(f"[{table}] {one.name} is missing")
-    if "between" in told:
+    if isinstance(told.get("between"), list):
         told["between"] = tuple(told["between"])
     return _TASKS[table](**told).checked()
 
@@ -144,9 +167,9 @@ def _limits(values: dict) -> dict:
     return {"time_limit": time_limit, "memory": None if memory is None else 1e6 * memory}
 
 
-def _below(here: Path, what: str, name) -> str:
+def _name_below(here: Path, what: str, name) -> str:
     """A name that a study gives to what is written, which stays in its folder."""
-    if not isinstance(name, str) or not name:
+    if not name:
         raise InputError(f"{what} = {name!r} is not a file name")
     if not is_below(here, name):
         option = {"folder": "--folder", "table": "--output"}[what]
@@ -155,17 +178,24 @@ def _below(here: Path, what: str, name) -> str:
     return name
 
 
-def _check_texts(where: str, values) -> None:
-    """No text of a study holds a line end or another control character."""
+def _check_values(where: str, values) -> None:
+    """No text of a study holds a control character, and numbers are finite.
+
+    A limit need not be, and figures have checks of their own.
+    """
     if isinstance(values, str):
         plain_text(where, values)
+    elif isinstance(values, float) and not np.isfinite(values):
+        if where == "time_limit" or where.startswith("figures."):
+            return
+        raise InputError(f"{where} = {values} is not a finite number")
     elif isinstance(values, Mapping):
         for name, value in values.items():
             plain_text("a name", name)
-            _check_texts(f"{where}.{name}" if where else name, value)
+            _check_values(f"{where}.{name}" if where else name, value)
     elif isinstance(values, list):
         for value in values:
-            _check_texts(where, value)
+            _check_values(where, value)
 
 
 def _axes(values: dict, here: Path) -> list[Axis]:
@@ -174,7 +204,7 @@ def _axes(values: dict, here: Path) -> list[Axis]:
     if parameters:
         axes.append(parameters)
     if "sample" in values:
-        axes.append(_sample(values["sample"]))
+        axes.append(_sample(values["sample"], here))
     if "records" in values:
         axes.append(_records(values["records"], here))
     if not axes and not any(name in values for name in _TASKS):
@@ -187,12 +217,8 @@ def _values(path: str, values):
     """A list, or ``{from, to, count, spacing}``; with ``changes`` under a name of its own."""
     if not isinstance(values, Mapping):
         return values
-    values = dict(values)
-    changes = values.pop("changes", None)
-    known = ("from", "to", "count", "spacing", "values")
-    for name in values:
-        if name not in known:
-            raise InputError(f"parameter {path!r}: there is no {name!r}{nearest(name, known)}")
+    _check_names(values, "parameter", f"parameter {path!r}: ")
+    changes = values.get("changes")
     found = values.get("values")
     if found is None:
         if not all(name in values for name in ("from", "to", "count")):
@@ -200,13 +226,16 @@ def _values(path: str, values):
         space = {"linear": np.linspace, "log": np.geomspace}.get(values.get("spacing", "linear"))
         if space is None:
             raise InputError(f"parameter {path!r}: spacing is 'linear' or 'log'")
-        found = space(values["from"], values["to"], int(values["count"])).tolist()
+        if space is np.geomspace and values["from"] * values["to"] <= 0:
+            raise InputError(f"parameter {path!r}: spacing = 'log' needs from and to of one sign")
+        ends = float(values["from"]), float(values["to"])
+        found = space(*ends, int(values["count"])).tolist()
         if isinstance(values["from"], int) and all(one.is_integer() for one in found):
             found = list(map(int, found))  # seeds and counts
     return (changes, found) if changes else found
 
 
-def _sample(values: dict):
+def _sample(values: dict, here: Path):
     _check_names(values, "sample")
     method, parameters = values.get("method", "latin_hypercube"), values.get("parameters", {})
     if method == "one_at_a_time":
@@ -214,6 +243,14 @@ def _sample(values: dict):
     if method not in _SAMPLES:
         known = ", ".join([*_SAMPLES, "one_at_a_time"])
         raise InputError(f"[sample] method = {method!r}: use {known}")
+    if "file" in values:
+        if method != "latin_hypercube":
+            raise InputError("[sample] file goes with method = 'latin_hypercube' only")
+        read = read_points(here / values["file"], values.get("count"))
+        if not parameters:
+            return read
+        others = latin_hypercube(read.dims[read.name], parameters, values.get("seed", 0))
+        return Points(read.name, {**read.values, **others.values})
     if "count" not in values:
         raise InputError("[sample] count is missing")
     return _SAMPLES[method](values["count"], parameters, values.get("seed", 0))
@@ -236,10 +273,12 @@ def _synthetic(values: dict) -> list:
     _check_names(values, "records.synthetic")
     values = dict(values)
     spectrum = values.pop("spectrum", None)
-    if not isinstance(spectrum, Mapping):
+    if spectrum is None:
         raise InputError("[records.synthetic] spectrum is missing: {eurocode8 = {peak = 2.0}} or "
                          "{periods = [...], values = [...]}")  # fmt: skip
+    _check_names(spectrum, "spectrum")
     if "eurocode8" in spectrum:
+        _check_names(spectrum["eurocode8"], "eurocode8")
         target = eurocode8(**spectrum["eurocode8"])
     elif {"periods", "values"} <= set(spectrum):
         target = (spectrum["periods"], spectrum["values"])
@@ -247,12 +286,31 @@ def _synthetic(values: dict) -> list:
         raise InputError("[records.synthetic] spectrum: give eurocode8, or periods and values")
     first, count = values.pop("first_seed", 1), values.pop("count", 1)
     if "periods" in values:
+        if len(values["periods"]) != 2:
+            raise InputError("[records.synthetic] periods: give the shortest and the longest, s")
         values["periods"] = tuple(values["periods"])
     return synthetic(range(first, first + count), target, **values)
 
 
-def _check_names(values: Mapping, table: str) -> None:
-    for name in values:
+def _check_names(values: Mapping, table: str, where: str | None = None) -> None:
+    """Names of a table that are known, and the kinds of their values."""
+    where = (f"[{table}] " if table else "") if where is None else where
+    for name, value in values.items():
         if name not in _KNOWN[table]:
-            where = f"[{table}] " if table else ""
             raise InputError(f"{where}there is no {name!r}{nearest(name, _KNOWN[table])}")
+        kind = _KNOWN[table][name]
+        if isinstance(kind, Range):
+            _check_number(where + name, kind, value)
+        elif kind == _NUMBERS:
+            if not isinstance(value, list):
+                raise InputError(f"{where}{name} = {value!r} is not a list of numbers")
+            for one in value:
+                _check_number(where + name, FINITE, one)
+        elif kind and not isinstance(value, kind):
+            raise InputError(f"{where}{name} = {value!r} is not {_WORDS[kind]}")
+
+
+def _check_number(name: str, kind: Range, value) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{name} = {value!r} is not a number")
+    kind.check(name, value)

@@ -14,7 +14,9 @@ from pathlib import Path
 
 from ..base.errors import InputError, OutputError, SiteddaError
 from ..base.files import plain_text
-from ..build.building import built_text, needs_building
+from ..build.building import built_text
+from ..input.source import needs_building
+from .case import Work, check_first
 from .plan import Plan
 from .store import INPUT, PART, case_folder, write_whole
 
@@ -23,7 +25,7 @@ _MOST_TASKS = 1000  # of a job array, where Slurm has its default of MaxArraySiz
 _MIB = 2**20  # bytes
 _BASE = 200.0  # MiB of the executable and its libraries
 _OPTION = re.compile(r"--[a-z][a-z0-9-]*(=.*)?")
-# What a study may ask of sbatch: where and when tasks run, and who hears of them; not what is read,
+# Options of sbatch allowed in a study: where and when tasks run, and mail; not files to read,
 # written or executed.
 _HARMLESS = frozenset(
     "account begin clusters comment constraint contiguous cores-per-socket cpu-freq "
@@ -56,7 +58,7 @@ if [ "$(sha256sum < "$program" | cut -c 1-32)" != {digest} ]; then
    exit 1
 fi
 
-set -C  # a file is made anew, never written through a link
+set -C  # a file is made again, never written through a link
 asked= child=
 trap 'asked=1; [ -n "$child" ] && kill -USR1 "$child"' USR1 TERM
 
@@ -116,7 +118,7 @@ class Slurm:
     each : int
         Cases of a task; 0: as few as make at most 1000 tasks.
     time : str
-        Limit of a task, as sbatch takes it; by default three times the estimate.
+        Limit of a task, in the form of sbatch; by default three times the estimate.
     memory : float
         MiB of a task; by default by the model's estimate.
     options : sequence of str
@@ -163,7 +165,7 @@ class Slurm:
 
 
 def write_batch(plan: Plan, slurm: Slurm) -> Path:
-    """Write what sbatch is given, beside a plan that has been written; the script.
+    """Write the files for sbatch beside a written plan; return the script.
 
     Raises
     ------
@@ -175,6 +177,7 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
             "Slurm runs inputs by sitedda-native; functions and strength reduction need Python: "
             "--dask"
         )
+    check_first(Work(plan.folder, quantities=plan.quantities), plan.keys)
     build_inputs(plan)
     keys = list(dict.fromkeys(plan.keys))
     each = slurm.each or math.ceil(len(keys) / _MOST_TASKS)
@@ -202,7 +205,7 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
 
 
 def submit(script: Path) -> str:
-    """Give a script to sbatch; what that says."""
+    """Submit a script by sbatch; its answer."""
     try:
         done = subprocess.run(["sbatch", str(script)], capture_output=True, text=True, check=False)
     except OSError as trouble:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The value of a parameter at which a result of a run has a wanted value: back-analysis.
+"""The value of a parameter at which a result of a run has a target value: back-analysis.
 
 A bracket is shrunk by the method ITP (Oliveira and Takahashi 2020, ACM Transactions on Mathematical
 Software 47, 5), which never needs more runs than bisection and usually half of them.
@@ -10,33 +10,33 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
-from ..base.arguments import TOLERANCE, Range
+from ..base.arguments import FINITE, TOLERANCE
 from ..base.errors import InputError, InterruptedRun, NoRootError, SiteddaError
-from ..build.building import InputOfRun, opened_input
 from ..input.changes import changed_input, with_files
+from ..input.source import InputOfRun, opened_input
 from .axes import short_names
-from .quantities import Quantity, measure, quantities_of, returned
+from .quantities import Quantity, check_names, measure, quantities_of, returned
 from .tasks import task_of
 
-INTERVALS = 8  # that a bracket without a change of sign is looked at in
-_LARGEST = Range(-1e30, 1e30)
+INTERVALS = 8  # subdivisions of a bracket without a change of sign
 _SHRINKING, _POWER = 0.2, 2.0  # κ₁ and κ₂ of ITP; its n₀ is 1
-_JUMP = 0.5  # share of a difference that is left after three halvings, where an eighth should be
-_FLAT = 1e-12  # share of a result: a smaller change is none
+_JUMP = 0.5  # fraction of a difference left after three halvings (an eighth if continuous)
+_FLAT = 1e-12  # fraction of a result: a smaller change is none
 
 
 @dataclass(frozen=True)
 class Root:
-    """Where a result has the wanted value.
+    """The root: where a result has the target value.
 
     Attributes
     ----------
     parameter, result : str
     target : float
-        The wanted value.
+        The target value.
     value : float
         Of the parameter, in its unit.
     bar : float
@@ -55,7 +55,7 @@ class Root:
     trials : tuple of (float, float)
         Values that were tried, and the results, in order.
     doubt : str
-        What the bar leaves out; empty if nothing.
+        Errors that the bar omits; empty if there are none.
     """
 
     parameter: str
@@ -73,7 +73,7 @@ class Root:
     doubt: str = ""
 
     def __str__(self) -> str:
-        """The root in a sentence, and what speaks against it."""
+        """The root in a sentence, with doubts."""
         from ..base.numbers import with_bar
 
         words = f"{self.parameter} = {with_bar(self.value, self.bar)}"
@@ -109,19 +109,19 @@ def solve_for(
     changes: Mapping | None = None,
     **more,
 ) -> Root:
-    """Find the value of a parameter at which a result has a wanted value.
+    """Find the value of a parameter at which a result has a target value.
 
     Parameters
     ----------
     model : path, Model or callable
-        What is run; or a function of the parameter that returns a number.
+        Model to run; or a function of the parameter that returns a number.
     parameter : str
-        What is changed, such as ``joint[plane].friction_angle``.
+        Variable to change, such as ``joint[plane].friction_angle``.
     result : str or callable
         A number of the run, see `sitedda.study.measure`, or a function of a `sitedda.Run`; of a
         task one of its numbers.
     target : float
-        Its wanted value, in its unit.
+        Its target value, in its unit.
     between : (float, float)
         Values of the parameter that the root lies between.  Where the result is on the same side of
         the target at both, eight parts are looked at, and the lowest root is taken.
@@ -133,7 +133,7 @@ def solve_for(
         The bar counts the errors of the result by time step and penalty, from runs with smaller
         steps at the root (`sitedda.accuracy`); of a task or a function it does not.
     jumps : bool
-        Where the result jumps past the target, that place is the root.
+        If the result jumps past the target, the jump is the root.
     changes, **more
         Variables to change in the input first, see `Simulation`.
 
@@ -148,7 +148,7 @@ def solve_for(
     """
     low, high = _bracket(between)
     TOLERANCE.check("tolerance", tolerance)
-    target = _LARGEST.check("target", target)
+    target = FINITE.check("target", target)
     trials = _Trials(model, parameter, result, target, task, dict(changes or {}) | more)
     found = _Bracket(trials, tolerance * max(abs(low), abs(high), abs(high - low)))
     crossings = found.find(low, high)
@@ -173,7 +173,7 @@ def solve_for(
 def _bracket(between) -> tuple[float, float]:
     """Two different numbers in order."""
     try:
-        low, high = sorted(_LARGEST.check("between", value) for value in between)
+        low, high = sorted(FINITE.check("between", value) for value in between)
     except (TypeError, ValueError) as trouble:
         if isinstance(trouble, InputError):
             raise
@@ -201,17 +201,26 @@ class SolveFor:
     task: str | Callable = "run"
     accuracy: bool = False
     jumps: bool = False
+    results: ClassVar = ("root", "root_bar", "root_low", "root_high", "reached", "slope",
+                         "crossings", "jumps", "runs")  # fmt: skip
 
     def checked(self) -> "SolveFor":
         """Itself, if a search could begin with it."""
         _bracket(self.between)
         TOLERANCE.check("tolerance", self.tolerance)
-        _LARGEST.check("target", self.target)
+        FINITE.check("target", self.target)
         if not isinstance(self.parameter, str) or not isinstance(self.result, str):
             raise InputError("[solve] parameter and result are names")
         quantities_of(self.result)
         task_of(self.task)
         return self
+
+    def check(self, file) -> None:
+        """Check that an input has parameter and result, before the search is begun."""
+        trials = _Trials(file, self.parameter, self.result, self.target, self.task, {})
+        text = changed_input(trials.text, {self.parameter: self.between[0]}, file=file)
+        if self.task == "run":
+            check_names(InputOfRun(trials.file, text), [trials.wanted])
 
     def __call__(self, file) -> dict:
         """Numbers of the root of an input, see `Root.to_dict`."""
@@ -255,7 +264,7 @@ class _Trials:
         except SiteddaError as error:
             raise self.failure("fails", f"the run with {where} fails: {error}") from error
         if not math.isfinite(found):
-            raise self.failure("no number", f"{self.name} is no number with {where}")
+            raise self.failure("no number", f"{self.name} is not a number with {where}")
         return found
 
     def failure(self, mode: str, words: str, low=math.nan, high=math.nan) -> NoRootError:
@@ -287,7 +296,7 @@ class _Trials:
         raise InputError(f"result {self.name!r} is not one number{known}")
 
     def error_at(self, value: float) -> tuple[float, str]:
-        """Error of the result at a value by time step and penalty, and what is left out."""
+        """Error of the result at a value by time step and penalty, and omitted errors."""
         from .error_bars import accuracy
 
         text = changed_input(self.text, {self.parameter: value}, file=self.file)
@@ -335,7 +344,7 @@ class _Bracket:
         signs = np.sign(differences)
         crossed = np.flatnonzero(signs[:-1] * signs[1:] <= 0)
         if len(crossed) == 0:
-            raise self._nowhere(low, high)
+            raise self._no_root(low, high)
         first = int(crossed[0])
         self.low, self.high = places[first], places[first + 1]
         self.below, self.above = differences[first], differences[first + 1]
@@ -345,7 +354,7 @@ class _Bracket:
         one, other = (self.trials(place) for place in places)
         return one * other > 0
 
-    def _nowhere(self, low: float, high: float) -> NoRootError:
+    def _no_root(self, low: float, high: float) -> NoRootError:
         trials = self.trials
         results = list(trials.done.values())
         least, most = min(results), max(results)
@@ -383,7 +392,7 @@ class _Bracket:
             self.take(near if abs(near - middle) <= radius else middle - toward * radius)
 
     def secant(self) -> float:
-        """Where a straight line between the ends has the target."""
+        """Position at which a line between the ends has the target value."""
         share = self.below / (self.below - self.above)
         return self.low + share * (self.high - self.low)
 

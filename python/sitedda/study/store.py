@@ -3,14 +3,14 @@
 
 ::
 
-    STUDY/study.json              the manifest: what the study is, and the key of each case
+    STUDY/study.json              the manifest: settings of the study, and the key of each case
     STUDY/files/SUM.ext           records and other files that inputs name
     STUDY/cases/ab/ab…/           one case, by its key
         model.nml, out.nc         input and output (out.nc.checkpoint … while it runs)
-        words.txt                 what the run warned of
+        words.txt                 warnings of the run
         failed.txt                why a task of Slurm gave it up
-        result.json, result.npy   what was asked for: numbers; names and arrays, in a row
-        lock                      held by whoever works on the case
+        result.json, result.npy   results: numbers; names and arrays, in a row
+        lock                      of the process that works on the case
 
 Nothing here is pickled.  A file is written under another name and renamed.
 """
@@ -33,17 +33,19 @@ from ..base.errors import InputError, OutputError, lacks_memory
 from ..base.files import ANY, make_folder, write
 
 MANIFEST = "study.json"
-PART = "part of a study"  # kind of what stands in its folder itself
+PART = "part of a study"  # kind of files in its folder
 INPUT, OUTPUT, WORDS, FAILED = "model.nml", "out.nc", "words.txt", "failed.txt"
 _KEY = re.compile(r"[0-9a-f]{32}")
 _ENDING = re.compile(r"\.[A-Za-z0-9]{1,8}")
 _MOST = 1 << 30  # bytes of a JSON file that are read
 _LONGEST = 250  # characters of the name of a result, which netCDF limits
-_READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # a pipe in its place is an empty file
+_READ = (
+    os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK
+)  # a pipe under this name counts as an empty file
 
 
 def function_name(function: Callable) -> str:
-    """Where a function is from, with the sum of its source, so that a changed one is another."""
+    """Name of a function with the checksum of its source."""
     try:
         source = inspect.getsource(function)
     except (OSError, TypeError):
@@ -69,7 +71,7 @@ def case_folder(study: Path, key: str) -> Path:
 
 
 def keep_file(study: Path, data: bytes, ending: str) -> str:
-    """Put a file into the study under its sum; the name that inputs of cases know it by."""
+    """Copy a file into the study under its checksum; its name in inputs of cases."""
     ending = ending.lower() if _ENDING.fullmatch(ending) else ".txt"
     name = f"{checksum(data)}{ending}"
     target = Path(study) / "files" / name
@@ -129,7 +131,7 @@ def locked(folder: Path, wait: bool) -> Iterator[bool]:
 
 
 def write_result(folder: Path, status: str, message: str = "", **more) -> dict:
-    """Write what came out of a case: ``arrays`` go to result.npy, all else to result.json."""
+    """Write the results of a case: ``arrays`` to result.npy, everything else to result.json."""
     arrays = more.pop("arrays", {})
     if arrays:
         data = io.BytesIO()
@@ -143,7 +145,7 @@ def write_result(folder: Path, status: str, message: str = "", **more) -> dict:
 
 
 def read_result(folder: Path) -> dict | None:
-    """What came out of a case, its arrays not yet read; None if there is nothing yet."""
+    """The result of a case, its arrays not yet read; None if there is none yet."""
     found = read_json(folder / "result.json")
     return found if isinstance(found, dict) and _is_result(found) else None
 
@@ -184,7 +186,7 @@ def read_arrays(folder: Path) -> dict[str, np.ndarray]:
         with os.fdopen(handle, "rb") as stream:
             names = np.load(stream, allow_pickle=False).tolist()
             return {str(name): np.load(stream, allow_pickle=False) for name in names}
-    except Exception as trouble:  # NumPy raises what its reader of headers does
+    except Exception as trouble:  # NumPy passes on errors of its header reader
         if lacks_memory(trouble):
             raise
         raise OutputError(f"{folder / 'result.npy'} cannot be read: {trouble}") from trouble
@@ -196,21 +198,21 @@ def read_manifest(study: Path) -> dict:
     Raises
     ------
     InputError
-        If the folder holds none, or one of another format.
+        If the folder contains none, or one of another format.
     """
     file = Path(study) / MANIFEST
     found = read_json(file)
     if not isinstance(found, dict):
-        raise InputError(f"{study} is not the folder of a study: it holds no good {MANIFEST}")
+        raise InputError(f"{study} is not the folder of a study: it contains no valid {MANIFEST}")
     if found.get("format") != 1:
         raise InputError(f"{file} is of format {found.get('format')!r}, not 1")
     if wrong := _wrong_part(found):
-        raise InputError(f"{file} is damaged: {wrong} is not what a study writes")
+        raise InputError(f"{file} is damaged: {wrong} was not written by a study")
     return found
 
 
 def _wrong_part(manifest: dict) -> str:
-    """The first part of a manifest that is not what a study writes; blank if there is none."""
+    """The first part of a manifest that was not written by a study; blank if there is none."""
     dims, coordinates = manifest.get("dims"), manifest.get("coordinates")
     if not isinstance(dims, dict) or not all(type(n) is int and n >= 0 for n in dims.values()):
         return "dims"

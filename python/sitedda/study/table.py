@@ -21,7 +21,7 @@ IN_MEMORY = 200e6  # bytes of arrays; a larger table goes to a file, a case at a
 _TEXTS = ("status", "message", "warning")
 
 
-def collect(study, file=None):
+def collect(study, file=None, arrays: bool = True):
     """The table of a study, of as many cases as there are.
 
     Parameters
@@ -29,21 +29,23 @@ def collect(study, file=None):
     study : path
         Folder of the study.
     file : path, optional
-        Where the table is written: netCDF, or zarr if its name ends so; chunked by case, never
+        File of the table: netCDF, or zarr if its name ends so; chunked by case, never
         whole in memory.
+    arrays : bool
+        Histories too; else numbers and texts alone, for which little is read.
 
     Returns
     -------
     xarray.Dataset
         Over the dimensions of the parameters.  ``status`` is 'complete', 'failed' or 'missing',
-        ``message`` why a case has failed, ``warning`` what a run warned of, ``case`` the key of
+        ``message`` why a case has failed, ``warning`` the warnings of a run, ``case`` the key of
         its folder.
     """
     import xarray as xr
 
     study = Path(study).absolute()
     manifest = read_manifest(study)
-    results = _Results(study, manifest)
+    results = _Results(study, manifest, arrays)
     if file is None and results.size > IN_MEMORY:
         file = study / "table.nc"
     if file is None:
@@ -58,12 +60,12 @@ def collect(study, file=None):
 
 
 def check_table(file) -> Path:
-    """Where a table can be written: nothing stands there, or an earlier table of its kind."""
+    """A path that is free, or has an earlier table of its kind."""
     file = Path(file)
     if file.suffix == ".zarr" and file.is_dir() and not file.is_symlink():
         if not (file / ".zgroup").is_file():
-            raise OutputError(f"{file} is a folder that holds no table and is not replaced; move "
-                              "it away, or name another")  # fmt: skip
+            raise OutputError(f"{file} is a folder that contains no table and is not replaced; "
+                              "move it away, or name another")  # fmt: skip
         return file
     return check_target(file, "a netCDF file")
 
@@ -91,7 +93,7 @@ def _replace_zarr(results: _Results, file: Path) -> None:
 class _Results:
     """The results of all cases: numbers and texts in memory, arrays on the disk."""
 
-    def __init__(self, study: Path, manifest: dict):
+    def __init__(self, study: Path, manifest: dict, arrays: bool = True):
         self.study, self.manifest = study, manifest
         self.dims = {str(name): int(size) for name, size in manifest["dims"].items()}
         self.shape = tuple(self.dims.values())
@@ -107,6 +109,8 @@ class _Results:
         self.with_arrays: list[int] = []
         for number, key in enumerate(keys):
             self._read(number, key)
+        if not arrays:
+            self.arrays, self.with_arrays = {}, []
         self.coordinates = self._common_coordinates()
 
     def _read(self, number: int, key: str) -> None:
@@ -143,11 +147,11 @@ class _Results:
             folder = case_folder(self.study, self.keys[number])
             arrays = read_arrays(folder)
             for name in self.arrays.keys() & arrays.keys():
-                if not self._fits(name, arrays):
+                if not self._is_numeric_array(name, arrays):
                     raise OutputError(f"{folder / 'result.npy'} is damaged: {name}")
             yield number, arrays
 
-    def _fits(self, name: str, arrays: dict[str, np.ndarray]) -> bool:
+    def _is_numeric_array(self, name: str, arrays: dict[str, np.ndarray]) -> bool:
         """Whether an array of a case is one of numbers over its coordinates."""
         dims = [arrays.get(f"{name}|{dim}") for dim in self.arrays[name]["dims"]]
         if any(one is None or one.ndim != 1 or one.size == 0 for one in dims):
@@ -159,7 +163,7 @@ class _Results:
     def _common_coordinates(self) -> dict[str, np.ndarray]:
         """The coordinate of each inner dimension, and whether cases must be brought to it.
 
-        Where cases differ, as with adaptive steps: equal steps as long as the longest that a case
+        Where cases differ, as with adaptive steps: equal steps while the longest that a case
         has in the mean, to the last end.
         """
         names = {d: n for n, about in self.arrays.items() for d in about["dims"]}
@@ -209,7 +213,7 @@ class _Results:
         return values
 
     def fill(self, targets: dict) -> None:
-        """Put the arrays of all cases into targets that take values at a place."""
+        """Put the arrays of all cases into targets by index."""
         for number, arrays in self.each_array():
             place = np.unravel_index(number, self.shape)
             for name, target in targets.items():
@@ -314,5 +318,5 @@ def _write_zarr(results: _Results, file: Path) -> None:
 
 
 def counts(table) -> Counter:
-    """How many cases are complete, have failed, are missing."""
+    """Numbers of complete, failed and missing cases."""
     return Counter(np.asarray(table["status"].values).ravel().tolist())

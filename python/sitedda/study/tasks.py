@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What can be done with the input of a case in place of a run, by name."""
+"""Tasks with the input of a case other than a run, by name."""
 
 from collections.abc import Callable
 from importlib import import_module
 
 from ..base.errors import InputError
 
-# Functions of the path of an input, which are imported when they are asked for.
+# Functions of the path of an input, imported on access.
 TASKS = {
     "safety": ".factor_of_safety:factor_of_safety",
     "accuracy": ".error_bars.of_case:figures_with_bars",

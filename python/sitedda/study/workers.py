@@ -21,15 +21,15 @@ from numbers import Real
 
 from ..base.errors import InputError
 
-_GRACE = 5.0  # s that a task has beyond its time limit to end by itself
+_GRACE = 5.0  # s beyond the time limit in which a task may end by itself
 _POLL = 0.5  # s between looks at the parent
 _MOST = 1e15  # of a limit, in any unit
 _UNLIMITED = 2.0**62  # bytes; the system takes no larger limits
-_FOREVER = 1e6  # s; longer waits are for ever
+_FOREVER = 1e6  # s; longer waits count as infinite
 
 
 class WorkerDied(Exception):
-    """The process of a task ended; the message says how."""
+    """The process of a task ended; the message has the reason."""
 
 
 class TaskTooLong(Exception):
@@ -37,7 +37,7 @@ class TaskTooLong(Exception):
 
 
 def check_limits(memory: float | None, time_limit: float) -> None:
-    """What a case may take, before the first is run.
+    """Limits of memory and time of a case, checked before the first one.
 
     Parameters
     ----------
@@ -76,7 +76,9 @@ class Workers(Executor):
         self._tasks: queue.SimpleQueue = queue.SimpleQueue()
         self._closed = threading.Event()
         self._processes: set[subprocess.Popen] = set()
-        self._threads = [threading.Thread(target=self._serve, daemon=True) for _ in range(count)]
+        self._threads = [
+            threading.Thread(target=self._serve_slot, daemon=True) for _ in range(count)
+        ]
         for thread in self._threads:
             thread.start()
 
@@ -98,7 +100,7 @@ class Workers(Executor):
             for thread in self._threads:
                 thread.join()
 
-    def _serve(self) -> None:
+    def _serve_slot(self) -> None:
         """One process: start it, give it tasks, replace it when it dies."""
         process = None
         while (task := self._tasks.get()) is not None:
@@ -213,6 +215,8 @@ def main() -> None:
         try:
             function, arguments, more = pickle.loads(data)
             answer = (True, function(*arguments, **more))
+        except KeyboardInterrupt:  # of the terminal, which also reach the client
+            return
         except Exception as error:
             answer = (False, error)
         connection.send(answer)

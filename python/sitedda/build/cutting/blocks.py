@@ -40,10 +40,10 @@ from .rings import Rings
 from .small_blocks import Sliver, in_words, slivers
 
 _ROUNDING = 1e-9  # of the size of the regions
-_BITS = 8  # last bits that places far from (0, 0) may be off
+_BITS = 8  # error of coordinates far from (0, 0), in last bits
 _SLIVER_AREA = 1e-3  # of the mean area of the blocks
 _SLIVER_EDGE = 1e-3  # of its root
-_BYTES = 4000  # of memory that a block takes while it is cut
+_BYTES = 4000  # of memory for a block during cutting
 MOST_CORNERS = 512  # of one block
 _MARGIN = 1.25  # of the estimate of crossings; the blocks themselves are counted afterwards
 _NAMED = 5  # places in a message
@@ -66,7 +66,7 @@ class Blocks:
         Corners, clockwise, and joints of the holes that a block surrounds, where rings are allowed.
     names, materials, regions : list of str
     messages : list of str
-        What was removed, merged or left.
+        Notes on removed, merged or remaining blocks.
     slivers : list of Sliver
         Blocks that are still slivers.
     area : float
@@ -168,7 +168,7 @@ class _Cut:
         corners = np.concatenate([region.outline for region in regions])
         self.centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
         self.size = float((corners.max(axis=0) - corners.min(axis=0)).max())
-        # Far from (0, 0) coordinates are rounded more coarsely than the size asks for.
+        # Far from (0, 0) coordinates are rounded more coarsely than the size requires.
         self.rounding = _BITS * float(np.spacing(abs(corners).max()))
         self.tolerance = settings.tolerance or max(_ROUNDING * self.size, self.rounding)
         self.messages: list[str] = []
@@ -182,7 +182,7 @@ class _Cut:
         self.domain = reduce(shapely.union, self.outlines)
         self.domain = reduce(shapely.difference, self.holes, self.domain)
         if self.domain.area <= 0:
-            raise InputError("the holes leave nothing of the regions")
+            raise InputError("the holes cover the regions completely")
         shapely.prepare(self.domain)
         self._gather(joints, surfaces, holes, excavations)
 
@@ -306,7 +306,7 @@ class _Cut:
                 f"{self.settings.most_blocks}; choose larger spacings, or a smaller region"
             )
         network, faces = self._without_short_edges(network, faces)
-        self._tell_loops(loops)
+        self._raise_loops(loops)
         polygons = _shapes(network, faces.cycles)
         inner = self._inner(network, faces, polygons)
         if inner and not rings:
@@ -336,7 +336,7 @@ class _Cut:
         return found
 
     def _without_short_edges(self, network: Network, faces):
-        """Where slivers are merged, make corners that are close to each other one."""
+        """Merge corners that are close to each other, if slivers are merged."""
         least = self.settings.least_edge
         if least is None:
             least = _SLIVER_EDGE * np.sqrt(self.domain.area / max(1, len(faces.cycles)))
@@ -346,7 +346,7 @@ class _Cut:
         for reach in (least, least / 2, least / 4):
             try:
                 network, _, _ = without_dead_ends(split_network(network, reach, rigid=True))
-            except InputError:  # what was made one came close to others again and again
+            except InputError:  # merged corners kept coming close to others
                 continue
             least = reach
             break
@@ -356,7 +356,7 @@ class _Cut:
             self.messages.append(words)
         return network, trace_faces(network)
 
-    def _tell_loops(self, loops) -> None:
+    def _raise_loops(self, loops) -> None:
         if loops:
             self.messages.append(
                 f"{counted(len(loops), 'loop', 'loops')} of joints inside one block left out, as "
@@ -426,7 +426,7 @@ class _Cut:
         if lost > 1e-9 * self.domain.area:
             raise InputError(
                 f"the blocks and the regions differ by {lost:g} m² of {self.domain.area:g} m²: "
-                "outlines lie closer to each other than the tolerance; give one with common corners"
+                "outlines lie closer to each other than the tolerance; let them share corners"
             )
 
     def _finished(self, network: Network, cycles, keys, inner) -> Blocks:
@@ -532,7 +532,7 @@ def _shapes(network: Network, cycles) -> np.ndarray:
 
 
 def _free_memory() -> float:
-    """Bytes of memory that are free; what the system does not tell is taken as plenty."""
+    """Bytes of free memory; assumed plenty if the system does not report it."""
     try:
         with open("/proc/meminfo") as file:
             lines = dict(line.split(":") for line in file)

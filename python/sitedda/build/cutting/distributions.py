@@ -113,7 +113,7 @@ def draw(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
 
 
 def draw_lengths(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
-    """As `draw`; what a uniform or normal distribution gives below 1 % of the mean is raised."""
+    """As `draw`; lengths below 1 % of the mean (uniform, normal distribution) are raised to it."""
     lengths = draw(share, distribution, mean, deviation)
     if distribution in ("uniform", "normal"):
         lengths = np.maximum(lengths, _LEAST * mean)

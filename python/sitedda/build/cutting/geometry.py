@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is cut, and what cuts it: regions, surfaces, joints, polygons, holes."""
+"""Regions and the lines that cut them: surfaces, joints, polygons, holes."""
 
 import numpy as np
 
@@ -101,13 +101,13 @@ class Surface(schema.SurfaceValues):
 
 
 class JointLine(schema.JointLineValues):
-    """A single joint, or a fault, as a chain of straight pieces."""
+    """A single joint, or a fault, as a chain of straight segments."""
 
     def _check(self) -> None:
         points_of("points", self.points, 2)
 
     def segments(self, centre, radius: float) -> np.ndarray:
-        """Its pieces, shape (n, 2, 2), m."""
+        """Its segments, shape (n, 2, 2), m."""
         return _chain(self.points)
 
     def expected(self, radius: float) -> float:
@@ -125,12 +125,8 @@ class JointSet(schema.JointSetValues):
     """
 
     def _check(self) -> None:
-        if (self.angle is None) == (self.dip is None):
-            raise InputError("give either angle or dip")
         if self.angle is None:
             self.angle = -self.dip
-        if self.bridge and not self.trace_length:
-            raise InputError("bridge needs a trace_length")
         for name in ("angle", "spacing", "trace_length", "bridge"):
             check_distribution(name, *self._distribution(name))
 
@@ -160,7 +156,7 @@ class JointSet(schema.JointSetValues):
             raise InputError("origin is more than a million spacings away from the regions")
         for side in (1, -1):
             places = self._offsets(side, max(side * p0 + reach, 0.0))
-            turns = np.radians(self._turns((3 + (side < 0),), len(places)))
+            turns = np.radians(self._random_angles((3 + (side < 0),), len(places)))
             for k in np.flatnonzero(abs(side * places - p0) <= reach):
                 p = side * places[k]
                 if not self.trace_length:
@@ -176,7 +172,7 @@ class JointSet(schema.JointSetValues):
         share = {"constant": 0, "uniform": 1}.get(self.angle_distribution, 3)
         return min(share * self.angle_deviation, 75.0)
 
-    def _turns(self, stream, count: int) -> np.ndarray:
+    def _random_angles(self, stream, count: int) -> np.ndarray:
         if self.angle_distribution == "constant":
             return np.zeros(count)
         return draw(uniform(self.seed, stream, count), *self._distribution("angle")) - self.angle
@@ -211,7 +207,7 @@ class JointSet(schema.JointSetValues):
             pairs = shift + pairs if way == 0 else shift - pairs[:, ::-1]
             keep = (pairs[:, 1] > start) & (pairs[:, 0] < stop)
             ends.append(pairs[keep])
-            turns.append(np.radians(self._turns((8, *place, way), len(pairs)))[keep])
+            turns.append(np.radians(self._random_angles((8, *place, way), len(pairs)))[keep])
         return np.concatenate(ends), np.concatenate(turns)
 
     def _row(self, place, end: float) -> np.ndarray:
@@ -306,4 +302,4 @@ def _middles(diagram, count: int) -> np.ndarray:
 
 
 class Cutting(schema.CuttingValues):
-    """How joints become blocks, and what is done with slivers."""
+    """Tolerances of cutting, and treatment of slivers."""

@@ -77,14 +77,14 @@ class _Merging:
         return float(Rings.of([corners]).sharpest_corners()[0])
 
     def merge(self, i: int) -> int | None:
-        """Merge a face into a neighbour, and say into which; None if none can take it."""
+        """Merge a face into a neighbour and return its number; None if there is none."""
         common: dict[int, float] = {}
         for h in self.cycles[i]:
             other = self.face[h ^ 1]
             if other >= 0 and other != i and self.kinds[other] == self.kinds[i]:
                 common[other] = common.get(other, 0.0) + self.length[h >> 1]
         for other in sorted(common, key=lambda face: (-common[face], face)):
-            cycle = self._united(i, other)
+            cycle = self._union_cycle(i, other)
             if cycle is not None:
                 for h in cycle:
                     self.face[h] = other
@@ -93,7 +93,7 @@ class _Merging:
                 return other
         return None
 
-    def _united(self, i: int, other: int) -> list[int] | None:
+    def _union_cycle(self, i: int, other: int) -> list[int] | None:
         """The cycle around two faces; None if it would not be one simple polygon."""
         rest = self._without_common(i, other)
         more = self._without_common(other, i)

@@ -100,8 +100,8 @@ def split_network(network: Network, tolerance: float, rigid: bool = False) -> Ne
         if not len(events[0]) and len(network.nodes) == before:
             return network
     raise InputError(
-        f"corners within {tolerance:g} m of each other and of joints cannot be made one without "
-        "bringing others as close; choose a smaller least_edge"
+        f"corners within {tolerance:g} m of each other and of joints cannot be merged without "
+        "moving others as close; choose a smaller least_edge"
     )
 
 
@@ -152,7 +152,7 @@ def _cross(a, b):
 
 
 def _events(network: Network, tolerance: float, rigid: bool):
-    """Where edges are to be split: edge, share of its length, node; and the new nodes.
+    """Where edges are to be split: edge, fraction of its length, node; and the new nodes.
 
     Returns
     -------
@@ -199,7 +199,24 @@ def _events(network: Network, tolerance: float, rigid: bool):
         return none, np.zeros(0), none, np.zeros((0, 2)), none, none, np.zeros((0, 2))
     last = np.argsort(join(on_outline), kind="stable")
     moved, targets = join(moved)[last], join(targets)[last]
-    return join(edge), join(share), join(node), join(places), join(kinds), moved, targets
+    split = np.array([join(edge), join(node)]), join(share)
+    keep = _on_one_outline(network, *split[0]) if rigid else slice(None)
+    (edge, node), share = split[0][:, keep], split[1][keep]
+    return edge, share, node, join(places), join(kinds), moved, targets
+
+
+def _on_one_outline(network: Network, edge, node) -> np.ndarray:
+    """Which events leave a node within the regions to the last outline that it touches.
+
+    It is moved onto that one; another one that it split would lose its shape.
+    """
+    inner = network.outline[edge] & (node < len(network.nodes))
+    inner[inner] = network.kinds[node[inner]] > BOUNDARY
+    owner = np.full(len(network.nodes), -1)
+    owner[node[inner]] = edge[inner]
+    keep = ~inner
+    keep[inner] = owner[node[inner]] == edge[inner]
+    return keep
 
 
 def _touches(network, edge, node, tolerance):
@@ -215,7 +232,7 @@ def _touches(network, edge, node, tolerance):
 
 
 def _crossings(network, one, other, wanted):
-    """Which pairs of edges cross inside both, the shares of their lengths, and where."""
+    """Which pairs of edges cross inside both, the fractions of their lengths, and where."""
     foreign = (network.edges[one][:, :, None] != network.edges[other][:, None, :]).all(axis=(1, 2))
     pairs = np.flatnonzero(wanted & foreign)
     a, b = network.nodes[network.edges[one[pairs]]].swapaxes(0, 1)
@@ -232,7 +249,7 @@ def _crossings(network, one, other, wanted):
 
 
 def _collinear(along, to, network) -> np.ndarray:
-    """Whether a place lies on the line of an edge but for the rounding of places.
+    """Whether a place lies on the line of an edge except for the rounding of places.
 
     Edges of one side of an outline are no more parallel than that; the shares at which they would
     cross are rounding over rounding.
@@ -245,7 +262,7 @@ def _split(network, edge, share, node, places, kinds, moved, targets) -> Network
     """The network with its edges split at the nodes that lie on them."""
     nodes = np.concatenate([network.nodes, places])
     kinds = np.concatenate([network.kinds, kinds]).astype(int)
-    # Where a free end touches both, an outline has the last word over a joint.
+    # If a free end touches both, the outline prevails over the joint.
     nodes[moved] = targets
     on_outline = np.zeros(len(kinds), dtype=bool)
     on_outline[node[network.outline[edge]]] = True
@@ -444,7 +461,7 @@ def trace_faces(network: Network) -> Faces:
     place[order] = np.arange(count)
     first = np.searchsorted(start[order], start)
     last = np.searchsorted(start[order], start, side="right") - 1
-    # At the end of a half-edge the face goes on with the next edge clockwise from its twin.
+    # At the end of a half-edge the face continues with the next edge clockwise from its twin.
     before = np.where(place == first, last, place - 1)
     following = order[before][twin].tolist()
     x, y = network.nodes[start].T.tolist()

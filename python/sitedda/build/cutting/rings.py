@@ -39,7 +39,7 @@ class Rings:
     def _sums(self, values) -> np.ndarray:
         return np.add.reduceat(values, self.first[:-1])
 
-    def _from_first(self):
+    def _relative_corners(self):
         """Corners from the first of their polygon, those after them, and their cross products."""
         here = self.corners - self.corners[self.first[:-1]][self.owner]
         after = here[self._after]
@@ -47,11 +47,11 @@ class Rings:
 
     def areas(self) -> np.ndarray:
         """m², shape (polygons,)."""
-        return 0.5 * self._sums(self._from_first()[2])
+        return 0.5 * self._sums(self._relative_corners()[2])
 
     def centroids(self) -> np.ndarray:
         """m, shape (polygons, 2)."""
-        here, after, cross = self._from_first()
+        here, after, cross = self._relative_corners()
         moments = np.column_stack([self._sums(cross * (here + after)[:, k]) for k in (0, 1)])
         return self.corners[self.first[:-1]] + moments / (3 * self._sums(cross)[:, None])
 

@@ -29,7 +29,7 @@ from .quadrangles import divided
 from .sizes import Sizes
 
 _ROUNDING = 1e-9  # of the size of a body
-_BITS = 8  # last bits that places far from (0, 0) may be off
+_BITS = 8  # error of coordinates far from (0, 0), in last bits
 _STRAIGHT = 1e-13  # of the size of a body: corners closer to a straight line are left out
 _ORDER = 1e-6  # of the size of a body: centroids closer in height count as level
 _CLOSE = 0.1  # of the smallest size: nodes closer than this become one
@@ -112,7 +112,7 @@ def mesh_body(
     Raises
     ------
     InputError
-        If the parts are not one piece, or the cells would be too many.
+        If the parts are not connected, or the cells would be too many.
     """
     return _Body(parts, cells, fine, fine_size, seed).mesh()
 
@@ -164,7 +164,7 @@ class _Body:
     # --- Edges -----------------------------------------------------------------------------------
 
     def _graphs(self) -> list[Graph]:
-        """What divides the body: one graph for all of it, or polygons of each part."""
+        """Lines that divide the body: one graph for all of it, or polygons of each part."""
         if self.cells == "voronoi":
             return [polygons(shape, self.sizes, self.seed) for shape in self.shapes]
         if len(self.parts) == 1 and not self.sizes.varies:
@@ -181,13 +181,13 @@ class _Body:
         along = ring[:, 1] - ring[:, 0]
         length = np.hypot(*along.T)
         angle = np.mod(np.arctan2(along[:, 1], along[:, 0]), np.pi / 2)
-        # Directions that rounding makes one less than a right angle are level.
+        # Directions within round-off of a right angle count as level.
         angle[angle > np.pi / 2 - 1e-6] = 0.0
         longest = np.flatnonzero(length > (1 - 1e-6) * length.max())
         return float(angle[longest].min())
 
     def _network(self) -> Network:
-        """Outlines, and what divides the body, split where they cross."""
+        """Outlines and dividing lines of the body, split at their crossings."""
         self.names = sorted(
             {name for part in self.parts for _, names in part.rings for name in names}
         )
@@ -214,12 +214,12 @@ class _Body:
             count += len(inner.nodes)
         joined = map(np.concatenate, (nodes, kinds, edges, labels, outline))
         network = split_network(_compact(Network(*joined)), self.tolerance)
-        network = self._within(network)
+        network = self._clipped_network(network)
         network, _, _ = without_dead_ends(network)
         return self._without_short_edges(network)
 
-    def _within(self, network: Network) -> Network:
-        """The network without what divides outside the body."""
+    def _clipped_network(self, network: Network) -> Network:
+        """The network without edges outside the body."""
         ends = network.nodes[network.edges]
         inside = shapely.contains_xy(self.domain, *ends.mean(axis=1).T)
         return network.subset(inside | network.outline)
@@ -229,8 +229,8 @@ class _Body:
         for share in (1.0, 0.5, 0.25):
             reach = share * _CLOSE * self.sizes.smallest
             try:
-                found = self._within(split_network(network, reach, rigid=True))
-            except InputError:  # what was made one came close to others again and again
+                found = self._clipped_network(split_network(network, reach, rigid=True))
+            except InputError:  # merged corners kept coming close to others
                 continue
             return without_dead_ends(found)[0]
         return network
@@ -253,9 +253,9 @@ class _Body:
         wanted = float(shapely.area(self.shapes).sum())
         if abs(found - wanted) > 1e-9 * wanted:
             raise InputError(
-                f"the cells and the body differ by {found - wanted:g} m² of {wanted:g} m²: its "
-                "outline has sides closer to each other than the cells are large; choose smaller "
-                "cells"
+                f"the cells and the body differ by {found - wanted:g} m² of {wanted:g} m²: "
+                "sides of its outline are closer to each other than the size of a cell; choose "
+                "smaller cells"
             )
 
     def _finished(self, cells: Cells) -> Cut:
@@ -277,7 +277,7 @@ class _Body:
         keep = ~rings.straight(near) | (labels != rings.before(labels))
         labels = labels[keep]
         rings = Rings(rings.corners[keep], np.bincount(rings.owner[keep], minlength=len(cycles)))
-        short, long = self._unusual(rings)
+        short, long = self._unusual_faces(rings)
         turned = rings.from_lowest(max(1e-9 * self.size, self.rounding))
         polygons = parts_of(self._placed(rings.corners[turned]), rings.first)
         joints = np.array([*self.names, ""], dtype=object)[labels[turned]].tolist()
@@ -291,7 +291,7 @@ class _Body:
         )
 
     def _placed(self, places) -> np.ndarray:
-        """Places as they are given: corners of the outlines to the last bit."""
+        """Positions as given: corners of the outlines to the last bit."""
         given = np.concatenate([ring for part in self.parts for ring, _ in part.rings])
         away, which = cKDTree(given - self.centre).query(places)
         found = places + self.centre
@@ -313,10 +313,10 @@ class _Body:
         pieces, _ = connected_components(graph, directed=False)
         if pieces > 1:
             raise InputError(
-                f"the body is in {pieces} pieces without a common edge; give each a name of its own"
+                f"the body is in {pieces} parts without a common edge; give each its own name"
             )
 
-    def _unusual(self, rings: Rings) -> tuple[np.ndarray, np.ndarray]:
+    def _unusual_faces(self, rings: Rings) -> tuple[np.ndarray, np.ndarray]:
         """Middles of faces that are shorter or longer than they should be, m."""
         length = rings.edge_lengths()
         middle = 0.5 * (rings.corners + rings.corners[rings.after])

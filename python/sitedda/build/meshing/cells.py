@@ -7,9 +7,9 @@ from math import hypot, pi
 
 import numpy as np
 
-_FLAT = 1e-7  # sine of a turn to the right that is rounding
+_FLAT = 1e-7  # sine of a right turn that counts as round-off
 _SMALL = 0.35  # of the square of the local size: smaller cells join a neighbour
-_DIGITS = 6  # of shares that are compared: rounding decides nothing
+_DIGITS = 6  # of compared fractions: round-off must not decide
 _NEAR = 0.15  # of the local size: a split does not end closer to a corner than this
 
 
@@ -47,7 +47,7 @@ class Cells:
         (ax, ay), (bx, by), (cx, cy) = self.nodes[a], self.nodes[b], self.nodes[c]
         ux, uy, vx, vy = bx - ax, by - ay, cx - bx, cy - by
         sine = (ux * vy - uy * vx) / (hypot(ux, uy) * hypot(vx, vy) or 1.0)
-        # Beyond a right angle back the sine falls again: such a turn is sharp all the same.
+        # Beyond a right angle the sine falls again, but such a turn is still sharp.
         return sine if ux * vx + uy * vy >= 0 else (1.0 if sine >= 0 else -1.0)
 
     def reflex(self, cycle: list[int]) -> list[int]:
@@ -97,13 +97,13 @@ class Cells:
                 one, other = self._halves(cycle, k, end, place)
                 if min(len(one), len(other)) < 3:
                     continue
-                worst = min(self._worth(half, place, size) for half in (one, other))
+                worst = min(self._quality(half, place, size) for half in (one, other))
                 worst = round(worst + 0.05 * (place is None), _DIGITS)
                 if worst > best:
                     best, found = worst, (k, end, place)
         return found
 
-    def _worth(self, cycle, place, size: float) -> float:
+    def _quality(self, cycle, place, size: float) -> float:
         """How good a half is: round, not small, with few corners that turn to the right."""
         nodes = self.nodes
         self.nodes = [*nodes, place] if place is not None else nodes
@@ -129,7 +129,7 @@ class Cells:
         for end in range(count):
             if end in (k, (k - 1) % count, (k + 1) % count):
                 continue
-            if self._sees(cycle, k, self.nodes[cycle[end]], (end, (end - 1) % count)):
+            if self._is_visible(cycle, k, self.nodes[cycle[end]], (end, (end - 1) % count)):
                 yield end, None
 
     def _edges(self, cycle, k, near: float):
@@ -156,7 +156,7 @@ class Cells:
             if best and min(best[1], 1 - best[1]) * best[2] > near:
                 yield best[3], best[4]
 
-    def _sees(self, cycle, k, target, beside) -> bool:
+    def _is_visible(self, cycle, k, target, beside) -> bool:
         """Whether the way from corner k to a place crosses no edge and lies within the cell."""
         count = len(cycle)
         p = self.nodes[cycle[k]]

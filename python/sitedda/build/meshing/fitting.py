@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from .graphs import Graph
 
-_SHARP = np.radians(19.5)  # outlines turn by more at a corner that a node must meet
+_SHARP = np.radians(19.5)  # turn of an outline above which a node must be at the corner
 _LEVEL = 1e-6  # of the size: distances that differ by less are equal
 
 
@@ -25,7 +25,7 @@ def fitted(graph: Graph, rings, corner_share: float, line_share: float) -> Graph
     """
     nodes = graph.nodes.copy()
     corners = np.concatenate(rings)
-    sharp = np.concatenate([_turns(ring) for ring in rings]) > _SHARP
+    sharp = np.concatenate([_turning_angles(ring) for ring in rings]) > _SHARP
     away, node = cKDTree(nodes).query(corners)
     reach = np.where(sharp, corner_share, line_share) * graph.local[node]
     level = np.round(away / (_LEVEL * graph.local[node]))
@@ -53,7 +53,7 @@ def fitted(graph: Graph, rings, corner_share: float, line_share: float) -> Graph
     return Graph(nodes, graph.edges, graph.local)
 
 
-def _turns(ring) -> np.ndarray:
+def _turning_angles(ring) -> np.ndarray:
     """By how much an outline turns at each corner, rad, shape (corners,)."""
     after, before = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
     cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]

@@ -13,9 +13,9 @@ from ...base.errors import InputError
 from ..cutting.distributions import uniform
 from .sizes import Sizes
 
-_FIT = 1e-6  # of a cell: sides that are whole numbers of cells but for rounding
-_SPLIT = 1.2  # squares larger than this share of the wanted size are cut in four
-_JITTER = 0.25  # of a square, by which seeds of polygons lie off its middle
+_FIT = 1e-6  # of a cell: sides that are whole numbers of cells except for rounding
+_SPLIT = 1.2  # squares larger than this fraction of the target size are split
+_JITTER = 0.25  # of a square: offset of seeds of polygons from its middle
 _RELAXATIONS = 12
 _SHORT = 0.15  # of the size: sides of polygons that are shorter become a point
 MOST_CELLS = 1_000_000
@@ -153,10 +153,10 @@ def _relaxed(seeds, shape, sizes: Sizes) -> np.ndarray:
     crossing = ~shapely.contains_properly(shape, cells)
     cells[crossing] = shapely.intersection(cells[crossing], shape)
     moved = shapely.get_coordinates(shapely.centroid(cells))
-    # A clipped cell may be in two pieces, whose middle lies in neither; its seed stays.
+    # A clipped cell may have two parts, with its centroid in neither; its seed stays.
     whole = (shapely.get_type_id(cells) == 3) & shapely.contains_xy(shape, *moved.T)
     moved[~whole] = seeds[~whole]
-    if sizes.smallest < sizes.largest:  # towards where cells shall be small
+    if sizes.smallest < sizes.largest:  # towards regions of small cells
         middle = sizes.at(moved)
         step = 0.1 * middle
         slope = np.column_stack(

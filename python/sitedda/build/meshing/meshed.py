@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blocks of an input turned into the cells of bodies."""
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
 
-from ...base.errors import InputError
+from ...base.errors import CostWarning, InputError
 from .body import Cut, Part, mesh_body
+from .graphs import MOST_CELLS
 from .settings import Mesh, is_listed
 
 _NAMED = 3  # places in a message
+_FLAT = 1e-8  # area over the square of the perimeter: thinner blocks are not meshed
+_MANY = 100_000  # cells whose making takes a minute
 LONGEST_NAME = 64  # bytes
 
 
@@ -66,6 +70,7 @@ def mesh_blocks(
     messages : list of str
     """
     blocks, taken, messages = [], {}, []
+    _estimate(pieces, meshes, materials, placed)
     bodies: dict[str, str] = {}
     for mesh, place in meshes:
         try:
@@ -73,15 +78,49 @@ def mesh_blocks(
                 again = [pieces[i].name for i in members if i in taken]
                 if again or body in bodies:
                     where = taken[members[0]] if again else bodies[body]
-                    raise InputError(f"{(again or [body])[0]!r} is meshed already by {where}")
+                    raise InputError(f"{(again or [body])[0]!r} is already meshed by {where}")
                 bodies[body] = place
                 taken |= dict.fromkeys(members, place)
                 cut = _cut(mesh, [pieces[i] for i in members], materials)
                 blocks += _cells(body, cut, [pieces[i].values for i in members])
-                messages += _unusual(body, cut)
+                messages += _unusual_notes(body, cut)
         except InputError as error:
             raise placed(place, error) from None
     return blocks, sorted(taken), messages
+
+
+def _estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
+    """Refuse outlines that bound no area, and more cells than can be made, before the work."""
+    expected = 0.0
+    for mesh, place in meshes:
+        try:
+            for _, members in _bodies(mesh, pieces):
+                for i in members:
+                    values = pieces[i].values
+                    material = values.get("material") or next(iter(materials), "")
+                    size = mesh.size_of(material, materials.get(material, {}))
+                    expected += max(1.0, _area(values) / size / size)
+            if expected > MOST_CELLS:
+                raise InputError(
+                    f"cells of {size:.4g} m would be about {expected:.2g}, more than {MOST_CELLS}; "
+                    "choose a larger size, a lower frequency or a smaller region"
+                )
+        except InputError as error:
+            raise placed(place, error) from None
+    if expected > _MANY:
+        words = f"about {expected:.2g} cells take minutes to make; a larger size makes fewer"
+        warnings.warn(words, CostWarning, stacklevel=2)
+
+
+def _area(values: dict) -> float:
+    """Area that the outline of a block bounds, m²."""
+    outline = shapely.Polygon(np.reshape(values["vertices"], (-1, 2)))
+    if outline.is_valid and outline.area > _FLAT * outline.length**2:
+        return outline.area
+    raise InputError(
+        f"block {values.get('name', '')!r} cannot be meshed: its outline crosses or touches "
+        "itself, repeats a vertex, or encloses almost no area"
+    )
 
 
 def _bodies(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, list[int]]]:
@@ -107,7 +146,7 @@ def _bodies(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, list[int
         return
     for i in members:
         if not pieces[i].name:
-            raise InputError(f"{what} = {patterns!r} means a block without a name; give it one")
+            raise InputError(f"{what} = {patterns!r} matches a block without a name; name it")
         yield _checked(pieces[i].name), [i]
 
 
@@ -155,8 +194,8 @@ def _cells(body: str, cut: Cut, values: Sequence[dict]) -> Iterator[dict]:
         yield block
 
 
-def _unusual(body: str, cut: Cut) -> Iterator[str]:
-    """What is said of faces that are shorter or longer than they should be."""
+def _unusual_notes(body: str, cut: Cut) -> Iterator[str]:
+    """Notes on faces that are shorter or longer than intended."""
     for places, words in ((cut.short, "shorter than 0.05"), (cut.long, "longer than 1.6")):
         if len(places):
             shown = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in places[:_NAMED])

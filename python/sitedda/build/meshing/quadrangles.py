@@ -6,7 +6,7 @@ import shapely
 
 from .graphs import Graph, counted
 
-_STRAIGHT = 1e-9  # sine of a turn that is none
+_STRAIGHT = 1e-9  # sine of a turn that counts as straight
 _SHARPEST = np.radians(40.0)  # corners of shapes that are not divided along their sides
 _UNEVEN = 2.0  # opposite sides may differ by this factor
 
@@ -23,7 +23,7 @@ def divided(shape, size: float) -> Graph | None:
     if turning.sum() != 4:
         return None
     corners = ring[turning]
-    with np.errstate(over="ignore"):  # a size of next to nothing is refused below
+    with np.errstate(over="ignore"):  # a size near zero is refused below
         first = int(np.lexsort(np.round(corners / size, 6).T)[0])
     corners = np.roll(corners, -first, axis=0)
     sides = np.roll(corners, -1, axis=0) - corners

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is meshed, and how finely."""
+"""Bodies to mesh, and their cell sizes."""
 
 from ...base.errors import InputError
 from ...input import schema
@@ -11,14 +11,8 @@ class Mesh(schema.MeshValues):
     """Blocks that become bodies of welded cells."""
 
     def _check(self) -> None:
-        if bool(self.blocks.strip()) == bool(self.regions.strip()):
-            raise InputError("give either blocks or regions")
-        if (self.size is None) == (self.frequency is None):
-            raise InputError("give either size or frequency")
         if len(self.fine_along) == 1:
             raise InputError("fine_along: 1 point given, at least 2 are needed")
-        if bool(len(self.fine_at) + len(self.fine_along)) != (self.fine_size is not None):
-            raise InputError("fine_size belongs to fine_at or fine_along, and they to it")
 
     def size_of(self, name: str, material: dict) -> float:
         """Size of cells (m) of a material, whose variables are given."""
@@ -35,7 +29,7 @@ class Mesh(schema.MeshValues):
             )
         except (KeyError, ZeroDivisionError):
             raise InputError(
-                f"frequency: material {name!r} lacks what gives the velocity of S waves"
+                f"frequency: material {name!r} needs young_modulus and poisson_ratio, or velocities"
             ) from None
         return velocity / (self.frequency * IN_A_WAVE)
 

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How large cells are at a place."""
+"""Target size of cells at a position."""
 
 from collections.abc import Sequence
 
 import numpy as np
 import shapely
 
-_GROWTH = 0.25  # of the size with the distance from where it is smaller
+_GROWTH = 0.25  # growth of the size with the distance from finer cells
 
 
 class Sizes:
-    """The wanted size of the cells of a body.
+    """The target size of the cells of a body.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Sizes:
         return bool(self._near)
 
     def bound(self, shape, size: float) -> None:
-        """Let cells be no larger than a size (m) beside a shape."""
+        """Limit the size of cells (m) beside a shape."""
         if size < self.largest:
             self._near.append((shape, size))
             self.smallest = min(self.smallest, size)

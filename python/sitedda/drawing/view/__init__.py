@@ -35,11 +35,11 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
     ----------
     source : path, Run, Simulation, xarray.Dataset or Scene
     budget : int
-        Bytes that it may take: frames are thinned, and the page says so.
+        Largest size in bytes: frames are thinned to it, and the page states that.
     color : str, optional
-        What it shows first, see `pictures.draw`.
+        Initial colours, see `pictures.draw`.
     """
-    scene = source if isinstance(source, Scene) else Scene.of(source)
+    scene = Scene.of(source)
     found = encoded(scene, budget - _REST)
     encode_histories(found, scene)
     meta = found.meta | {
@@ -75,7 +75,7 @@ def _scales(scene: Scene) -> dict:
 
 
 def names_of(*scenes: Scene) -> list[str]:
-    """What tells scenes apart: their titles, or the files of their inputs."""
+    """Distinct names of scenes: their titles, or the files of their inputs."""
     titles = [scene.title for scene in scenes]
     if len(set(titles)) == len(titles):
         return titles
@@ -108,22 +108,25 @@ def _stops(shades) -> list[list[int]]:
     return (255 * shades(np.linspace(0, 1, _STOPS))[:, :3]).round().astype(int).tolist()
 
 
-def write_view(
+def write_view(source, file, **options) -> Path:
+    """Write a page with the view alone, or two views with one cursor, see `view_page`."""
+    return write_html(view_page(source, **options), file)
+
+
+def view_page(
     source,
-    file,
     budget: int = BUDGET,
     color: str | None = None,
     other=None,
     difference=False,
     below: Sequence[Part] = (),
-) -> Path:
-    """Write a page that holds the view alone, or two views that one cursor moves.
+    absolute: bool = False,
+) -> Page:
+    """A page with the view alone, or two views with one cursor.
 
     Parameters
     ----------
     source : path, Run, Simulation, xarray.Dataset or Scene
-    file : path
-        The page.
     budget : int
         Bytes.
     color : str, optional
@@ -133,20 +136,22 @@ def write_view(
     difference : bool
         The colours of the first are its values minus those of the other.
     below : sequence of Part
-        What stands below the blocks.
+        Text below the blocks.
+    absolute : bool
+        See `pictures.draw`.
 
     Raises
     ------
     InputError
-        If a difference is asked for where blocks or times of frames differ.
+        If a difference is requested but blocks or times of frames differ.
     """
-    scene = source if isinstance(source, Scene) else Scene.of(source)
+    scene = Scene.of(source, absolute)
     page = Page(scene.title or "Blocks")
     shown = view(scene, budget if other is None else budget // 2, color)
     if other is None:
         page.add("Blocks", shown, *below)
     else:
-        second = other if isinstance(other, Scene) else Scene.of(other)
+        second = Scene.of(other, absolute)
         if difference:
             check_alike(scene, second)
         beside = view(second, budget // 2, color)
@@ -157,4 +162,4 @@ def write_view(
         input=str(scene.data.attrs.get("input_file", "")),
         computed_by=str(scene.data.attrs.get("source", "")),
     )
-    return write_html(page, file)
+    return page

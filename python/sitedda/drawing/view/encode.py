@@ -18,18 +18,18 @@ from ...output.scene import Scene, principal_stresses
 from ..quantities import rounding
 
 POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5  # quanta, of the size of the model at a vertex
-_FINE = 32767  # steps of a quantity that is stored as well as 16 bits can
+_FINE = 32767  # steps of a quantity stored in 16 bits
 _COARSE = 255  # of colours of large models
 _PLACES = 101  # hundredths of an edge, both ends included
-_LEAST_STEPS = 500  # that even a small displacement has
-_SAMPLE = 12  # frames that the size of all is estimated from
+_LEAST_STEPS = 500  # of even a small displacement
+_SAMPLE = 12  # frames from which the total size is estimated
 _LEVEL = 6  # of deflate
 _MOST_LINES = 8  # of a chart
 
 
 @dataclass
 class Encoded:
-    """Streams by name and what is needed to read them.
+    """Streams by name, and the data to read them.
 
     Attributes
     ----------
@@ -48,6 +48,9 @@ class Encoded:
 
     def put_array(self, name: str, values, kind: str) -> None:
         """Add an array of a little-endian type, such as ``'<f4'``."""
+        kind = np.dtype(kind)
+        if kind.kind == "f":  # blocks that left for good are at the largest number
+            values = np.clip(values, -np.finfo(kind).max, np.finfo(kind).max)
         self.put(name, zlib.compress(np.ascontiguousarray(values, dtype=kind).tobytes(), _LEVEL))
 
     @property
@@ -99,7 +102,7 @@ def planes(steps: np.ndarray) -> tuple[bytes, int]:
 
 
 def encode(scene: Scene, budget: int) -> Encoded:
-    """All that the view needs of a scene, within so many characters.
+    """Data of a scene for the view, within a limit of characters.
 
     Frames are left out evenly if they do not fit, contact forces before that.
     """
@@ -121,6 +124,7 @@ def encode(scene: Scene, budget: int) -> Encoded:
     result.meta |= {
         "time": [float(scene.time[f]) for f in frames],
         "all_frames": scene.frames,
+        "base": np.round(scene.base[frames], 12).tolist(),
         "coarse": bool(lean),
         "removals": _removals(scene, frames),
         "stages": [[name, begin] for name, begin in scene.stage_starts()],
@@ -176,7 +180,7 @@ def _put_model(result: Encoded, scene: Scene) -> None:
 
 
 def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channel]:
-    """What moves: displacement, rotation, strains; then speed and stresses, for the colours."""
+    """Displacement, rotation, strains; then speed and stresses, for the colours."""
     start = scene.coordinates(0)
     moved = np.stack([scene.coordinates(f) for f in frames]) - start
     _freeze_lost(moved, scene)
@@ -261,7 +265,7 @@ def _put_bolts(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
 
 
 def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) -> None:
-    """Forces of all that ever press, over the frames; none if too many.
+    """Forces of all contacts that ever press, over the frames; none if too many.
 
     A contact is a vertex, an edge and the hundredths of the vertex's edge before the point that
     touches.
@@ -312,14 +316,19 @@ def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
         return
     time = data["time"].values
     charts, floors = [], rounding(scene)
-    moving = [(i, str(point)) for i, point in enumerate(data.point.values)
-              if np.any(abs(data.displacement.values[:, i]) > floors["m"])]  # fmt: skip
-    for name, unit in (("displacement", "m"), ("acceleration", "m/s²")):
-        lines = {f"{point}, {'xy'[axis]}": data[name].values[:, i, axis]
+    from_base = scene.base_history
+    moving = [(i, point["name"]) for i, point in enumerate(scene.points())
+              if np.any(abs(data.displacement.values[:, i] - from_base) > floors["m"])]  # fmt: skip
+    for name, unit, base in (
+        ("displacement", "m", from_base),
+        ("acceleration", "m/s²", 0 * from_base),
+    ):
+        lines = {f"{point}, {'xy'[axis]}": data[name].values[:, i, axis] - base[:, axis]
                  for i, point in moving for axis in (0, 1)}  # fmt: skip
         lines = {label: y for label, y in lines.items() if np.any(abs(y) > floors[unit])}
         lines = dict(list(lines.items())[:_MOST_LINES])
-        charts.append((f"{name} of the measured points", unit, lines))
+        words = f", {scene.origin}" if scene.origin and name == "displacement" else ""
+        charts.append((f"{name} of the measured points{words}", unit, lines))
     energies = budget(data)
     parts = energies.parts if energies.given.any() else {}
     charts.append(("energies, stacked", "J/m", parts))

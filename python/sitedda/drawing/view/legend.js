@@ -1,6 +1,6 @@
 // What the colours, widths and signs of a view mean.
 
-import {element, inUnit, mapped, short, variable, withUnit} from "./words.js";
+import {element, inUnit, mapped, share, short, variable, withUnit} from "./words.js";
 
 export class Legend {
   constructor(view, root) {
@@ -42,7 +42,9 @@ export class Legend {
     const {meta} = this.view, floor = meta.floors[kind.unit];
     const label = this.view.difference ? `difference of ${kind.label}` : kind.label;
     if (Math.max(Math.abs(range.low), Math.abs(range.high)) <= floor) {
-      this.color(meta.resting, `at rest: ${kind.label.split(",")[0]} below ${withUnit(floor, kind.unit)}`);
+      const name = kind.label.split(",")[0];
+      this.color(meta.resting, this.view.hasRun
+        ? `at rest: ${name} below ${withUnit(floor, kind.unit)}` : `no ${name}: nothing has run yet`);
     } else {
       this.bar(label, range, kind.unit, this.view.map());
     }
@@ -54,7 +56,7 @@ export class Legend {
     element("span", row, words);
   }
 
-  bar(name, {low, high, below, above}, unit, map) {
+  bar(name, {low, high, usual}, unit, map) {
     const [scale, unitName] = inUnit(Math.max(Math.abs(low), Math.abs(high)), unit);
     const box = element("div", this.root, "", "scale");
     element("div", box, `${name} (${unitName})`, "scale-name");
@@ -68,9 +70,11 @@ export class Legend {
     }
     c.putImageData(pixels, 0, 0);
     const ends = element("div", box, "", "scale-ends");
-    for (const at of [low, 0.5 * (low + high), high]) {
-      const beyond = at === low && below ? "≤ " : at === high && above ? "≥ " : "";
-      element("span", ends, beyond + short(at / scale, 3));
+    const most = Math.max(-low, high), inner = high > usual ? usual : 0.5 * (low + high);
+    for (const at of most > usual && low < -usual ? [low, -usual, usual, high] : [low, inner, high]) {
+      const left = `${100 * share({low, high, usual}, at)}%`;
+      Object.assign(element("span", ends, short(at / scale, 3)).style,
+        {left, transform: `translateX(-${left})`});
     }
   }
 }

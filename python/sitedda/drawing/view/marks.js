@@ -1,7 +1,7 @@
 // What lies over the blocks: contact forces, chains, joints that have moved, bolts.
 
 import {Lines} from "./painters.js";
-import {limits, mapped, rgb, variable} from "./words.js";
+import {limits, mapped, rgb, share, variable} from "./words.js";
 
 const DASHES = 12;          // of each leg of a broken bolt
 const LONGEST = 0.09;       // of the model's size: the longest arrow, as `forces.py`
@@ -67,13 +67,13 @@ export class Marks {
   layForces(chains) {
     const found = this.resultants(), {model, frame} = this.view, {pixel} = this;
     const sizes = Float64Array.from(found, (sum) => Math.hypot(sum[3], sum[4]));
-    const most = this.view.forceScale(limits(sizes, sizes.map(() => 1)).high);
+    const most = this.view.forceScale(limits(sizes, sizes.map(() => 1)).usual);
     const color = rgb(variable("--force")), ink = rgb(variable("--ink"));
     const pose = new Float64Array(6);
     const centre = (b) => {
       model.pose(frame, b, pose);
-      return [0, 1].map((k) => model.start[6 * b + k]
-        + this.view.factor * (pose[k] - model.start[6 * b + k]));
+      return [0, 1].map((k) =>
+        model.magnified(pose[k], model.start[6 * b + k], frame, k, this.view.factor));
     };
     this.lines.room((chains ? 4 : 5) * found.length);
     found.forEach(([push, x, y, fx, fy, a, b], k) => {
@@ -103,17 +103,18 @@ export class Marks {
     const poses = model.poses(frame), {pixel} = this, found = [], color = [0, 0, 0];
     for (let k = 0; k < n; k++) {
       const out = model.joint(k, frame, poses, new Float64Array(7));
-      if (out[which] >= LEAST * range.high) found.push([k, out]);
+      if (share(range, out[which]) >= LEAST) found.push([k, out]);
     }
     found.sort((a, b) => a[1][which] - b[1][which]);
     this.lines.room(2 * n + 12 * SENSES);
     found.forEach(([k, out], i) => {
-      const share = Math.min(out[which] / range.high, 1), e = model.faceEnds;
-      const at = [2, 3, 4, 5].map((j) => e[6 * k + j - 2] + factor * (out[j] - e[6 * k + j - 2]));
-      mapped(meta.maps.joint, share, color);
-      this.rimmed(...at, (THIN + (WIDE - THIN) * share) * pixel, color);
+      const part = share(range, out[which]), e = model.faceEnds;
+      const at = [2, 3, 4, 5].map((j) =>
+        model.magnified(out[j], e[6 * k + j - 2], frame, j % 2, factor));
+      mapped(meta.maps.joint, part, color);
+      this.rimmed(...at, (THIN + (WIDE - THIN) * part) * pixel, color);
       const last = i >= found.length - SENSES;
-      if (which === 0 && last && share > LEAST_SENSE) this.laySense(at, out[6]);
+      if (which === 0 && last && part > LEAST_SENSE) this.laySense(at, out[6]);
     });
   }
 

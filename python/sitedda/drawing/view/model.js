@@ -76,7 +76,7 @@ export class Model {
       const points = blocks.map((b, i) => {
         const offset = offsets.slice(2 * i, 2 * i + 2);
         const first = place(-1, b, ...offset), now = place(frame, b, ...offset);
-        return now.map((x, axis) => first[axis] + factor * (x - first[axis]));
+        return now.map((x, axis) => this.magnified(x, first[axis], frame, axis, factor));
       });
       found.push({points, state, force: Math.abs(value(this.boltForce, frame * n + k))});
     }
@@ -130,7 +130,7 @@ export class Model {
     }
     if (factor !== 1) {
       for (let i = 0; i < places.length; i++) {
-        places[i] = rest[i] + factor * (places[i] - rest[i]);
+        places[i] = this.magnified(places[i], rest[i], frame, i % 2, factor);
       }
     }
   }
@@ -145,12 +145,28 @@ export class Model {
     return [mean + radius, mean - radius];
   }
 
+  /** Displacement of the base, m. */
+  base(frame) {
+    return (this.meta.base || [])[Math.round(frame)] || [0, 0];
+  }
+
+  /** A coordinate whose displacement relative to the base is multiplied by a factor. */
+  magnified(now, rest, frame, axis, factor) {
+    return now + (factor - 1) * (now - rest - this.base(frame)[axis]);
+  }
+
+  /** Displacement of a block along x and y relative to the base, m. */
+  moved(frame, b) {
+    const base = this.base(frame);
+    return [this.at("u", frame, b) - base[0], this.at("v", frame, b) - base[1]];
+  }
+
   quantity(name, frame, b) {
     if (!this.decoded) return 0;
     switch (name) {
-      case "displacement": return Math.hypot(this.at("u", frame, b), this.at("v", frame, b));
-      case "displacement_x": return this.at("u", frame, b);
-      case "displacement_y": return this.at("v", frame, b);
+      case "displacement": return Math.hypot(...this.moved(frame, b));
+      case "displacement_x": return this.moved(frame, b)[0];
+      case "displacement_y": return this.moved(frame, b)[1];
       case "velocity": return this.at("speed", frame, b);
       case "rotation": return this.at("turn", frame, b) * 180 / Math.PI;
       case "compression": return -this.stresses(frame, b)[1];
@@ -167,7 +183,7 @@ export class Model {
 
   /** Limits of the colours of a quantity: of a frame, or, for −1, of all. */
   range(name, frame) {
-    if (frame < 0) return this.meta.ranges[name] || {low: 0, high: 0};
+    if (frame < 0) return this.meta.ranges[name] || {low: 0, high: 0, usual: 0};
     const found = Float64Array.from({length: this.n}, (_, b) => this.quantity(name, frame, b));
     for (const [b, gone] of this.meta.removals || []) if (frame >= gone) found[b] = NaN;
     return limits(found, this.areas(), this.kind(name).signed);

@@ -47,12 +47,13 @@ function keepState(view, main) {
     if (words.has("t")) view.showTime(+words.get("t"));
     const block = view.model.names.indexOf(words.get("block"));
     if (block >= 0) view.pick(block);
-    view.onState = () => {
+    if (location.protocol === "about:") return;  // in a frame of a notebook
+    view.root.addEventListener("state", () => {
       const now = new URLSearchParams({t: view.meta.time[view.frame], color: view.color,
         contacts: view.contacts});
       if (view.picked >= 0) now.set("block", view.model.names[view.picked]);
       clearTimeout(view.stateTimer);
       view.stateTimer = setTimeout(() => history.replaceState(null, "", `#${now}`), 300);
-    };
+    });
   };
 }

@@ -8,7 +8,7 @@ import {Model} from "./model.js";
 import {FlatPainter, GlPainter} from "./painters.js";
 import {floats} from "./streams.js";
 import {saveData, savePicture} from "./save.js";
-import {DARK, element, limits, mapped, rgb, roundBelow, short, variable, withUnit} from "./words.js";
+import {DARK, element, limits, mapped, rgb, roundBelow, share, short, variable, withUnit} from "./words.js";
 
 export class View {
   constructor(root) {
@@ -72,7 +72,7 @@ export class View {
     const begun = performance.now();
     const model = this.modelOf(meta, streams);
     await model.readShapes();
-    Object.assign(this, {meta, streams, model, color: this.color || meta.color});
+    Object.assign(this, {meta, streams, model, frame: 0, color: this.color || meta.color});
     this.legend.key = this.overlaid = "";
     this.most = this.commonForce = this.boltForce = undefined;
     this.pickedJoint = -1;
@@ -143,6 +143,11 @@ export class View {
       plot.set(lines, chart.stacked);
       this.plots.push(plot);
     }
+  }
+
+  /** Whether there is a state after the first one. */
+  get hasRun() {
+    return true;
   }
 
   // Camera
@@ -389,13 +394,13 @@ export class View {
     const {model, tints, color, meta} = this, out = [0, 0, 0];
     const stones = meta.stones.map(rgb);
     const plain = color === "material" || !model.decoded;
-    const {low, high} = plain ? {low: 0, high: 1} : this.range();
+    const range = plain ? {low: 0, high: 1, usual: 1} : this.range();
     const kind = plain ? null : model.kind(color), resting = rgb(meta.resting);
-    const rests = kind && Math.max(Math.abs(low), Math.abs(high)) <= meta.floors[kind.unit];
+    const rests = kind && Math.max(-range.low, range.high) <= meta.floors[kind.unit];
     const stops = plain ? null : meta.maps[this.map()];
     for (let b = 0; b < model.n; b++) {
       const c = plain ? stones[model.material[b] % stones.length] : rests ? resting
-        : mapped(stops, (this.value(b) - low) / (high - low), out);
+        : mapped(stops, share(range, this.value(b)), out);
       for (let v = model.first[b]; v < model.first[b + 1]; v++) {
         tints[4 * v] = c[0];
         tints[4 * v + 1] = c[1];
@@ -492,7 +497,8 @@ export class View {
   drawJoint(c, X, Y, ratio) {
     const {model, frame} = this, k = this.pickedJoint, e = model.faceEnds;
     const out = model.joint(k, frame, model.poses(frame), new Float64Array(7));
-    const at = [2, 3, 4, 5].map((j) => e[6 * k + j - 2] + this.factor * (out[j] - e[6 * k + j - 2]));
+    const at = [2, 3, 4, 5].map((j) =>
+      model.magnified(out[j], e[6 * k + j - 2], frame, j % 2, this.factor));
     c.strokeStyle = variable("--pick");
     c.lineWidth = 2.5 * ratio;
     c.beginPath();
@@ -520,7 +526,7 @@ export class View {
     const time = this.meta.time[this.frame], last = this.meta.time[this.model.frames - 1];
     this.clock.textContent = `${time.toFixed(last < 10 ? 3 : 2)} s`;
     this.legend.draw();
-    this.onState?.();
+    this.root.dispatchEvent(new Event("state", {bubbles: true}));
     this.describe();
     for (const plot of this.plots || []) plot.cursor(time);
     if (this.blockChart) this.blockChart.cursor(time);
@@ -615,8 +621,7 @@ export class View {
     row("area", `${short(this.factor === 1 ? model.area(b) : NaN)} m²`);
     if (!model.decoded) return;
     row("displacement", withUnit(model.quantity("displacement", frame, b), "m"));
-    row("along x, y", `${withUnit(model.at("u", frame, b), "m")}, `
-      + withUnit(model.at("v", frame, b), "m"));
+    row("along x, y", model.moved(frame, b).map((one) => withUnit(one, "m")).join(", "));
     row("rotation, anticlockwise +", withUnit(model.quantity("rotation", frame, b), "°"));
     row("velocity", withUnit(model.at("speed", frame, b), "m/s"));
     const [most, least] = model.stresses(frame, b);

@@ -84,23 +84,31 @@ export function lineColor(i) {
   return variable(`--line${1 + i % 8}`);
 }
 
-const SHARE = 0.01;  // of the area: what a scale may leave beyond its ends
-const FAR = 1.5;     // times the limit by area: nearer values are within the scale
+const SHARE = 0.01;  // of the area: what the usual part of a scale may leave beyond it
+const FAR = 1.5;     // times the usual part: a largest value that is nearer needs no part of its own
+const USUAL = 0.7;   // of the colours of one sign, that the usual part has
 
 /** Limits of a scale of values with weights, as `limits` of `quantities.py`. */
 export function limits(values, weights, signed) {
   const order = [...values.keys()].filter((i) => isFinite(values[i]));
-  if (!order.length) return {low: 0, high: 0, below: false, above: false};
-  order.sort((a, b) => values[b] - values[a]);
+  if (!order.length) return {low: 0, high: 0, usual: 0};
+  order.sort((a, b) => Math.abs(values[b]) - Math.abs(values[a]));
   const all = order.reduce((sum, i) => sum + weights[i], 0);
-  const end = (sign) => {
-    let beyond = 0, k = 0;
-    const at = (i) => order[sign > 0 ? i : order.length - 1 - i];
-    while (k < order.length - 1 && (beyond += weights[at(k)]) <= SHARE * all) k++;
-    const usual = Math.max(sign * values[at(k)], 0), most = Math.max(sign * values[at(0)], 0);
-    return most > FAR * usual && usual > 0 ? usual : most;
+  let beyond = 0, k = 0;
+  while (k < order.length - 1 && (beyond += weights[order[k]]) <= SHARE * all) k++;
+  const usual = Math.abs(values[order[k]]), most = Math.abs(values[order[0]]);
+  const low = signed ? -most : order.reduce((least, i) => Math.min(least, values[i]), 0);
+  const high = signed ? most : order.reduce((least, i) => Math.max(least, values[i]), 0);
+  return {low, high, usual: most > FAR * usual && usual > 0 ? usual : most};
+}
+
+/** The place of a value on a scale, 0 … 1, as `Limits.share` of `quantities.py`. */
+export function share({low, high, usual}, value) {
+  const most = Math.max(Math.abs(low), Math.abs(high));
+  const place = (v) => {
+    const size = Math.abs(v), more = (1 - USUAL) * (size - usual) / (most - usual);
+    if (most <= usual) return v / (usual || 1);
+    return Math.sign(v) * (size > usual ? USUAL + more : USUAL * size / usual);
   };
-  let high = end(1), low = -end(-1);
-  if (signed) low = -(high = Math.max(high, -low));
-  return {low, high, below: values[order[order.length - 1]] < low, above: values[order[0]] > high};
+  return (place(value) - place(low)) / ((place(high) - place(low)) || 1);
 }

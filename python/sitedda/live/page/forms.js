@@ -74,11 +74,12 @@ export class Forms {
   }
 
   update({name, number, values}) {
-    for (const [variable, value] of Object.entries(values)) {
+    for (const {name: variable} of this.kinds.get(name)?.variables || []) {
       const line = this.fields.get(`${name} ${number} ${variable}`);
-      if (!line || value === null) continue;
+      const value = values[variable] ?? "";
+      if (!line?.field || values[variable] === null) continue;
       if (line.field !== document.activeElement) line.field.value = value;
-      if (line.slider && line.slider !== document.activeElement) line.slider.value = value;
+      if (value && line.slider && line.slider !== document.activeElement) line.slider.value = value;
     }
   }
 

@@ -86,7 +86,9 @@ class LiveModel extends Model {
     };
     for (const name of NAMES) move(this.channels[name], this.n);
     if (bolts) for (const one of [this.boltForce, this.boltState]) move(one, bolts);
-    this.meta.time = this.meta.time.filter((_, f) => f % 2 === 0);
+    for (const name of ["time", "base"]) {
+      this.meta[name] = this.meta[name].filter((_, f) => f % 2 === 0);
+    }
     this.contacts = this.contacts.filter((_, f) => f % 2 === 0);
     this.frames = keep;
     for (const one of this.meta.removals) one[1] = Math.ceil(one[1] / 2);
@@ -113,6 +115,7 @@ class LiveModel extends Model {
       this.meta.removals.push([block, f]);
     }
     this.meta.time.push(head.time);
+    this.meta.base.push(head.base);
     this.frames = f + 1;
     this.widen(f);
   }
@@ -120,9 +123,9 @@ class LiveModel extends Model {
   /** Limits of the colours so far. */
   widen(frame) {
     for (const {name} of this.meta.quantities) {
-      const now = super.range(name, frame), {low, high, below, above} = this.live[name] || now;
+      const now = super.range(name, frame), {low, high, usual} = this.live[name] || now;
       this.live[name] = {low: Math.min(low, now.low), high: Math.max(high, now.high),
-        below: below || now.below, above: above || now.above};
+        usual: Math.max(usual, now.usual)};
     }
   }
 
@@ -143,6 +146,18 @@ class LiveModel extends Model {
 export class LiveView extends View {
   modelOf(meta, streams) {
     return new LiveModel(meta, streams);
+  }
+
+  /** Another model comes: nothing that was chosen for this one is kept. */
+  forget() {
+    this.moved = false;
+    this.picked = -1;
+    this.color = "";
+  }
+
+  /** Whether there is a state after the one that is drawn. */
+  get hasRun() {
+    return this.model.frames > 1;
   }
 
   /** Show a model as drawn, and its supports, loads and water. */
@@ -199,7 +214,7 @@ export class LiveView extends View {
   record(head) {
     const h = this.histories;
     h.time.push(head.time);
-    h.displacement.forEach((line, i) => line.y.push(head.moved[i]));
+    h.displacement.forEach((line, i) => line.y.push(head.moved[i] - head.base[i % 2]));
     if (!h.energies.length) h.energies = Object.keys(head.energies).map((label) => ({label, y: []}));
     h.energies.forEach((line) => line.y.push(head.energies[line.label]));
     const now = performance.now();
@@ -313,8 +328,10 @@ export class LiveView extends View {
     if (joint >= 0) this.pickJoint(joint);
     this.failing = blocks;
     const [x, y] = b === undefined ? model.places.subarray(2 * model.first[a]) : model.nearest(a, b);
+    this.fit();
+    const {scale} = this.camera;
     Object.assign(this.camera, {x, y});
-    this.camera.scale *= 3;
+    this.camera.scale = 3 * scale;
     this.moved = true;
     this.refresh();
   }

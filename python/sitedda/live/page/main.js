@@ -24,7 +24,8 @@ class Page {
     this.buildTabs();
     this.forms = new Forms(this.tabs.form.panel, ask);
     this.text = new TextPanel(this.tabs.text.panel, ask);
-    this.changes = new ChangePanel(this.tabs.change.panel, ask);
+    this.changes = new ChangePanel(this.tabs.change.panel, ask,
+      () => (this.view.picked >= 0 ? this.view.model.names[this.view.picked] : ""));
     this.saves = new SavePanel(this.tabs.save.panel, ask);
     node("token-form").addEventListener("submit", (event) => {
       event.preventDefault();
@@ -138,7 +139,7 @@ class Page {
       this.bar.show(null);
       this.verdict();
     }
-    const other = this.model?.file !== head.file;
+    const other = this.model?.file !== head.file || this.model.opened !== head.opened;
     this.model = head;
     node("file").textContent = head.file;
     document.title = `${head.file} – sitedda live`;
@@ -153,14 +154,17 @@ class Page {
     this.tabs.change.tab.hidden = !head.running;
     if (head.running && ["form", "text"].includes(this.tab)) this.choose("change");
     if (!head.running && this.tab === "change") this.choose("form");
-    if (other) this.saves.forget();
+    if (other) {
+      this.saves.forget();
+      this.view.forget();
+    }
+    if (!head.running) this.trouble(null);
     this.saves.show(head.file, this.run);
     if (head.running) this.showChanges();
   }
 
   showChanges() {
-    const picked = this.view.picked >= 0 ? this.view.model.names[this.view.picked] : "";
-    this.changes.show(this.groups || [], this.forms.kinds, this.changeable || {}, picked);
+    this.changes.show(this.groups || [], this.forms.kinds, this.changeable || {}, this.run);
   }
 
   hearDrawn(head, streams) {
@@ -203,12 +207,13 @@ class Page {
   hearRun(head) {
     const before = this.run?.status;
     this.run = head;
-    this.changes.done = head.actions.length;
     this.bar.show(head);
+    this.showChanges();
     if (this.model) this.saves.show(this.model.file, head);
     const over = ["done", "stopped", "failed"].includes(head.status);
     if (!over || before === head.status) return;
     this.verdict();
+    if (head.verdict?.failure) this.trouble({message: head.verdict.failure});
     this.drawing = this.drawing.then(() => this.conclude(head.verdict));
   }
 
@@ -241,6 +246,7 @@ class Page {
 
   hearRefused({message, what}) {
     if (what) this.saves.say(what, message, true);
+    else this.changes.refused();
     say(message, true);
   }
 }

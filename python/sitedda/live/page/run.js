@@ -18,7 +18,7 @@ export class RunBar {
     const add = (name, text, title, act) => {
       this[name] = button(this.bar, text, act, title);
     };
-    add("check", "Check", "what a run will meet", () => ask("check"));
+    add("check", "Check", "check the model before its run", () => ask("check"));
     add("rest", "Rest", "bring the model to rest, as its first stages say", () => ask("rest"));
     add("run", "Run", "run it to its end", () => ask("run"));
     add("pause", "Pause", "wait between two steps", () => ask("pause"));
@@ -68,25 +68,64 @@ function duration(seconds) {
 
 /** What a running model lets change, and stages that are begun by hand. */
 export class ChangePanel {
-  constructor(root, ask) {
-    this.root = root;
-    this.ask = ask;
-    this.shape = "";
-    this.done = 0;  // changes and stages so far
+  /** What asks; what names the block that is looked at. */
+  constructor(root, ask, picked) {
+    Object.assign(this, {root, ask, picked, shape: "", done: 0, fields: new Map()});
   }
 
-  show(groups, kinds, changeable, picked) {
-    const shape = JSON.stringify([groups.map((group) => [group.name, group.number]), picked]);
-    if (shape === this.shape) return;
-    this.shape = shape;
+  /** The fields, with the values that run. */
+  show(groups, kinds, changeable, run) {
+    const shape = JSON.stringify(groups.map(({name, number, values}) => [name, number, values]));
+    if (shape !== this.shape) {
+      this.shape = shape;
+      this.build(groups, kinds, changeable);
+    }
+    const actions = run?.actions || [], over = OVER.includes(run?.status);
+    this.done = actions.length;
+    this.note.textContent = over ? "The run has ended. Edit the model to run it with other values."
+      : "Changes act from this moment. “Save script” repeats them exactly.";
+    this.form.disabled = over;
+    const runs = Object.assign({}, ...actions.map((one) => one.changes || {}));
+    for (const [path, one] of this.fields) {
+      one.runs = runs[path] ?? one.drawn;
+      if (one.sent === one.runs || over) this.settled(one);
+      else if (one.sent === null && one.field !== document.activeElement) one.field.value = one.runs;
+    }
+  }
+
+  settled(one) {
+    one.sent = null;
+    one.field.value = one.runs;
+    one.line.trouble.textContent = "";
+  }
+
+  /** What was asked for does not run: the fields are as they were. */
+  refused() {
+    for (const one of this.fields.values()) if (one.sent !== null) this.settled(one);
+  }
+
+  send(path, one) {
+    const text = one.field.value.trim();
+    if (!text || text === one.runs) {
+      this.settled(one);
+      return;
+    }
+    one.sent = text;
+    one.line.trouble.textContent = `not yet: ${one.runs || "the default"} runs`;
+    this.ask("change", {values: {[path]: text}});
+  }
+
+  build(groups, kinds, changeable) {
     this.root.replaceChildren();
-    element("p", this.root, "From now on. The same changes at the same steps give the same bits; "
-      + "the script has them.", "note");
-    this.stage(groups, picked);
+    this.fields.clear();
+    this.note = element("p", this.root, "", "note");
+    this.form = element("fieldset", this.root, "", "changes");
+    element("legend", this.form, "Change what runs");
+    this.stage(groups);
     for (const {name, number, values} of groups) {
       const names = changeable[name];
       if (!names || !kinds.has(name)) continue;
-      const box = element("details", this.root, "", "group");
+      const box = element("details", this.form, "", "group");
       box.open = name === "joint";
       const head = element("summary", box);
       element("strong", head, name.replaceAll("_", " "));
@@ -97,28 +136,27 @@ export class ChangePanel {
         const value = values[one.name];
         if (value === null || (value === undefined && name !== "joint")) continue;
         const line = row(box, one.name.replaceAll("_", " "), one.unit, one.meaning);
-        const field = settle(line, element("input", null));
-        field.value = value ?? "";
+        const field = settle(line, element("input", null)), key = `${path}.${one.name}`;
         field.placeholder = one.default;
-        field.addEventListener("change", () => {
-          if (field.value.trim()) {
-            this.ask("change", {values: {[`${path}.${one.name}`]: field.value.trim()}});
-          }
-        });
+        field.dataset.change = key;
+        const entry = {field, line, drawn: value ?? "", runs: value ?? "", sent: null};
+        this.fields.set(key, entry);
+        field.addEventListener("change", () => this.send(key, entry));
       }
     }
   }
 
-  stage(groups, picked) {
-    const box = element("fieldset", this.root, "", "stage-form");
+  stage(groups) {
+    const box = element("fieldset", this.form, "", "stage-form");
     element("legend", box, "Begin a stage");
     const fields = {};
-    const add = (name, unit, help, value = "") => {
+    const add = (name, unit, help) => {
       const line = row(box, name.replaceAll("_", " "), unit, help);
       fields[name] = settle(line, element("input", null));
-      fields[name].value = value;
     };
-    add("remove", "", "blocks that are taken out: excavation; names: one, two, all_*", picked || "");
+    add("remove", "", "blocks that are taken out: excavation; names: one, two, all_*");
+    button(box, "remove the picked block", () => { fields.remove.value = this.picked(); })
+      .className = "quiet";
     add("release", "", "fixed points and edges that let go; names");
     add("drop", "", "bolts, tractions and water that end; names");
     const supports = groups.filter((group) => ["fixed_point", "boundary", "bolt"].includes(group.name)
@@ -182,7 +220,6 @@ export function showVerdict(root, run) {
   const found = run?.verdict;
   if (!found) return;
   element("h2", root, run.status === "failed" ? "A step failed" : "Verdict");
-  if (found.failure) element("p", root, found.failure, "wrong");
   for (const doubt of found.doubts || []) element("p", root, doubt, "wrong");
   if (run.ending) element("p", root, `Ended: ${run.ending}.`, "note");
   if (found.lines.length) table(root, ["what", "found"], found.lines, "verdict");

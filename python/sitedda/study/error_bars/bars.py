@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What three runs with time steps Δt, Δt/2 and Δt/4 say of the error of a figure.
+"""Error of a figure from three runs with time steps Δt, Δt/2 and Δt/4.
 
 Notes
 -----
@@ -12,9 +12,9 @@ import math
 from dataclasses import dataclass
 
 SAFETY = 3.0  # of a bar over the last change
-SMALL = 1e-3  # share of a figure below which a change need not fall
-ROUND_OFF = 1e-9  # share of a figure that is no change
-NEAR = 0.3  # of the scheme's order, within which it is taken to be seen
+SMALL = 1e-3  # fraction of a figure: the narrowest bar
+ROUND_OFF = 1e-9  # fraction of a figure: a smaller change is none
+NEAR = 0.3  # of the order of the scheme: tolerance of the observed order
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class Bar:
     extrapolated : float
         The Richardson value, where the order is the scheme's; else NaN.
     converges : bool
-        The changes fall, or are below a thousandth of the figure; a bar of changes that do not is
-        a guess.
+        The changes fall or are round-off.  However small, a bar of changes that do not fall is a
+        guess.
     """
 
     half: float
@@ -58,8 +58,8 @@ def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
     if last >= first:
         half = max(SAFETY * last, SMALL * size)
         half = half if half < size else math.nan
-        return Bar(half, math.nan, math.nan, last <= SMALL * size)
-    # A last change that is small by chance says less than the first one does.
+        return Bar(half, math.nan, math.nan, False)
+    # The last change may be small by chance; then the first one counts.
     half = max(SAFETY * max(last, first / 4.0**order), SMALL * size)
     seen = math.log2(first / last) if last > 0 else math.inf
     regular = (a - b) * (b - c) > 0 and abs(seen - order) <= NEAR

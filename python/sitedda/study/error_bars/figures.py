@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Figures of a run with their bars, and the sentence or table that tells them."""
+"""Figures of a run with their error bars, as sentence or table."""
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 
@@ -13,21 +14,22 @@ from .bars import SMALL, Bar
 from .variants import STEPS
 
 COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
-# What is no figure of the model: what the audit leaves, times and periods of a largest value.
+# Values without error bars: residual of the audit, times and periods of a largest value.
 _NOT = ("energy_balance_j_m", "sa_period_s", "resolved_frequency_hz", "first_block_", "end_s")
-_REST = 1e-9  # share of the largest value of a run below which one at its end is round-off
+_REST = 1e-9  # fraction of the largest value of a run below which one at its end is round-off
 _NO_DRIFT = 1e-6
-_BLOW = 1.5  # by which each halving of the steps raises what has no limit
-_OF_BLOWS = ("force", "pga_", "sa_", "acceleration")  # figures that a rigid impact leaves no limit
+_BLOW = 1.5  # growth per halving of the steps of a figure without limit
+_OF_BLOWS = ("force", "pga_", "sa_", "acceleration")  # figures without limit in a rigid impact
 _STIFFER = (*_OF_BLOWS, "strain", "arias_")  # figures that stiff contacts raise
-_TIMES = 200  # of a band that is kept
+_NUMBER = re.compile(r"\d[\d.e+-]*")
+_TIMES = 200  # of a stored band
 BEYOND, BLOW, OPEN = "beyond the horizon", "grows as 1/Δt, a blow", "does not converge"
-YIELD = "no more than what penalty contacts yield"
+YIELD = "only the compression of contact springs"
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A number of a run and how far it may be wrong.
+    """A number of a run and its error bar.
 
     Attributes
     ----------
@@ -43,9 +45,9 @@ class Figure:
     extrapolated : float
         By Richardson, from the three steps; NaN where their order is not that of the scheme.
     order : float
-        p of the changes; NaN where there is none.
+        p of the changes; NaN if there is none.
     penalty : float
-        Part of the bar that is of the penalty stiffness; 0 where none of the joints has one.
+        Part of the bar due to the penalty stiffness; 0 if no joint has one.
     doubt : str
         Why there is no bar, or what it leaves out; else blank.
     decided : float
@@ -80,7 +82,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Band:
-    """What the twins of an ensemble say of a figure over time.
+    """Spread of a figure over time in an ensemble of twins.
 
     Attributes
     ----------
@@ -138,7 +140,7 @@ class Accuracy:
             for row in rows
         ]
         lines += [f"{OPEN}: {self.cause}"] if self.cause else []
-        lines += [f"run {name}: {words}" for name, words in self.runs.items() if words]
+        lines += self._distinct_sentences()
         return "\n".join(line.rstrip() for line in lines)
 
     def __getitem__(self, name: str) -> Figure:
@@ -152,7 +154,7 @@ class Accuracy:
         return bands_picture(self)
 
     def doubts(self) -> list[Doubt]:
-        """What figures share: no bar, a horizon, runs that ended early."""
+        """Doubts common to several figures: no bar, a horizon, runs that ended early."""
         groups: dict[str, list[str]] = {}
         for name, figure in self.figures.items():
             if figure.doubt:
@@ -164,8 +166,17 @@ class Accuracy:
             groups[f"{BEYOND}, the first of {first} s, each one of a distribution"] = late
         found = [f"{words}: {', '.join(names)}" for words, names in groups.items()]
         found += [f"what {OPEN}: {self.cause}"] if self.cause else []
-        found += [f"run {name}: {words}" for name, words in self.runs.items() if words]
+        found += self._distinct_sentences()
         return [Doubt("bars", words) for words in found]
+
+    def _distinct_sentences(self) -> list[str]:
+        """What runs say, each sentence once, as the first of them says it."""
+        same: dict[str, list[tuple[str, str]]] = {}
+        for name, words in self.runs.items():
+            for line in words.splitlines():
+                same.setdefault(_NUMBER.sub("", line), []).append((name, line))
+        return [f"run{'s' * (len(said) > 1)} {', '.join(name for name, _ in said)}: {said[0][1]}"
+                for said in same.values()]  # fmt: skip
 
     def to_dict(self) -> dict:
         """Plain values, such as for JSON."""
@@ -233,7 +244,7 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
     penalty : float
         Error by the penalty stiffness; 0 without one, NaN where it is not known.
     steps : tuple of int
-        What Δt is divided by.
+        Divisors of Δt.
     """
     doubt, half = "", bar.half + penalty
     if is_count(name) and all(map(math.isfinite, numbers)):
@@ -246,7 +257,7 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
         doubt = "no bar: the run with 4 k_n has none of it"
     elif penalty >= abs(numbers[-1]) and not any(map(name.__contains__, _STIFFER)):
         doubt = YIELD
-    elif not bar.converges and not bar.half <= penalty:
+    elif not bar.converges:
         a, b, c = map(abs, numbers)
         grows = b > _BLOW * a and c > _BLOW * b
         why = BLOW if grows and any(map(name.__contains__, _OF_BLOWS)) else OPEN

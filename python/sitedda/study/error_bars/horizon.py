@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Until when a run is decided, and what its figures are beyond: twins of the run.
+"""Predictability of a run from twins: its horizon, and the spread of figures beyond it.
 
 A twin is the run with one block displaced by 1e-9 of its size.  Impacts and slip that starts or
 stops let the two part exponentially; from the time on at which a figure of the twin is another one,
@@ -15,12 +15,12 @@ from ...base.numbers import number
 from .figures import BEYOND, OPEN, YIELD, Band, Figure, is_count
 from .variants import ENSEMBLE, RUN, TWIN
 
-APART = 0.01  # of the largest value of a figure, from which on it is another one
+APART = 0.01  # of the largest value of a figure: difference at the horizon
 BEGUN = 1e-8  # of it: differences below are rounding
-_LEAST_LOOKS = 10  # that a growth is fitted to
+_LEAST_LOOKS = 10  # for a fit of the growth
 SHARES = (16.0, 50.0, 84.0)  # %, of the twins of an ensemble
 _HISTORY = "history_"
-# Figures whose own history is not kept go with that of another.
+# Figures without a stored history use that of another one.
 _FOLLOW = {"residual_": "largest_", "pga_below_50_hz_m_s2": "pga_m_s2", "sa_m_s2": "pga_m_s2",
            "pga_resolved_m_s2": "pgv_m_s", "sa_resolved_m_s2": "pgv_m_s",
            "arias_resolved_m_s": "arias_m_s"}  # fmt: skip
@@ -75,7 +75,7 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
         found = {n: replace(f, decided=_decided(n, table, parted)) for n, f in found.items()}
         # A displaced block alters small figures at once; kinetic energy differs where motions part.
         first = parted.get("energy_kinetic", math.inf)
-        found = {n: _beyond(f, _reached(n, table), first) for n, f in found.items()}
+        found = {n: _horizon_words(f, _time_reached(n, table), first) for n, f in found.items()}
     if twins:
         rows = table.sel(variant=twins)
         found = {n: _spread(f, rows[n].values) for n, f in found.items()}
@@ -83,7 +83,7 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
 
 
 def bands_of(table) -> dict[str, Band]:
-    """What the twins of an ensemble say of each figure over time, by its name.
+    """Spread of each figure over time in an ensemble of twins, by name.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _parted(table) -> dict[str, float]:
 
 
 def _decided(name: str, table, parted: dict[str, float]) -> float:
-    """Until when one figure is; that of the first of all where it has no history of its own."""
+    """Horizon of one figure; the earliest of all if it has no stored history."""
     end = float(table.look.values[-1])
     if name in parted:
         return min(parted[name], end)
@@ -125,7 +125,7 @@ def _decided(name: str, table, parted: dict[str, float]) -> float:
     return min(own if own < end else min(parted.values(), default=end), end)
 
 
-def _reached(name: str, table) -> float:
+def _time_reached(name: str, table) -> float:
     """When a figure got the value that it has at the end of the run, s."""
     history = f"{_HISTORY}{name}"
     if history not in table.data_vars:
@@ -137,7 +137,7 @@ def _reached(name: str, table) -> float:
     return float(table.look.values[int(np.argmax(values >= values[-1]))])
 
 
-def _beyond(figure: Figure, reached: float, first: float) -> Figure:
+def _horizon_words(figure: Figure, reached: float, first: float) -> Figure:
     """Say of a figure that it is of a time at which twins have parted.
 
     One without a limit, or that 4 k_n changes as much, is judged by the `first` of all partings,

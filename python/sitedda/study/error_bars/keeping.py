@@ -42,7 +42,7 @@ def keep_accuracy(found: Accuracy, output: Path, attributes: dict) -> None:
 
 
 def kept_accuracy(attributes: Mapping) -> Accuracy | None:
-    """What an output keeps of it; None if that is nothing.
+    """The stored accuracy of an output; None if there is none.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def kept_accuracy(attributes: Mapping) -> Accuracy | None:
 
 
 def _without_nan(value):
-    """JSON has no such number; null stands for it."""
+    """JSON has no such number; null represents it."""
     if isinstance(value, dict):
         return {name: _without_nan(one) for name, one in value.items()}
     if isinstance(value, list):

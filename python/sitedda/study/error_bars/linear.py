@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bars of a linear run by its exact transfer function, without other runs.
 
-Where no contact has changed its state, a motion of the base acts on a measured point by a transfer
+If no contact has changed its state, a motion of the base acts on a measured point by a transfer
 function H of the time step and the penalty stiffness alone.  The point with Δt/16 would have moved
-as it did, times H(Δt/16)/H(Δt) at each frequency.  Small steps cost no more than large ones here.
+as it did, times H(Δt/16)/H(Δt) at each frequency.  Small steps cost the same as large ones here.
 """
 
 import math
@@ -25,9 +25,9 @@ from .variants import Facts, finer, stiffer
 
 _STEPS = (16, 32, 64)  # that Δt is divided by
 _BETWEEN = 2  # samples for one of the run: peaks of acceleration lie between
-_NEAR = 0.7  # of the largest Sa of two steps: periods at which those of the others are looked at
+_NEAR = 0.7  # of the largest Sa of two steps: periods at which the other steps are evaluated
 _CONTENT = 0.999999  # of the energy of an acceleration, below the highest frequency that counts
-_DIED = 1e-3  # share of the largest acceleration in the last twentieth of a motion
+_DIED = 1e-3  # fraction of the largest acceleration in the last twentieth of a motion
 _GRID = 400  # frequencies at which a peak is looked for
 _REFINED = 4  # times, each around the largest
 NO_BAR = "no bar: of a linear run measured points have one"
@@ -103,12 +103,12 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     names = [name for line in told.figures for name in (line.largest, line.end) if name]
     if "amplification" in names:
         names.append("amplification_frequency_hz")
-    found = {name: _without(name, values[name]) for name in names if is_figure(name, values)}
+    found = {name: _variant_values(name, values[name]) for name in names if is_figure(name, values)}
     step = float(history.time.values[-1]) / (history.sizes["time"] - 1)
     own_step = float(np.max(history.time_step.values[1:]))
-    highest = 0.499 / own_step  # that Δt carries, Hz
+    highest = 0.499 / own_step  # that Δt resolves, Hz
     points = _points(history)
-    rest = 1 if all(map(_has_died_out, points)) else 2  # what goes on is not to come round
+    rest = 1 if all(map(_has_died_out, points)) else 2  # zero padding against wrap-around
     length = fast_length(rest * history.sizes["time"])
     length += length % 2
     frequency = rfftfreq(length, step)
@@ -122,14 +122,17 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
         with Simulation(model, changes={**changes, **variant.changes}) as simulation:
             for point in points:
                 resolved = min(0.9 * highest, values[f"resolved_frequency_hz[{point.name}]"])
-                velocity, acceleration = _moved(
+                velocity, acceleration = _point_motion(
                     simulation, point, frequency, highest, before, rates
                 )
                 times = min(divided, _BETWEEN)
                 numbers[-1] |= _measured(point, velocity, acceleration, step, resolved, times, near)
             for group in facts.groups.get("amplification", []):
                 numbers[-1] |= _peak(simulation, group, highest)
+    axes = {point.name: point.axis for point in points}
     for name in numbers[0].keys() & found.keys():
+        if not _is_along(axes, name, values):
+            continue
         scale = values[name] / numbers[0][name] if "[" in name else 1.0
         own, *steps = (scale * row[name] for row in numbers)
         one, two, three, *four = steps
@@ -139,7 +142,14 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     return found
 
 
-def _without(name: str, value: float) -> Figure:
+def _is_along(axes: Mapping, name: str, values: Mapping) -> bool:
+    """A figure of a point, the larger of both axes, is that of the axis that is looked at."""
+    measure, _, point = name.partition("[")
+    own = f"{measure}_{axes.get(point[:-1])}[{point}"
+    return values.get(own, values[name]) == values[name]
+
+
+def _variant_values(name: str, value: float) -> Figure:
     return Figure(name, value, value, math.nan, math.nan, math.nan, 0.0, NO_BAR)
 
 
@@ -169,7 +179,7 @@ def _rates(frequency: np.ndarray, step: float, chi: float) -> tuple[np.ndarray, 
     return velocity, (1.0 - 1.0 / ahead) / turn
 
 
-def _moved(simulation, point: _Point, frequency: np.ndarray, highest: float, before: dict,
+def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: float, before: dict,
            rates: Callable):  # fmt: skip
     """Velocity and acceleration of a point by the transfer function of a variant.
 
@@ -197,7 +207,7 @@ def _moved(simulation, point: _Point, frequency: np.ndarray, highest: float, bef
 
 
 def _measured(point, velocity, acceleration, step, resolved, times, near) -> dict[str, float]:
-    """What the verdict says of a point, accelerations below the frequency that blocks carry.
+    """Figures of a point as in the verdict, accelerations below the resolved frequency.
 
     With the largest of `times` samples for one of the run; `near` keeps periods of large Sa.
     """

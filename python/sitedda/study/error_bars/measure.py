@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda.accuracy`: a run again with smaller steps and stiffer contacts, and what that says."""
+"""`sitedda.accuracy`: error bars from runs with smaller steps and stiffer contacts."""
 
 import math
 import signal
@@ -17,7 +17,7 @@ from .horizon import bands_of, with_horizons
 from .variants import RUN, STEPS, TWIN, Facts, Variants, facts_of, finer, stiffer, twin
 from .variants import ensemble as twins_of
 
-# Of what does not converge, by whether something but the time integration damps.
+# Words on figures that do not converge, by whether more than the time integration damps.
 _CAUSES = (
     "vibrations of blocks and contacts have the damping of the time integration alone, which falls "
     "with Δt, and they change friction and impacts; &joint damping or &material rayleigh_beta "
@@ -57,7 +57,7 @@ def accuracy(
         Twins of the run, of each of which another block is displaced by 1e-9 of its size: median
         and 16–84 % of each figure, and bands of their histories.
     folder : path, optional
-        Where the runs are kept, so that another call goes on; a temporary one by default.
+        Folder of the runs, from which another call continues; a temporary one by default.
     executor, workers, progress
         See `sitedda.study.study`.
     output : path, optional
@@ -68,7 +68,7 @@ def accuracy(
     InputError
         If the input cannot be run.
     SiteddaError
-        If the run itself, with its own time step, cannot be carried out.
+        If the run itself, with its own time step, fails.
 
     Notes
     -----
@@ -83,7 +83,7 @@ def accuracy(
     if results == "figures" and not ensemble and facts.is_bonded:
         if found := _of_linear_run(model, changes, facts):
             return found
-    # The longest first: none is left to be waited for.
+    # The longest first, so that none is waited for at the end.
     variants = [finer(facts, times) for times in reversed(STEPS)]
     variants += [stiffer(facts)] if facts.penalty else []
     if facts.is_dynamic:
@@ -103,11 +103,11 @@ def accuracy(
     figures = _figures(facts, _numbers(table.sel(variant=names)))
     end = float(table.look.values[-1]) if "look" in table else math.nan
     figures = with_horizons(figures, table)
-    return Accuracy(figures, words, end, bands_of(table), _cause(figures, facts))
+    return Accuracy(figures, words, end, bands_of(table), _cause_words(figures, facts))
 
 
 def _of_run(warning: str) -> str:
-    """Doubts but those of the check, which are of the input and no news of a run."""
+    """Doubts of a run, without those of the check, which belong to the input."""
     return "\n".join(str(doubt) for doubt in Doubt.lines(warning) if not doubt.of_check)
 
 
@@ -146,11 +146,11 @@ def of_linear_run(model, history, changes: Mapping | None = None, facts=None) ->
     figures = linear_or_none(model, changes or {}, history, facts)
     if figures is None:
         return None
-    cause = _cause(figures, facts) and (_CAUSES[1] if facts.is_damped else _UNDAMPED)
+    cause = _cause_words(figures, facts) and (_CAUSES[1] if facts.is_damped else _UNDAMPED)
     return Accuracy(figures, end=float(history.time.values[-1]), cause=cause)
 
 
-def _cause(figures: Mapping[str, Figure], facts: Facts) -> str:
+def _cause_words(figures: Mapping[str, Figure], facts: Facts) -> str:
     open_ones = any(figure.doubt.startswith(OPEN) for figure in figures.values())
     return _CAUSES[facts.is_damped] if open_ones else ""
 
@@ -161,7 +161,7 @@ def _numbers(table) -> list[dict[str, float]]:
              if table[name].dims == ("variant",) and table[name].dtype.kind == "f"]  # fmt: skip
     rows = ({name: float(table[name].values[i]) for name in names if name != "seconds"}
             for i in range(table.sizes["variant"]))  # fmt: skip
-    done = table.status.values == "complete"  # a run that failed has counted nothing
+    done = table.status.values == "complete"  # a failed run has no counts
     return [{name: 0.0 if whole and is_count(name) and math.isnan(value) else value
              for name, value in row.items()}
             for row, whole in zip(rows, done, strict=True)]  # fmt: skip
@@ -181,7 +181,7 @@ def _figures(facts: Facts, runs: list[dict[str, float]]) -> dict[str, Figure]:
 
 
 def _with_histories(results) -> dict:
-    """What is asked for, and what the figures were while the run went on."""
+    """Requested figures, and their histories during the run."""
     if isinstance(results, Mapping):
         return {**results, "histories": "histories"}
     one = isinstance(results, str) or callable(results)

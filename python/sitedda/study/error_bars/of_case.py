@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The figures of a case with their bars in place of its run."""
+"""The figures of a case with their error bars, instead of its run."""
 
+from ..quantities import NAMES
 from ..table import BAR, DECIDED
 from .figures import COUNTS
 from .measure import accuracy
 
 
 def figures_with_bars(file) -> dict:
-    """The figures of the run of an input, how sure each is, and until when, see `accuracy`.
+    """The figures of the run of an input with error bars and horizons, see `accuracy`.
 
     Parameters
     ----------
@@ -26,3 +27,8 @@ def figures_with_bars(file) -> dict:
         numbers[name] = figure.finest
         numbers[f"{name}{BAR}"], numbers[f"{name}{DECIDED}"] = figure.bar, figure.decided
     return numbers | {"warning": "\n".join(map(str, found.doubts()))}
+
+
+figures_with_bars.results = {  # type: ignore[attr-defined]
+    "end_s", *(name + more for name in NAMES for more in ("", BAR, DECIDED)),
+}  # fmt: skip

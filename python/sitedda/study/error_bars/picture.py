@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the twins of an ensemble say of figures over time, drawn as bands."""
+"""Spread of figures over time in an ensemble of twins, drawn as bands."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ...base.errors import InputError
-from ...base.numbers import number
+from ...base.numbers import labelled, number
 from ...report.style import BLUE, GREY, ORANGE, canvas
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def bands_picture(found: Accuracy):
         if decided < found.end:
             words = f"decided until {number(decided, 3)} s"
             axes.axvline(decided, color=ORANGE, lw=1.2, label=words)
-        axes.set(title=name, xlabel="time (s)", xlim=(band.time[0], band.time[-1]))
+        axes.set(title=labelled(name), xlabel="time (s)", xlim=(band.time[0], band.time[-1]))
         axes.title.set_color(GREY)
         axes.legend(frameon=False, fontsize=8)
     for axes in panels[len(names) :]:

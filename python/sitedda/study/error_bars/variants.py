@@ -49,13 +49,13 @@ class Variants:
         self.coordinates = {"variant": (("variant",), names, {})}
 
     def changes(self, place: tuple[int, ...]) -> dict:
-        """What is changed at a place."""
+        """Changes of a variant."""
         return dict(self._variants[place[0]].changes)
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What variants are made from.
+    """Data for variants of a model.
 
     Attributes
     ----------
@@ -76,12 +76,12 @@ class Facts:
 
     @property
     def is_dynamic(self) -> bool:
-        """Some stage is."""
+        """Whether some stage is dynamic."""
         return any(_is_dynamic(one) for one in self.groups.get("stage", [{}]))
 
     @property
     def is_bonded(self) -> bool:
-        """All joints hold tension, so that a run may be linear."""
+        """All joints bear tension, so a run may be linear."""
         return all(any(joint.get(f"{name}tensile_strength", 0.0) > 0.0 for name in ("", "peak_"))
                    for joint in self.groups.get("joint", []))  # fmt: skip
 
@@ -94,7 +94,7 @@ class Facts:
 
 
 def facts_of(model, changes: Mapping) -> Facts:
-    """Read a model, and say what its variants need to know.
+    """Read a model and return the data for its variants.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def facts_of(model, changes: Mapping) -> Facts:
 
 
 def _has_stiffness(joint: Mapping) -> bool:
-    """A measured stiffness is physics, no penalty."""
+    """Whether the stiffness is measured, so that it is no penalty."""
     return "normal_stiffness_per_area" in joint or joint.get("law") == "barton_bandis"
 
 
@@ -158,7 +158,7 @@ def _divided(where: str, group: Mapping, times: int) -> dict:
 
 
 def twin(name: str, block: int, signs: tuple[int, int] = (1, 1)) -> Variant:
-    """The run with one block displaced by a trifle when dynamics begin.
+    """The run with one block displaced slightly when dynamics begin.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def twin(name: str, block: int, signs: tuple[int, int] = (1, 1)) -> Variant:
 
 
 def ensemble(facts: Facts, count: int) -> list[Variant]:
-    """So many twins, of blocks and signs that chance has chosen: the same ones each time.
+    """A number of twins with random blocks and signs, which are the same each time.
 
     Parameters
     ----------

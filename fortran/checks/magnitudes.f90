@@ -1,0 +1,203 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Values whose magnitude is probably a mistake of units, or that have no effect; each rule has a
+!> condition and a text.
+module dda_magnitudes
+   use dda_edge_load, only: load_level, load_surface
+   use dda_kinds, only: wp, long
+   use dda_model, only: half_size, model_type, run_steps
+   use dda_text, only: quoted, short_text, to_text
+   implicit none
+   private
+   public :: magnitude_notes, note_length
+
+   integer, parameter :: note_length = 320  !< bytes
+   real(wp), parameter :: most_gravity = 30.0_wp   !< m/s²: over three times that of the Earth
+   !> kg/m³: unit weights of soil and rock in kN/m³ are between; geofoam, too, but not so stiff
+   real(wp), parameter :: weights(2) = [10.0_wp, 40.0_wp]
+   real(wp), parameter :: of_foam(2) = [1.0e5_wp, 1.0e8_wp]  !< Pa: range of block materials
+   real(wp), parameter :: least_strength = 100.0_wp  !< Pa: 1 cm of soil weighs more
+   real(wp), parameter :: most_acceleration = 45.0_wp  !< m/s²: the largest that was recorded
+   real(wp), parameter :: largest_model = 5000.0_wp    !< m
+   real(wp), parameter :: few_steps = 10.0_wp          !< of the duration of a motion
+   real(wp), parameter :: fastest = 40.0_wp     !< m/s, above velocities of falling rock
+   real(wp), parameter :: most_turn = 0.1_wp    !< rad in a step, of which the cosine is .995
+   real(wp), parameter :: highest_head = 10.0_wp  !< above the model, of its height
+   real(wp), parameter :: deepest_bed = 0.05_wp   !< of the height of the model
+
+contains
+
+   !> Notes on magnitudes, one line each.
+   function magnitude_notes(model) result(notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=note_length), allocatable :: notes(:)
+      integer :: i
+
+      allocate (notes(0))
+      call note_control(model, notes)
+      do i = 1, size(model%materials)
+         call note_material(model, i, notes)
+      end do
+      do i = 1, size(model%joints)
+         associate (joint => model%joints(i))
+            call note_strength('cohesion', joint%cohesion, joint%name, notes)
+            call note_strength('tensile_strength', joint%tensile_strength, joint%name, notes)
+         end associate
+      end do
+      do i = 1, size(model%motions)
+         call note_motion(model, i, notes)
+      end do
+      do i = 1, size(model%edge_loads)
+         call note_water(model, i, notes)
+      end do
+      call note_bed(model, notes)
+      i = findloc(model%boundaries%kind == 'compliant', .true., 1)
+      if (i == 0) return
+      call note(notes, all(model%boundaries(i)%motion == 0), 'the compliant &boundary has no '// &
+         "motion: nothing comes in through it. Name motion_x or motion_y, or take kind = 'viscous'")
+   end function magnitude_notes
+
+   !> A note, if its condition is met.
+   pure subroutine note(notes, condition, words)
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      logical, intent(in) :: condition       !< of the rule
+      character(len=*), intent(in) :: words  !< a line
+
+      if (condition) notes = [character(len=note_length) :: notes, words]
+   end subroutine note
+
+   !> Gravity, sizes, output.
+   subroutine note_control(model, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      real(wp) :: g(2), width
+      integer(long) :: steps, interval
+
+      g = model%control%gravity
+      width = 2.0_wp*half_size(model%blocks)
+      steps = run_steps(model)
+      interval = model%output%history_interval
+      call note(notes, norm2(g) > most_gravity, 'gravity = '//short_text(g(1))//', '// &
+         short_text(g(2))//' m/s²: is it meant in cm/s² or mm/s²? That of the Earth is 0, -9.81')
+      call note(notes, abs(g(1)) > 0.0_wp .and. .not. abs(g(2)) > 0.0_wp, 'gravity = '// &
+         short_text(g(1))//', 0 m/s² acts along x alone; weight is the second value: 0, -9.81')
+      call note(notes, width > largest_model, 'the model measures '//short_text(width)// &
+         ' m: lengths are in m, not in mm')
+      call note(notes, steps > 0 .and. interval > steps, 'history_interval = '// &
+         to_text(interval)//' of &output is more than the '//to_text(steps)//' steps of the run'// &
+         ': histories have only its start and end')
+      call note(notes, size(model%free_fields) == 1, 'only one side has a free field: give '// &
+         'both sides one, or neither')
+   end subroutine note_control
+
+   !> Density and initial velocity of a material, and a law that one block cannot follow.
+   subroutine note_material(model, i, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      integer, intent(in) :: i               !< material
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=:), allocatable :: of
+      logical :: yields
+      real(wp) :: speed, turn
+
+      associate (material => model%materials(i), own => model%blocks%material == i)
+         of = '&material '//quoted(trim(material%name))
+         yields = material%yields()
+         speed = norm2(material%initial_velocity(1:2))
+         turn = abs(material%initial_velocity(3))*model%control%time_step
+         call note(notes, speed > fastest, 'initial_velocity of '//of//' is '// &
+            short_text(speed)//' m/s: faster than rock falls')
+         call note(notes, turn > most_turn, 'initial_velocity of '//of//' turns its blocks by '// &
+            short_text(turn)//' rad a step: the third value is in rad/s; take a smaller time_step')
+         call note(notes, material%density >= weights(1) .and. material%density < weights(2) &
+            .and. (material%young_modulus < of_foam(1) .or. material%young_modulus > of_foam(2)), &
+            'density = '// &
+            short_text(material%density)//' kg/m³ of '//of//': is it a unit weight in '// &
+            'kN/m³? That would be '//short_text(1000.0_wp*material%density/9.81_wp)//' kg/m³')
+         call note(notes, yields .and. count(own) == 1 .and. &
+            any(own .and. model%blocks%body == 0), of//' yields, and '// &
+            'its one block has one strain: mesh it (&mesh), or it yields as a whole')
+      end associate
+   end subroutine note_material
+
+   !> A strength that is almost zero.
+   pure subroutine note_strength(variable, value, joint, notes)
+      character(len=*), intent(in) :: variable, joint  !< names in the input
+      real(wp), intent(in) :: value                    !< Pa
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+
+      call note(notes, value > 0.0_wp .and. value < least_strength, variable//' = '// &
+         short_text(value)//' Pa of &joint '//quoted(trim(joint))//' is almost zero: is it '// &
+         'meant in kPa or MPa?')
+   end subroutine note_strength
+
+   !> Acceleration and length of a motion.
+   subroutine note_motion(model, i, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      integer, intent(in) :: i               !< motion
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      real(wp) :: most
+
+      associate (motion => model%motions(i), step => model%control%time_step)
+         if (.not. allocated(motion%curve%acceleration)) return
+         most = maxval(abs(motion%curve%acceleration))
+         call note(notes, most > most_acceleration .and. motion%file /= '', 'motion '// &
+            quoted(trim(motion%name))//': PGA = '//short_text(most)//' m/s² is '// &
+            short_text(most/9.81_wp)//' g: is the record in gal (cm/s²), or scaled twice?')
+         call note(notes, motion%curve%duration < few_steps*step .and. motion%file /= '', &
+            'motion '//quoted(trim(motion%name))//' lasts '// &
+            short_text(motion%curve%duration)//' s, fewer than ten steps of time_step = '// &
+            short_text(step)//' s')
+      end associate
+   end subroutine note_motion
+
+   !> Water far above the model, or below all of it.
+   pure subroutine note_water(model, i, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      integer, intent(in) :: i               !< load on edges
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=:), allocatable :: of
+      real(wp) :: level, low, high
+
+      associate (load => model%edge_loads(i))
+         if (all(load%kind /= [load_level, load_surface])) return
+         low = minval(model%blocks%vertex(2, :))
+         high = maxval(model%blocks%vertex(2, :))
+         level = maxval(load%level)
+         if (load%kind == load_surface) level = level + maxval(load%line(2, :))
+         of = trim(merge('&traction', '&water   ', load%kind == load_level))
+         if (load%name /= '') of = of//' '//quoted(trim(load%name))
+         call note(notes, level > high + highest_head*(high - low), of//' stands up to '// &
+            short_text(level - high)//' m above the model, which is '// &
+            short_text(high - low)//' m high: are its levels in m, along y?')
+         call note(notes, level <= low, of//' wets nothing: it lies below the model')
+      end associate
+   end subroutine note_water
+
+   !> Settlement of the whole weight on a bed of springs.
+   pure subroutine note_bed(model, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      real(wp) :: stiffness, depth, height, weight(2), share
+      integer :: i, axis
+
+      weight = sum(model%blocks%mass)*model%control%gravity
+      if (.not. norm2(weight) > 0.0_wp .or. size(model%boundaries) > 0) return
+      stiffness = 0.0_wp
+      do i = 1, size(model%fixed_points)
+         associate (point => model%fixed_points(i))
+            do axis = 1, 2
+               share = dot_product(point%axes(:, axis), weight/norm2(weight))**2
+               if (.not. (point%held(axis) .and. share > 0.0_wp)) cycle
+               if (.not. point%stiffness > 0.0_wp) return
+               stiffness = stiffness + share*point%stiffness
+            end do
+         end associate
+      end do
+      if (.not. stiffness > 0.0_wp) return
+      depth = norm2(weight)/stiffness
+      height = maxval(model%blocks%vertex(2, :)) - minval(model%blocks%vertex(2, :))
+      call note(notes, depth > deepest_bed*height, 'the weight presses the model about '// &
+         short_text(depth)//' m into its bed of springs: is stiffness_per_area meant in '// &
+         'kPa/m or MPa/m?')
+   end subroutine note_bed
+
+end module dda_magnitudes

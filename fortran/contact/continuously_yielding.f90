@@ -1,0 +1,157 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Continuously yielding joint [Cundall and Hart, 1984; Lemos, 1987]: shear stress approaches a
+!> bounding strength τ_m = σ tan φ_m, which decreases with damage.
+!>
+!> Slip s du has dτ = F k_s du, F = (1 − sτ/τ_m)/(1 − r): elastic at a reversal, where r becomes
+!> sτ/τ_m, at most 0.75.  Its inelastic part du_p = (1 − F) du wears the roughness R,
+!> dφ_m = −(φ_m − φ)/R du_p, so that φ_m = φ + (φ_m0 − φ) exp(−u_p/R).  In a step, at the φ_m of its
+!> start, F integrates to sτ = τ_m − (τ_m − sτ_0) exp[−k_s|Δu|/(τ_m (1 − r))].
+module dda_continuously_yielding
+   use dda_kinds, only: wp, pi
+   use dda_joint_law, only: column_type, joint_law_type, joint_state_type, reduced_angle, &
+      slip_path, strength_type
+   use dda_material, only: joint_type
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: continuously_yielding_type, new_continuously_yielding
+
+   integer, parameter :: reversal = 3, way = 4        !< columns: r; sign of the last slip
+   real(wp), parameter :: most_reversal = 0.75_wp     !< of r, as published
+   real(wp), parameter :: round_off = 1.0e-9_wp     !< of a force: smaller changes are not reversals
+   real(wp), parameter :: most_share = 1.25_wp        !< of the strength: largest lag of a stress
+
+   !> Friction angles, rad, and roughness.
+   type, extends(joint_law_type) :: continuously_yielding_type
+      real(wp) :: friction = 0.0_wp   !< φ
+      real(wp) :: initial = 0.0_wp    !< φ_m0
+      real(wp) :: roughness = 1.0_wp  !< R, m
+   contains
+      procedure :: strength
+      procedure :: reduced
+      procedure :: flow
+      procedure :: slipped
+      procedure :: complete
+   end type continuously_yielding_type
+
+contains
+
+   !> The law of a joint material, without its stiffness.
+   pure type(continuously_yielding_type) function new_continuously_yielding(joint) result(law)
+      type(joint_type), intent(in) :: joint  !< checked input
+
+      law%friction = joint%friction_angle*(pi/180.0_wp)
+      law%initial = joint%initial_friction_angle*(pi/180.0_wp)
+      law%roughness = joint%roughness
+      law%own(:2) = [column_type('reversal'), column_type('slip_direction')]
+      law%flows = .true.
+      law%convex = .false.
+   end function new_continuously_yielding
+
+   !> The strength must decrease with damage.
+   pure subroutine complete(law, joint, shear_ratio, wrong)
+      class(continuously_yielding_type), intent(in) :: law  !< of the joint
+      type(joint_type), intent(inout) :: joint              !< input of the law
+      real(wp), intent(in) :: shear_ratio                   !< k_n/k_s
+      character(len=:), allocatable, intent(out) :: wrong   !< what is wrong; blank: nothing
+
+      wrong = ''
+      if (joint%initial_friction_angle < joint%friction_angle) &
+         wrong = 'initial_friction_angle = '//to_text(joint%initial_friction_angle)// &
+         ' is below friction_angle = '//to_text(joint%friction_angle)// &
+         ', to which slip wears the joint'
+   end subroutine complete
+
+   !> φ_m, rad
+   pure real(wp) function angle(law, state)
+      class(continuously_yielding_type), intent(in) :: law  !< of the joint
+      type(joint_state_type), intent(in) :: state           !< of the contact
+
+      angle = law%friction + (law%initial - law%friction) &
+         *exp(-state%memory(slip_path)/law%roughness)
+   end function angle
+
+   !> Bounding strength, N/m.
+   pure real(wp) function strength(law, state, normal_force)  ! total
+      class(continuously_yielding_type), intent(in) :: law  !< of the joint
+      type(joint_state_type), intent(in) :: state           !< of the contact
+      real(wp), intent(in) :: normal_force                  !< compression positive, N/m
+
+      strength = tan(angle(law, state))*max(normal_force, 0.0_wp)
+   end function strength
+
+   !> Divide tan φ and tan φ_m0 by a factor.
+   pure function reduced(law, joint, factor) result(strengths)
+      class(continuously_yielding_type), intent(in) :: law  !< of the joint
+      type(joint_type), intent(in) :: joint                 !< input of the law
+      real(wp), intent(in) :: factor                        !< above 0
+      type(strength_type), allocatable :: strengths(:)
+
+      strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
+         strength_type('initial_friction_angle', &
+         reduced_angle(joint%initial_friction_angle, factor))]
+   end function reduced
+
+   !> Shear force at the end of a step, and its slope.
+   pure subroutine flow(law, state, normal_force, stretch, shear_force, tangent)
+      class(continuously_yielding_type), intent(in) :: law  !< of the joint
+      type(joint_state_type), intent(in) :: state           !< at the start of the step
+      real(wp), intent(in) :: normal_force                  !< ≥ 0, N/m
+      real(wp), intent(in) :: stretch                       !< of its spring if nothing slips, m
+      real(wp), intent(out) :: shear_force, tangent         !< N/m; ≥ 0, N/m per m
+      real(wp) :: k_s, bound, slip, direction, share, ratio, left
+
+      shear_force = 0.0_wp
+      tangent = 0.0_wp
+      bound = law%strength(state, normal_force)
+      if (.not. bound > 0.0_wp) return
+      k_s = law%shear_spring(state)
+      slip = stretch - state%stretch
+      direction = sign(1.0_wp, slip)
+      if (.not. abs(slip) > 0.0_wp .and. state%memory(way) < 0.0_wp) direction = -1.0_wp
+      share = direction*first_share(law, state, normal_force)
+      ratio = ratio_of(state, direction, share)
+      left = exp(-k_s*abs(slip)/(bound*(1.0_wp - ratio)))
+      shear_force = direction*bound*(1.0_wp - (1.0_wp - share)*left)
+      tangent = max(0.0_wp, k_s*(1.0_wp - share)*left/(1.0_wp - ratio))
+   end subroutine flow
+
+   !> r for slip in a direction, from a stress that is a fraction of τ_m.
+   pure real(wp) function ratio_of(state, direction, share)
+      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      real(wp), intent(in) :: direction, share
+
+      ratio_of = state%memory(reversal)
+      if (direction*state%memory(way) < 0.0_wp) ratio_of = min(most_reversal, share)
+   end function ratio_of
+
+   !> Shear force at the start of a step over the strength, with its sign.  It may exceed a strength
+   !> that decreases by slip or with the normal force; a large excess is removed at once.
+   pure real(wp) function first_share(law, state, normal_force) result(share)
+      class(continuously_yielding_type), intent(in) :: law  !< of the joint
+      type(joint_state_type), intent(in) :: state           !< at the start of the step
+      real(wp), intent(in) :: normal_force                  !< > 0, N/m
+
+      share = law%shear_spring(state)*state%stretch/law%strength(state, normal_force)
+      share = sign(min(abs(share), most_share), share)
+   end function first_share
+
+   !> The state after an inelastic slip.
+   pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
+      class(continuously_yielding_type), intent(in) :: law  !< of the joint
+      type(joint_state_type), intent(in) :: state           !< before
+      real(wp), intent(in) :: slip                          !< with its sign, m
+      real(wp), intent(in) :: shear_force                   !< at its end, N/m
+      real(wp) :: change, bound
+
+      after = state
+      after%memory(slip_path) = state%memory(slip_path) + abs(slip)
+      change = law%shear_spring(state)*(slip - state%stretch) + shear_force
+      bound = law%strength(state, state%normal_force)
+      if (abs(change) <= round_off*bound .or. .not. bound > 0.0_wp) return
+      after%memory(way) = sign(1.0_wp, change)
+      after%memory(reversal) = ratio_of(state, after%memory(way), after%memory(way) &
+         *first_share(law, state, state%normal_force))
+   end function slipped
+
+end module dda_continuously_yielding

@@ -1,0 +1,208 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The groups &in_situ: stress of the ground in place, from the weight above each block.
+!>
+!> σy = −∫ρg dy along the vertical through the centroid, and σx = K₀σy, beside the stress of the
+!> material, which is locked in.  Columns of equal width list the blocks that a vertical can meet.
+module dda_input_in_situ
+   use dda_kinds, only: wp
+   use dda_counting_sort, only: counting_sort
+   use dda_errors, only: error_type
+   use dda_input_group, only: group_type, input_error, is_set, positions, require_name
+   use dda_input_groups, only: in_situ_values, read_values
+   use dda_interpolation, only: table_value
+   use dda_model, only: model_type
+   use dda_text, only: quoted, to_text
+   implicit none
+   private
+   public :: read_in_situ
+
+   integer, parameter :: most_columns = 4096
+   real(wp), parameter :: touching = 1.0e-6_wp  !< of half the model size
+
+   !> The blocks in columns of equal width.
+   type :: columns_type
+      real(wp) :: left, width                      !< m
+      integer, allocatable :: first(:), block(:)   !< [columns+1] where each begins in the list
+   end type columns_type
+
+   !> Ground above a point.
+   type :: cover_type
+      real(wp) :: weight = 0.0_wp                  !< Pa
+      real(wp) :: top = -huge(1.0_wp)              !< highest block, m
+      real(wp) :: unit_weight = 0.0_wp             !< of that block, N/m³
+   end type cover_type
+
+contains
+
+   !> All groups &in_situ of an input.
+   subroutine read_in_situ(model, groups, error)
+      type(model_type), intent(inout) :: model   !< with its blocks
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(columns_type) :: columns
+      type(in_situ_values) :: own
+      integer, allocatable :: list(:)
+      logical :: done(size(model%materials)), chosen(size(model%materials))
+      integer :: i, m
+
+      list = positions(groups, 'in_situ')
+      if (size(list) == 0) return
+      allocate (model%stress_gradient(2, model%blocks%n), source=0.0_wp)
+      columns = columns_of(model)
+      done = .false.
+      do i = 1, size(list)
+         associate (group => groups(list(i)))
+            call read_values(group, own, error)
+            m = 0
+            if (own%material /= '') call require_name(error, group, 'material', own%material, &
+               model%materials%name, 'material', m)
+            call check_values(group, own, model, error)
+            if (allocated(error)) return
+            chosen = m == 0
+            if (m > 0) chosen(m) = .true.
+            if (any(done .and. chosen)) call input_error(error, group, &
+               'another &in_situ already stresses this material: give each material once')
+            done = done .or. chosen
+            call stress_blocks(group, own, m, columns, model, error)
+         end associate
+         if (allocated(error)) return
+      end do
+   end subroutine read_in_situ
+
+   !> Lists that fit each other, and a gravity that presses.
+   subroutine check_values(group, own, model, error)
+      type(group_type), intent(in) :: group        !< of the input
+      type(in_situ_values), intent(in) :: own      !< its values
+      type(model_type), intent(in) :: model        !< with its gravity
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+
+      associate (gravity => model%control%gravity, depth => own%depth, x => own%surface(1, :))
+         if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call input_error(error, &
+            group, 'it needs a gravity that acts downwards; gravity is '// &
+            to_text(gravity(1))//', '//to_text(gravity(2)))
+         if (size(own%k0) > 1 .and. size(depth) /= size(own%k0)) call input_error(error, group, &
+            'k0 has '//to_text(size(own%k0))//' values and depth '//to_text(size(depth))// &
+            ': give one depth for each k0')
+         if (size(depth) > 0 .and. size(own%k0) /= size(depth)) call input_error(error, group, &
+            'depth needs as many values of k0')
+         if (any(depth(2:) <= depth(:size(depth) - 1))) call input_error(error, group, &
+            'depth must ascend')
+         if (any(x(2:) <= x(:size(x) - 1))) call input_error(error, group, &
+            'the points of surface must go from left to right')
+         if (is_set(own%unit_weight) .and. size(own%surface, 2) == 0) call input_error( &
+            error, group, 'unit_weight is that of ground between the model and its surface: '// &
+            'give surface')
+      end associate
+   end subroutine check_values
+
+   !> Stress of the blocks of material m, or of all blocks.
+   subroutine stress_blocks(group, own, m, columns, model, error)
+      type(group_type), intent(in) :: group        !< of the input
+      type(in_situ_values), intent(in) :: own      !< its values
+      integer, intent(in) :: m                     !< number of the material; 0: all
+      type(columns_type), intent(in) :: columns    !< of the blocks
+      type(model_type), intent(inout) :: model     !< its blocks get stress
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(cover_type) :: cover
+      real(wp) :: surface, ratio
+      integer :: b
+
+      do b = 1, model%blocks%n
+         associate (blocks => model%blocks, material => model%materials(model%blocks%material(b)))
+            if (m > 0 .and. blocks%material(b) /= m) cycle
+            associate (x => blocks%position(1, b), y => blocks%position(2, b))
+               cover = cover_of(model, columns, x, y)
+               surface = cover%top
+               if (size(own%surface, 2) > 0) surface = table_value(own%surface(1, :), &
+                  own%surface(2, :), x + model%origin(1)) - model%origin(2)
+               if (surface < cover%top - touching*blocks%half_size) then
+                  call input_error(error, group, 'surface is '//to_text(cover%top - surface)// &
+                     ' m below the top of the model at x = '//to_text(x + model%origin(1)))
+                  return
+               end if
+               if (is_set(own%unit_weight)) cover%unit_weight = own%unit_weight
+               cover%weight = cover%weight + cover%unit_weight*max(0.0_wp, surface - cover%top)
+               ratio = material%poisson_ratio/(1.0_wp - material%poisson_ratio)
+               if (size(own%k0) == 1) ratio = own%k0(1)
+               if (size(own%depth) > 0) ratio = table_value(own%depth, own%k0, surface - y)
+               blocks%initial_stress(1:2, b) = blocks%initial_stress(1:2, b) &
+                  - cover%weight*[ratio, 1.0_wp]
+               model%stress_gradient(:, b) = norm2(model%control%gravity)*material%density &
+                  *[ratio, 1.0_wp]
+            end associate
+         end associate
+      end do
+   end subroutine stress_blocks
+
+   !> What lies above a point: top edges of blocks run leftwards, lower ones rightwards.
+   pure function cover_of(model, columns, x, y) result(cover)
+      type(model_type), intent(in) :: model      !< with its blocks
+      type(columns_type), intent(in) :: columns  !< of these
+      real(wp), intent(in) :: x, y               !< m
+      type(cover_type) :: cover
+      real(wp) :: height, unit_weight
+      integer :: c, i, v
+
+      associate (blocks => model%blocks)
+         c = column_at(columns, x)
+         do i = columns%first(c), columns%first(c + 1) - 1
+            associate (b => columns%block(i))
+               unit_weight = norm2(model%control%gravity) &
+                  *model%materials(blocks%material(b))%density
+               do v = blocks%first(b), blocks%first(b + 1) - 1
+                  associate (from => blocks%vertex(:, v), to => blocks%vertex(:, blocks%next(v)))
+                     if ((from(1) <= x) .eqv. (to(1) <= x)) cycle
+                     height = from(2) + (x - from(1))/(to(1) - from(1))*(to(2) - from(2))
+                     cover%weight = cover%weight + sign(unit_weight*max(0.0_wp, height - y), &
+                        from(1) - to(1))
+                     if (height <= cover%top) cycle
+                     cover%top = height
+                     cover%unit_weight = unit_weight
+                  end associate
+               end do
+            end associate
+         end do
+      end associate
+   end function cover_of
+
+   !> Columns with the blocks of a model.
+   function columns_of(model) result(columns)
+      type(model_type), intent(in) :: model  !< with its blocks
+      type(columns_type) :: columns
+      integer, allocatable :: key(:), block_of(:), order(:)
+      integer :: span(2, model%blocks%n), b, c, n, k
+
+      associate (blocks => model%blocks, x => model%blocks%vertex(1, :))
+         n = min(most_columns, blocks%n)
+         columns%left = minval(x)
+         columns%width = (maxval(x) - columns%left)/n
+         allocate (columns%first(n + 1))
+         do b = 1, blocks%n
+            associate (own => x(blocks%first(b):blocks%first(b + 1) - 1))
+               span(:, b) = [column_at(columns, minval(own)), column_at(columns, maxval(own))]
+            end associate
+         end do
+         k = sum(span(2, :) - span(1, :) + 1)
+         allocate (key(k), block_of(k))
+         k = 0
+         do b = 1, blocks%n
+            do c = span(1, b), span(2, b)
+               k = k + 1
+               key(k) = c
+               block_of(k) = b
+            end do
+         end do
+         call counting_sort(n, key, columns%first, order)
+         columns%block = block_of(order)
+      end associate
+   end function columns_of
+
+   !> The column that a vertical lies in.
+   pure integer function column_at(columns, x) result(c)
+      type(columns_type), intent(in) :: columns  !< with their widths
+      real(wp), intent(in) :: x                  !< m
+
+      c = min(size(columns%first) - 1, 1 + int((x - columns%left)/columns%width))
+   end function column_at
+
+end module dda_input_in_situ

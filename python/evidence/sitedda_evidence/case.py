@@ -1,0 +1,311 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A case: measured figures beside expected ones, tables and pictures; and its run."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from matplotlib.figure import Figure
+
+from sitedda.base.errors import InputError, SiteddaError
+from sitedda.report import Picture
+from sitedda.report.style import add_legends, canvas
+
+from .compared import Compared
+from .runs import Task, run_all
+
+Tasks = Callable[[bool], list[Task]]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure that was measured.
+
+    Attributes
+    ----------
+    quantity : str
+        What was measured.
+    expected : float or None
+        What theory says; None where only a bound is known.
+    got : float
+        What the engine gave.
+    error : float
+        Relative error, absolute error or the measured figure itself, see `kind`.
+    allowed : float or None
+        Largest error; None for a row that is shown for comparison only.
+    kind : str
+        ``"relative"`` (a ratio), ``"absolute"`` (in `unit`) or ``"at most"`` (in `unit`).
+    unit : str
+        Unit of `expected` and `got`.
+    words : str
+        What was measured, where a number does not say it.
+    """
+
+    quantity: str
+    expected: float | None
+    got: float
+    error: float
+    allowed: float | None
+    kind: str
+    unit: str = ""
+    words: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """The error is within what is allowed; a row without a bound always passes."""
+        return self.allowed is None or self.error <= self.allowed
+
+
+def relative(quantity, expected, got, allowed, unit="") -> Row:
+    """A row judged by its relative error."""
+    return Row(
+        quantity, expected, got, abs(got - expected) / abs(expected), allowed, "relative", unit
+    )
+
+
+def absolute(quantity, expected, got, allowed, unit="") -> Row:
+    """A row judged by its absolute error."""
+    return Row(quantity, expected, got, abs(got - expected), allowed, "absolute", unit)
+
+
+def at_most(quantity, got, allowed, unit="") -> Row:
+    """A row judged by a bound on the figure itself."""
+    return Row(quantity, None, got, got, allowed, "at most", unit)
+
+
+def true(quantity, expected: bool, got: bool, words: str = "") -> Row:
+    """A row that is true or false: it stands, it slides, results are bit-identical."""
+    wrong = float(expected != got)
+    return Row(quantity, float(expected), float(got), wrong, 0.0, "yes or no", words=words)
+
+
+def reached(quantity: str, got: bool, words: str) -> Row:
+    """A row that must be right, with what was measured in words."""
+    return true(quantity, True, got, words)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Figures without a verdict, such as a convergence study."""
+
+    title: str
+    heads: Sequence[str]
+    rows: Sequence[Sequence[object]]
+
+
+@dataclass
+class Outcome:
+    """Result of a case: judged rows, then the contents of its report, in that order.
+
+    Attributes
+    ----------
+    rows : list of Row
+    figure : Figure, optional
+        Its only picture, captioned by the title.
+    tables : list of Table
+    text : list of str
+        Paragraphs that go before: what is modelled, printed and assumed.
+    compared : list of Compared
+        Values of a publication beside theory and run.
+    pictures : list of Picture
+    notes : list of str
+        What disagrees and why.
+    """
+
+    rows: list[Row] = field(default_factory=list)
+    figure: Figure | None = None
+    tables: list[Table] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)
+    compared: list[Compared] = field(default_factory=list)
+    pictures: list[Picture] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def picture(name: str, caption: str, draw_on: Callable[[Figure], None]) -> Picture:
+    """A picture from a function that draws on an empty figure."""
+    figure = Figure()
+    draw_on(figure)
+    return Picture(figure, caption, name)
+
+
+def curves(across: str, up: str, *lines) -> Figure:
+    """A figure of curves: across, up and how each looks, by the words of matplotlib."""
+    figure, (axis,) = canvas(1, size=(6.0, 3.4))
+    for x, y, look in lines:
+        axis.plot(x, y, **look)
+    axis.set(xlabel=across, ylabel=up)
+    return figure
+
+
+@dataclass(frozen=True)
+class Collection:
+    """Cases that one command runs and one page reports.
+
+    Attributes
+    ----------
+    name, title, lead : str
+        File name of the page without ending, its title and first paragraph.
+    cases : dict of str to Case
+    """
+
+    name: str
+    title: str
+    lead: str
+    cases: dict[str, Case] = field(default_factory=dict)
+
+    def add(self, title: str, formula: str, reference: str, tasks: Tasks | None = None) -> Callable:
+        """Register a function as a case of its name, without ``_case`` at its end."""
+
+        def register(function: Callable) -> Callable:
+            name = function.__name__.removesuffix("_case")
+            if name in self.cases:
+                raise ValueError(f"there are two cases {name!r}")
+            self.cases[name] = Case(name, title, formula, reference, function, tasks)
+            return function
+
+        return register
+
+    def run(
+        self,
+        names: Iterable[str] = (),
+        short: bool = False,
+        progress: Callable[[int, int], None] | None = None,
+        cores: int = 2,
+    ) -> Iterator[Result]:
+        """Run cases, in the order of the report; their tasks first, side by side.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Of `cases`; none: all.
+        short : bool
+            The form that tests use: fewer variants, smaller models, the same physics.
+        progress : callable, optional
+            Called with how many tasks are done and how many there are.
+        cores : int
+            Processes for tasks.
+
+        Raises
+        ------
+        InputError
+            If there is no case of a name.
+        """
+        wanted = set(names) or set(self.cases)
+        if unknown := sorted(wanted - set(self.cases)):
+            known = ", ".join(self.cases)
+            raise InputError(f"there is no case {', '.join(unknown)}; known are {known}")
+        chosen = [case for name, case in self.cases.items() if name in wanted]
+        tasks = {one.name: one.tasks(short) for one in chosen if one.tasks}
+        named = [replace(t, key=(name, t.key)) for name, some in tasks.items() for t in some]
+        done = run_all(named, progress, cores) if named else {}
+        for one in chosen:
+            yield one.run(short, {key: value for (name, key), value in done.items()
+                                  if name == one.name})  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case of the field with a known answer.
+
+    Attributes
+    ----------
+    name, title : str
+    formula : str
+        What is expected and how it follows, Markdown.
+    reference : str
+        Where it is from.
+    function : callable
+        Takes ``short`` (bool), or what its tasks gave by their keys, and returns an `Outcome`.
+    tasks : callable, optional
+        Takes ``short`` and returns a list of `Task`.
+    """
+
+    name: str
+    title: str
+    formula: str
+    reference: str
+    function: Callable[..., Outcome]
+    tasks: Tasks | None = None
+
+    def run(self, short: bool = False, done: Mapping | None = None) -> Result:
+        """Run the case; an error of the engine becomes a failed result.
+
+        Parameters
+        ----------
+        short : bool
+            See `Collection.run`.
+        done : mapping, optional
+            What its tasks gave.
+        """
+        begin = time.perf_counter()
+        try:
+            outcome, trouble = self.function(dict(done or {}) if self.tasks else short), ""
+        except SiteddaError as error:
+            outcome, trouble = Outcome(), str(error)
+        if outcome.figure:
+            add_legends(outcome.figure)
+            outcome.pictures.insert(0, Picture(outcome.figure, self.title, self.name))
+        return Result(self, outcome, time.perf_counter() - begin, trouble)
+
+
+@dataclass(frozen=True)
+class Result:
+    """A case that was run."""
+
+    case: Case
+    outcome: Outcome
+    seconds: float
+    trouble: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """All rows passed and the engine raised no error."""
+        return not self.trouble and all(row.passed for row in self.outcome.rows)
+
+    @property
+    def rows(self) -> list[Row]:
+        """Rows of the outcome."""
+        return self.outcome.rows
+
+
+VALIDATION = Collection(
+    "report",
+    "Validation",
+    "Every figure was computed by this run; expected values are closed forms or independent "
+    "solutions (scipy).",
+)
+PAPER = Collection(
+    "paper",
+    "The paper's results, reproduced",
+    "Every table and figure of “Site response analysis with two-dimensional numerical discontinuous"
+    " deformation analysis method” (2013) that holds a result, run anew with sitedda. Paper values"
+    " and formulas of the theory are data with their place in the paper; everything else is"
+    " computed by the run that wrote this report.",
+)
+case = VALIDATION.add
+
+
+def study(title: str, tasks: Tasks) -> Callable:
+    """Register a function as a case of the paper."""
+    return PAPER.add(title, "", "", tasks)
+
+
+def observed_order(steps: Sequence[float], errors: Sequence[float]) -> list[float]:
+    """Order of convergence between neighbours of a series, ``nan`` for the first.
+
+    Parameters
+    ----------
+    steps : sequence of float
+        Step or size, of any unit.
+    errors : sequence of float
+        Error at each of them, absolute value.
+    """
+    orders = [math.nan]
+    for i in range(1, len(steps)):
+        both = errors[i] > 0 and errors[i - 1] > 0
+        ratio = math.log(errors[i] / errors[i - 1]) if both else math.nan
+        orders.append(ratio / math.log(steps[i] / steps[i - 1]))
+    return orders

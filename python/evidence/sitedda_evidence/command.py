@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda validate` and `sitedda paper`: cases with known answers, run, judged and reported."""
+
+import argparse
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+
+def add_validate(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda validate`."""
+    _add(parser, "VALIDATION", None)
+
+
+def add_paper(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda paper`."""
+    _add(parser, "PAPER", Path("paper_report"))
+
+
+def _add(parser: argparse.ArgumentParser, collection: str, folder: Path | None) -> None:
+    parser.add_argument("cases", nargs="*", metavar="CASE", help="names of cases (all)")
+    parser.add_argument("--report", "--folder", type=Path, default=folder, metavar="FOLDER",
+                        help=f"write a report with pictures ({folder or 'none'})")  # fmt: skip
+    parser.add_argument("--short", action="store_true", help="smaller variants, as the tests use")
+    parser.add_argument("--list", action="store_true", help="list the cases and stop")
+    parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
+    parser.set_defaults(act=partial(_run, collection))
+
+
+def _run(collection: str, options: argparse.Namespace) -> int:
+    from . import catalogue
+    from .report import write_report
+
+    wanted = getattr(catalogue, collection)
+    if options.list:
+        for case in wanted.cases.values():
+            print(f"{case.name:16s} {case.title}")
+        return 0
+    passed: list[bool] = []
+    results = _told(wanted, options, passed)
+    if options.report:
+        print(f"report: {write_report(wanted, results, options.report)}")
+    else:
+        for _ in results:
+            pass
+    print(f"{sum(passed)} of {len(passed)} cases pass")
+    return 0 if all(passed) else 1
+
+
+def _told(wanted, options: argparse.Namespace, passed: list[bool]) -> Iterator:
+    """Results, each printed when it is available."""
+    from tqdm import tqdm
+
+    from .report import terminal_text
+
+    bar = tqdm(unit="run", disable=options.quiet, delay=1e-6)
+
+    def show(done: int, total: int) -> None:
+        bar.total = total
+        bar.update(done - bar.n)
+        if done == total:
+            bar.close()
+
+    for result in wanted.run(options.cases, options.short, show):
+        passed.append(result.passed)
+        print(terminal_text(result), flush=True)
+        yield result

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Values of a publication beside theory and run, and how they are shown."""
+
+from dataclasses import dataclass
+
+Value = float | tuple[float, float] | str | None
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One result of the paper beside theory and run.
+
+    Attributes
+    ----------
+    quantity : str
+        Compared quantity, with its unit.
+    place : str
+        Its position in the paper.
+    paper : float, (float, float), str or None
+        Printed value, range of values, or words; None if the paper prints none.
+    theory : float, str or None
+        From a closed form or the exact discrete theory.
+    sitedda : float or str
+        Measured on the run.
+    why : str
+        Reason of the difference.
+    digits : int
+        Significant digits shown.
+    """
+
+    quantity: str
+    place: str
+    paper: Value
+    theory: Value
+    sitedda: Value
+    why: str = ""
+    digits: int = 4
+
+    @property
+    def from_paper(self) -> float | None:
+        """Relative difference of the run from the paper; 0 inside a printed range."""
+        return deviation(self.sitedda, self.paper)
+
+    @property
+    def from_theory(self) -> float | None:
+        """Relative difference of the run from the theory."""
+        return deviation(self.sitedda, self.theory)
+
+
+def deviation(value: Value, reference: Value) -> float | None:
+    """Relative difference of a value from a number or from the nearer end of a range."""
+    if isinstance(value, str | tuple) or value is None or isinstance(reference, str | None):
+        return None
+    low, high = reference if isinstance(reference, tuple) else (reference, reference)
+    nearest = min(max(value, low), high)
+    return (value - nearest) / abs(nearest) if nearest else None
+
+
+def per_cent(fraction: float | None, sign: bool = False) -> str:
+    """A fraction as text in per cent, from 10 on as a factor; `sign`: with + if above 0."""
+    if fraction is None:
+        return "–"
+    if abs(fraction) < 5e-7:
+        return "0 %"
+    if abs(fraction) >= 10:
+        return f"× {1 + fraction:.3g}"
+    digits = 3 if abs(fraction) >= 0.0995 else 2
+    return _plain(f"{100 * fraction:{'+' if sign else ''}.{digits}g}") + " %"
+
+
+def show(value: Value, digits: int = 4) -> str:
+    """A value of a row as text."""
+    if value is None:
+        return "–"
+    if isinstance(value, str):
+        return value
+    if isinstance(value, tuple):
+        return " – ".join(show(v, digits) for v in value)
+    return _plain(f"{value:.{digits}g}")
+
+
+def _plain(text: str) -> str:
+    """Exponents as powers of ten."""
+    mantissa, e, exponent = text.partition("e")
+    return f"{mantissa}·10^{int(exponent)}" if e else mantissa

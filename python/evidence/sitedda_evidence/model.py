@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Inputs of the cases as namelist text, and how they are run."""
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from sitedda.engine.simulation import Simulation
+from sitedda.facade.run import run
+from sitedda.input.groups import group_text
+
+GRAVITY = 9.81  # m/s²
+STIFF = 1e15  # Pa: a base that does not give
+
+
+def group(name: str, /, **values) -> str:
+    """One namelist group; values that are None are left out."""
+    return group_text(name, values)
+
+
+def text(*groups: str) -> str:
+    """An input of groups."""
+    return "".join(groups)
+
+
+def control(time_step: float, steps: int, gravity: Sequence[float] = (0.0, -GRAVITY), **more):
+    """``&control``: Δt (s), number of steps, gravity (m/s²)."""
+    return group("control", time_step=time_step, steps=int(steps), gravity=gravity, **more)
+
+
+def contact(normal_stiffness: float, **more) -> str:
+    """``&contact``: penalty (N/m per metre of thickness)."""
+    return group("contact", normal_stiffness=normal_stiffness, **more)
+
+
+def material(name, density, young_modulus, poisson_ratio=0.0, velocity=None) -> str:
+    """``&material``: kg/m³, Pa, and velocity at the start (m/s, m/s, rad/s)."""
+    return group(
+        "material",
+        name=name,
+        density=density,
+        young_modulus=young_modulus,
+        poisson_ratio=poisson_ratio,
+        initial_velocity=velocity,
+    )
+
+
+def joint(name: str, friction_angle: float, **more) -> str:
+    """``&joint``: friction angle in degrees."""
+    return group("joint", name=name, friction_angle=friction_angle, **more)
+
+
+def block(name: str, vertices, material: str = "", joint: str = "") -> str:
+    """``&block`` from vertices, shape (n, 2), m, counter-clockwise."""
+    return group("block", name=name, material=material, joint=joint, vertices=vertices)
+
+
+def held(name: str, vertices, material="", joint="", points=None, **motions) -> str:
+    """A block with two or more fixed points, by default at its vertices."""
+    points = np.asarray(vertices if points is None else points, dtype=float)
+    fixed = [group("fixed_point", x=x, y=y, block=name, **motions) for x, y in points]
+    return block(name, vertices, material, joint) + "".join(fixed)
+
+
+def measured(name: str, point, block: str = "") -> str:
+    """``&measured_point`` at a place, m."""
+    return group("measured_point", name=name, x=point[0], y=point[1], block=block)
+
+
+def motion(name: str, values, time_step: float, quantity="acceleration", drift_order=0) -> str:
+    """``&motion`` from samples in SI units."""
+    return group(
+        "motion",
+        name=name,
+        quantity=quantity,
+        time_step=time_step,
+        drift_order=drift_order,
+        values=values,
+    )
+
+
+def rectangle(left: float, bottom: float, width: float, height: float) -> np.ndarray:
+    """Vertices of an upright rectangle, shape (4, 2), m."""
+    right, top = left + width, bottom + height
+    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
+
+
+def turned(points, angle: float, about=(0.0, 0.0)) -> np.ndarray:
+    """Points turned counter-clockwise by an angle (rad) about a point."""
+    c, s = np.cos(angle), np.sin(angle)
+    return (np.asarray(points) - about) @ np.array([[c, s], [-s, c]]) + about
+
+
+@contextmanager
+def simulation(text: str) -> Iterator[Simulation]:
+    """A simulation of an input text, to be advanced by hand."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "case.nml"
+        file.write_text(text)
+        with Simulation(file) as opened:
+            yield opened
+
+
+def history(text: str) -> xr.Dataset:
+    """Run an input text to its end and return its output."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "case.nml"
+        file.write_text(text)
+        return run(file).history
+
+
+def residual(data: xr.Dataset) -> float:
+    """Largest balance of the energy audit over the work done.
+
+    The work done is the largest sum of what gravity and input gave; where neither gives any, the
+    energy at the start.
+    """
+    work = np.abs(data.energy_gravity).max() + np.abs(data.energy_input).max()
+    start = float(data.energy_initial[-1])
+    return float(np.abs(data.energy_balance).max() / max(float(work), abs(start)))

@@ -1,0 +1,370 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exact discrete theory of a model with bonded contacts: K and M from the blocks, in NumPy.
+
+The engine's blocks, springs and supports, assembled a second time: frequencies from K x = ω² M x,
+transfer functions of the scheme from one complex solve per frequency, and time histories in modal
+coordinates.  The list of contacts and the closed forms of the scheme are taken from the engine.
+Small motions; contacts neither open nor slide; the weight of the blocks does not act on the
+frequencies.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import eigh
+
+from sitedda.engine.scheme import Scheme
+from sitedda.engine.simulation import Simulation
+from sitedda.input.changes import changed_input
+from sitedda.input.input_text import groups_by_name
+
+_TOUCHING = 1e-6  # m, a vertex nearer to an edge touches it
+
+
+@dataclass(frozen=True)
+class DiscreteModel:
+    """Matrices of a model.
+
+    Attributes
+    ----------
+    elastic, mass : ndarray, shape (6n, 6n)
+        K of blocks and contacts, M for unknowns (u0, v0, r0, ex, ey, gxy) of each block, per metre
+        of thickness.
+    supports : ndarray, shape (held, 6n)
+        Rows of the displacement of each fixed point in each of its fixed directions.
+    support_axes : ndarray, shape (held,)
+        Those directions: 0 x, 1 y.
+    support_stiffness : float
+        k of each support, N/m per metre of thickness; its dashpot has (1 - χ) k Δt.
+    centroids : ndarray, shape (n, 2)
+        m.
+    points : dict
+        Measured points: name -> (block, place in m).
+    loads : list
+        Point loads: (block, place in m).
+    scheme : Scheme
+        Time integration of the input.
+    """
+
+    elastic: np.ndarray
+    mass: np.ndarray
+    supports: np.ndarray
+    support_axes: np.ndarray
+    support_stiffness: float
+    centroids: np.ndarray
+    points: dict
+    loads: list
+    scheme: Scheme
+
+    @classmethod
+    def of(cls, file: Path, changes: Mapping | None = None, **more) -> "DiscreteModel":
+        """The model of an input with changes, as for `sitedda.Simulation`."""
+        changes = dict(changes or {}) | more
+        parsed = groups_by_name(changed_input(Path(file).read_text(), changes))
+        with Simulation(file, changes=changes) as simulation:
+            polygons = [np.array(polygon) for polygon in simulation.polygons]
+            contacts = simulation.contacts
+            names = simulation.block_names
+        moments = [_moments(polygon) for polygon in polygons]
+        centroids = np.array([m[1] for m in moments])
+        n = len(polygons)
+        mass, stiffness = np.zeros((6 * n, 6 * n)), np.zeros((6 * n, 6 * n))
+        for b, material in enumerate(_materials(parsed, n)):
+            here = slice(6 * b, 6 * b + 6)
+            mass[here, here] = _mass(material, *moments[b])
+            stiffness[here, here] += _elastic(material, moments[b][0])
+        shape = _Shape(centroids)
+        normal = parsed["contact"][0]["normal_stiffness"]
+        shear = normal / parsed["contact"][0].get("shear_ratio", 2.5)
+        _add_contacts(stiffness, polygons, contacts, shape, (normal, shear))
+        ratio = parsed["contact"][0].get("fixed_point_ratio", 100.0)
+        supports, axes = _supports(parsed, polygons, names, shape)
+        points = {
+            group["name"]: (_block_of(group, polygons, names), (group["x"], group["y"]))
+            for group in parsed.get("measured_point", [])
+        }
+        loads = [
+            (_block_of(group, polygons, names), (group["x"], group["y"]))
+            for group in parsed.get("load", [])
+        ]
+        scheme = Scheme.of_control(parsed["control"][0])
+        spring = ratio * normal
+        return cls(stiffness, mass, supports, axes, spring, centroids, points, loads, scheme)
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """K with the springs of the supports, shape (6n, 6n)."""
+        return self.elastic + self.support_stiffness * self.supports.T @ self.supports
+
+    def _dashpot(self, time_step: float) -> float:
+        """Of each support, on the velocity at the end of the step, N s/m."""
+        return (1 - self.scheme.chi) * self.support_stiffness * time_step
+
+    def _pushed(self, axis: int) -> np.ndarray:
+        """Sum of the support rows along an axis, shape (6n,)."""
+        return self.supports[self.support_axes == axis].sum(0)
+
+    def row(self, place, axis: int = 0) -> np.ndarray:
+        """Row that gives the displacement along an axis of a measured point (name), or of a
+        (block, place)."""
+        block, where = self.points[place] if isinstance(place, str) else place
+        return _Shape(self.centroids)(block, where)[axis]
+
+    @cached_property
+    def _modes(self) -> tuple[np.ndarray, np.ndarray]:
+        square, shapes = eigh(self.stiffness, self.mass)
+        return np.sqrt(np.maximum(square, 0.0)), shapes
+
+    @property
+    def omega(self) -> np.ndarray:
+        """Undamped angular frequencies, ascending, rad/s."""
+        return self._modes[0]
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Undamped frequencies, ascending, Hz."""
+        return self.omega / (2 * np.pi)
+
+    def mode(self, number: int) -> np.ndarray:
+        """Mass-normalised shape of a mode, shape (6n,)."""
+        return self._modes[1][:, number]
+
+    def share(self, axis: int) -> np.ndarray:
+        """Effective mass of each mode over the total, for motion along an axis."""
+        unit = np.zeros(len(self.mass))
+        unit[axis::6] = 1.0
+        return (self._modes[1].T @ self.mass @ unit) ** 2 / (unit @ self.mass @ unit)
+
+    def first(self, axis: int) -> int:
+        """The mode with the most mass along an axis."""
+        return int(np.argmax(self.share(axis)))
+
+    def transfer(self, frequency, time_step: float, surface: str, base: str, loading: str):
+        """Transfer function of the scheme between two points for motion in x.
+
+        With the factors w of `Scheme.steady`: [w_M M + K + (w_e k + w_d c) RᵀR] x = F, R the rows
+        of the supports.
+
+        Parameters
+        ----------
+        frequency : array_like
+            Hz.
+        time_step : float
+            Δt, s.
+        surface, base : str
+            Measured points.
+        loading : str
+            'displacement': of the fixed points; ratio of the two points' motions.
+            'acceleration': as body force in the frame of the base; 1 + relative acceleration of
+            the surface over the base's.
+        """
+        factors = self.scheme.steady(frequency, time_step)
+        spring = (
+            self.support_stiffness * factors.end_stiffness
+            + self._dashpot(time_step) * factors.end_dashpot
+        )
+        held = self.supports.T @ self.supports
+        if loading == "displacement":
+            force = spring[:, None] * self._pushed(0)
+        else:
+            unit = np.zeros(len(self.mass))
+            unit[0::6] = 1.0
+            force = -factors.load[:, None] * (self.mass @ unit)
+        x = np.array(
+            [
+                np.linalg.solve(inertia * self.mass + self.elastic + k * held, f)
+                for inertia, k, f in zip(factors.inertia, spring, force, strict=True)
+            ]
+        )
+        top = x @ self.row(surface)
+        if loading == "displacement":
+            return top / (x @ self.row(base))
+        # accelerations are measured as (v1 - v0)/Δt
+        return 1 + top * factors.inertia / factors.end_stiffness
+
+    def loaded(
+        self, row: np.ndarray, force: np.ndarray, series, time_step: float, factor: float = 1.0
+    ) -> np.ndarray:
+        """Displacement after each step under force × series, from rest.
+
+        Parameters
+        ----------
+        row : ndarray, shape (6n,)
+            Measured quantity, see `row`.
+        force : ndarray, shape (6n,)
+            Position of the force.
+        series : array_like, shape (steps,)
+            Its factor in each step, at t₀ + θΔt.
+        time_step : float
+            Δt, s.
+        factor : float
+            Dynamic factor.
+
+        Returns
+        -------
+        ndarray, shape (steps,)
+        """
+        return self._march(row, force, series, np.zeros(len(self.mass)), time_step, factor)
+
+    def shaken(self, row: np.ndarray, motion, rate, time_step: float) -> np.ndarray:
+        """Displacement after each step when all fixed points move along x.
+
+        Parameters
+        ----------
+        row : ndarray, shape (6n,)
+            Measured quantity, see `row`.
+        motion, rate : array_like, shape (steps + 1,)
+            Their displacement and its own velocity, m and m/s, from the start on.
+        time_step : float
+            Δt, s.
+
+        Returns
+        -------
+        ndarray, shape (steps,)
+        """
+        chi, dashpot = self.scheme.chi, self._dashpot(time_step)
+        motion, rate = np.array(motion, dtype=float), np.array(rate, dtype=float)
+        if chi > 0.5:  # it follows from the displacement as the blocks' velocity does
+            for n, moved in enumerate(np.diff(motion)):
+                rate[n + 1] = moved / (chi * time_step) - (1 / chi - 1) * rate[n]
+        push = self._pushed(0)
+        # the supports take the velocity at the start at once
+        weight = (1 - chi) * dashpot * time_step
+        moving = np.linalg.solve(
+            self.mass + weight * self.supports.T @ self.supports, weight * rate[0] * push
+        )
+        series = self.support_stiffness * motion[1:] + dashpot * rate[1:]
+        return self._march(row, push, series, moving, time_step, 1.0)
+
+    def _march(self, row, force, series, velocity, time_step: float, factor: float) -> np.ndarray:
+        """Steps in modal coordinates: M and K are diagonal there, supports of low rank."""
+        square, shapes = self.omega**2, self._modes[1]
+        theta, chi = self.scheme.theta, self.scheme.chi
+        rows, k, c = self.supports @ shapes, self.support_stiffness, self._dashpot(time_step)
+        momentum, back = 1 / (chi * time_step), (1 / chi - 1) * factor
+        flexibility = 1 / (momentum / time_step + theta * square)
+        # K - k RᵀR acts at θ, the spring k and the dashpot c at the end
+        extra = (1 - theta) * k + c * momentum
+        soft = rows * flexibility
+        inside = np.linalg.inv(np.eye(len(rows)) + extra * soft @ rows.T) * extra
+        x, v = np.zeros(len(square)), shapes.T @ self.mass @ velocity
+        push, weight = shapes.T @ force, row @ shapes
+        result = np.empty(len(series))
+        for n, value in enumerate(series):
+            load = value * push + factor * momentum * v - square * x
+            load += (c * back) * ((rows @ v) @ rows)
+            moved = flexibility * load
+            moved -= soft.T @ (inside @ (rows @ moved))
+            x = x + moved
+            v = momentum * moved - back * v
+            result[n] = weight @ x
+        return result
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """Shape matrix T of paper eq. 4 in the unknowns of all blocks."""
+
+    centroids: np.ndarray
+
+    def __call__(self, block: int, place) -> np.ndarray:
+        x, y = np.asarray(place) - self.centroids[block]
+        rows = np.zeros((2, 6 * len(self.centroids)))
+        rows[:, 6 * block : 6 * block + 6] = [[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]]
+        return rows
+
+
+def _materials(parsed, count: int) -> list:
+    """Material of each block, in the order of the groups."""
+    materials = parsed.get("material", [])
+    if len(materials) == 1:
+        return materials * count
+    by_name = {material.get("name", ""): material for material in materials}
+    return [
+        by_name.get(group.get("material", ""), materials[0])
+        for name in parsed
+        if name in ("block", "layers", "drums")
+        for group in parsed.get(name, [])
+        for _ in range(group.get("count", 1))
+    ]
+
+
+def _moments(polygon: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Area, centroid and ∫(r - c)(r - c)ᵀ of a polygon, by triangles from its first vertex."""
+    origin = polygon[0]
+    a, b = polygon[1:-1] - origin, polygon[2:] - origin
+    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    area = twice.sum() / 2
+    centre = (twice[:, None] * (a + b)).sum(0) / (6 * area)
+    second = np.zeros((2, 2))
+    for weight, p, q in zip(twice, a, b, strict=True):
+        second += weight / 24 * (np.outer(p, p) + np.outer(q, q) + np.outer(p + q, p + q))
+    return area, centre + origin, second - area * np.outer(centre, centre)
+
+
+def _mass(material, area: float, _centre, second: np.ndarray) -> np.ndarray:
+    """ρ ∫TᵀT about the centroid."""
+    (xx, xy), (_, yy) = second
+    matrix = np.zeros((6, 6))
+    matrix[0, 0] = matrix[1, 1] = area
+    matrix[2, 2:] = [xx + yy, -xy, xy, (xx - yy) / 2]
+    matrix[3, 3:] = [xx, 0.0, xy / 2]
+    matrix[4, 4:] = [yy, xy / 2]
+    matrix[5, 5] = (xx + yy) / 4
+    return material["density"] * (matrix + np.triu(matrix, 1).T)
+
+
+def _elastic(material, area: float) -> np.ndarray:
+    """Area × D of plane stress on the strains."""
+    young, nu = material["young_modulus"], material["poisson_ratio"]
+    matrix = np.zeros((6, 6))
+    plane = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
+    matrix[3:, 3:] = area * young / (1 - nu**2) * plane
+    return matrix
+
+
+def _add_contacts(stiffness, polygons, contacts, shape: _Shape, springs) -> None:
+    """Normal and shear spring of every vertex that touches an edge, of those the engine lists."""
+    vertices = np.concatenate(polygons)
+    owner = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
+    following = np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons])
+    for vertex, edge in zip(contacts["vertex"], contacts["edge"], strict=True):
+        place, along = vertices[vertex], following[edge] - vertices[edge]
+        length = np.hypot(*along)
+        along = along / length
+        foot = along @ (place - vertices[edge])
+        off = np.hypot(*(place - vertices[edge] - np.clip(foot, 0.0, length) * along))
+        if off > _TOUCHING:
+            continue
+        apart = shape(owner[vertex], place) - shape(owner[edge], place)
+        for spring, direction in zip(springs, ((along[1], -along[0]), along), strict=True):
+            row = np.asarray(direction) @ apart
+            stiffness += spring * np.outer(row, row)
+
+
+def _supports(parsed, polygons, names, shape: _Shape) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the held directions of all fixed points, and the directions."""
+    rows, axes = [], []
+    for group in parsed.get("fixed_point", []):
+        both = shape(_block_of(group, polygons, names), (group["x"], group["y"]))
+        for axis, letter in enumerate("xy"):
+            if letter in group.get("direction", "xy"):
+                rows.append(both[axis])
+                axes.append(axis)
+    return np.array(rows).reshape(-1, 6 * len(polygons)), np.array(axes, dtype=int)
+
+
+def _block_of(group, polygons, names) -> int:
+    """The block that a point belongs to: by name, or the first that holds it."""
+    if group.get("block"):
+        return names.index(group["block"])
+    place = np.array([group["x"], group["y"]])
+    for number, polygon in enumerate(polygons):
+        sides = np.roll(polygon, -1, axis=0) - polygon
+        away = place - polygon
+        if np.all(sides[:, 0] * away[:, 1] - sides[:, 1] * away[:, 0] >= -1e-9):
+            return number
+    raise ValueError(f"no block contains the point {place}")

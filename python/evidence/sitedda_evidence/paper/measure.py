@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measurements on histories that several studies share."""
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from sitedda.engine.signals import Decrement, log_decrement
+
+_ORDER = 6  # of the Butterworth filter that takes away the higher modes, applied to and fro
+
+
+def first_mode_decay(time, x, frequency: float, cutoff: float, trim: float = 4.0) -> Decrement:
+    """Decrement of the lowest mode in a free decay (paper eq. 11), higher modes filtered out.
+
+    A filter without phase leaves the decay rate of a mode as it is; only its ends are cut off.
+
+    Parameters
+    ----------
+    time, x : array_like, shape (m,)
+        Free decay, s and any unit.
+    frequency : float
+        About where the mode lies, Hz.
+    cutoff : float
+        Hz, between the lowest mode and the next.
+    trim : float
+        Periods cut off at both ends after filtering.
+    """
+    time, x = np.asarray(time), np.asarray(x)
+    step = (time[-1] - time[0]) / (time.size - 1)
+    filtered = sosfiltfilt(butter(_ORDER, cutoff, fs=1 / step, output="sos"), x)
+    end = int(trim / frequency / step)
+    return log_decrement(time[end:-end], filtered[end:-end], offset=0.0, floor=1e-3)
+
+
+def sub_sample_maximum(time, x) -> tuple[float, float]:
+    """Time and height of the highest sample, refined by a parabola."""
+    x = np.asarray(x)
+    i = int(np.argmax(x))
+    if i in (0, x.size - 1):
+        return float(time[i]), float(x[i])
+    left, middle, right = x[i - 1 : i + 2]
+    bend = left - 2 * middle + right
+    shift = 0.5 * (left - right) / bend if bend else 0.0
+    step = time[i + 1] - time[i]
+    return float(time[i] + shift * step), float(middle - 0.25 * (left - right) * shift)

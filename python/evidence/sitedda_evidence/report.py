@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Results as text for the terminal and as one report with pictures, as HTML and Markdown."""
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+from sitedda.base.files import make_folder
+from sitedda.report import Bullets, Page, Paragraph, Table, provenance, write_html, write_markdown
+from sitedda.report.page import Part
+
+from .case import Collection, Result, Row
+from .compared import Compared, per_cent, show
+
+_ROWS = ["quantity", "expected", "got", "error", "allowed", "verdict"]
+_COMPARED = ["quantity", "place", "paper", "theory", "sitedda", "to paper", "to theory",
+             "what explains it"]  # fmt: skip
+
+
+def number(value) -> str:
+    """A figure with a readable number of digits."""
+    if value is None:
+        return "–"
+    if isinstance(value, str):
+        return value
+    value = float(value)
+    if math.isnan(value):
+        return "–"
+    if value == 0 or (value == round(value) and abs(value) < 1e6):
+        return f"{value:.0f}"
+    return f"{value:.7g}" if 1e-3 <= abs(value) < 1e6 else f"{value:.3e}"
+
+
+def small(value) -> str:
+    """An error or a bound with three digits."""
+    return "–" if value is None else f"{float(value):.3g}"
+
+
+def row_cells(row: Row) -> list[str]:
+    """Quantity, expected, got, error, allowed and verdict."""
+    unit = f" {row.unit}" if row.unit else ""
+    if row.kind == "yes or no":
+        answer = {0.0: "no", 1.0: "yes"}
+        expected = "" if row.words else answer[row.expected]
+        return [row.quantity, expected, row.words or answer[row.got], "", "", _verdict(row)]
+    expected = "" if row.expected is None else number(row.expected) + unit
+    if row.kind == "at most":
+        return [row.quantity, expected, small(row.got) + unit, "", _bound(row), _verdict(row)]
+    suffix = unit if row.kind == "absolute" else ""
+    return [
+        row.quantity,
+        expected,
+        number(row.got) + unit,
+        small(row.error) + suffix,
+        _bound(row) + (suffix if row.allowed is not None else ""),
+        _verdict(row),
+    ]
+
+
+def _bound(row: Row) -> str:
+    return "" if row.allowed is None else small(row.allowed)
+
+
+def _verdict(row: Row) -> str:
+    if row.allowed is None:
+        return "shown"
+    return "ok" if row.passed else "FAILS"
+
+
+def terminal_text(result: Result) -> str:
+    """A result for the terminal."""
+    verdict = "ok" if result.passed else "FAILS"
+    lines = [f"{result.case.name}: {verdict} ({result.seconds:.1f} s) — {result.case.title}"]
+    if result.trouble:
+        lines.append(f"  error: {result.trouble}")
+    for row in result.rows:
+        quantity, expected, got, error, allowed, mark = row_cells(row)
+        parts = [
+            f"got {got}",
+            f"expected {expected}" if expected else "",
+            f"error {error}" if error else "",
+            f"allowed {allowed}" if allowed else "",
+        ]
+        lines.append(f"  {mark:5s} {quantity}: " + ", ".join(part for part in parts if part))
+    return "\n".join(lines)
+
+
+def write_report(collection: Collection, results: Iterable[Result], folder) -> Path:
+    """Write one page with all pictures, ``NAME.html``, and ``NAME.md`` with ``NAME/*.png``.
+
+    Parameters
+    ----------
+    collection : Collection
+        Whose cases they are.
+    results : iterable of Result
+        In the order of the report; each is drawn as it comes.
+    folder : path
+        Made if it does not exist.
+
+    Returns
+    -------
+    Path
+        The page.
+    """
+    page = report_page(collection, results)
+    folder, name = make_folder(folder), collection.name
+    write_markdown(page, folder / f"{name}.md", name)
+    return write_html(page, folder / f"{name}.html")
+
+
+def report_page(collection: Collection, results: Iterable[Result]) -> Page:
+    """The report of results: requirements, then each result; see `write_report`."""
+    page, seconds = Page(collection.title, collection.lead), 0.0
+    summary = page.add("Summary")
+    judged, stated = [], []
+    for result in results:
+        seconds += result.seconds
+        if result.outcome.compared:
+            stated += [_statement(row) for row in result.rows]
+        else:
+            judged.append(_summary_line(result))
+        page.add(result.case.title, *_chapter(result), anchor=result.case.name)
+    if stated:
+        summary.title, summary.anchor = "What it must reach", "requirements"
+        summary.parts.append(Table(["", "requirement", "measured"], stated, markup=True))
+    if judged:
+        heads = ["case", "rows", "worst error over allowed", "time (s)", "verdict"]
+        summary.parts.append(Table(heads, judged))
+    page.provenance = provenance(runs=f"{seconds:.0f} s")
+    return page
+
+
+def _statement(row: Row) -> list[str]:
+    measured = row.words or f"{per_cent(row.error)}, allowed {per_cent(row.allowed)}"
+    return ["reached" if row.passed else "not reached", row.quantity, measured]
+
+
+def _summary_line(result: Result) -> list[str]:
+    judged = [row for row in result.rows if row.allowed]
+    worst = max((row.error / row.allowed for row in judged), default=0.0)
+    verdict = "ok" if result.passed else "FAILS"
+    title = result.case.title
+    return [title, str(len(result.rows)), f"{worst:.2g}", f"{result.seconds:.1f}", verdict]
+
+
+def _chapter(result: Result) -> list[Part]:
+    """Text, rows and their picture; or the pictures and what is compared; tables, notes."""
+    case, outcome = result.case, result.outcome
+    texts = [case.formula, *outcome.text]
+    texts += [f"*Reference:* {case.reference}"] if case.reference else []
+    parts: list[Part] = [Paragraph(text, markup=True) for text in texts if text]
+    if result.trouble:
+        parts.append(Paragraph(f"The engine refused: {result.trouble}"))
+    if outcome.rows and not outcome.compared:
+        parts.append(Table(_ROWS, [row_cells(row) for row in outcome.rows]))
+    parts += outcome.pictures
+    if outcome.compared:
+        cells = [_compared_cells(row) for row in outcome.compared]
+        parts.append(Table(_COMPARED, cells, markup=True))
+    for table in outcome.tables:
+        cells = [[number(cell) for cell in line] for line in table.rows]
+        parts.append(Table(table.heads, cells, table.title, markup=True))
+    if outcome.notes:
+        parts.append(Bullets(outcome.notes, "What differs, and why", markup=True))
+    return parts
+
+
+def _compared_cells(row: Compared) -> list[str]:
+    return [
+        row.quantity,
+        row.place,
+        show(row.paper, row.digits),
+        show(row.theory, row.digits),
+        show(row.sitedda, row.digits),
+        per_cent(row.from_paper, sign=True),
+        per_cent(row.from_theory, sign=True),
+        row.why,
+    ]

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The inputs of the paper, and many runs on two cores."""
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import as_completed
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from sitedda.input.examples import inputs
+from sitedda.study.workers import Workers
+
+_CORES = 2
+
+
+@dataclass(frozen=True)
+class Task:
+    """One independent run.
+
+    Attributes
+    ----------
+    key : object
+        Under which its result is kept.
+    work : callable
+        A function at the top of a module.
+    arguments : dict
+        Passed to it by name.
+    weight : float
+        About how long it takes, s: long ones start first.
+    """
+
+    key: object
+    work: Callable[..., Any]
+    arguments: dict = field(default_factory=dict)
+    weight: float = 1.0
+
+
+def input_file(name: str) -> Path:
+    """An input of the reproduction."""
+    return inputs() / "paper" / name
+
+
+def run_all(
+    tasks: Iterable[Task], progress: Callable[[int, int], None] | None = None, cores: int = _CORES
+) -> dict[Any, Any]:
+    """Do all tasks and return their results by key.
+
+    Parameters
+    ----------
+    tasks : iterable of Task
+    progress : callable, optional
+        Called with how many are done and how many there are.
+    cores : int
+        Processes; 1 works in this one.
+    """
+    todo = sorted(tasks, key=lambda task: -task.weight)
+    results = {}
+    if cores == 1:
+        for task in todo:
+            results[task.key] = task.work(**task.arguments)
+            if progress:
+                progress(len(results), len(todo))
+        return results
+    pool = Workers(cores)
+    try:
+        waiting = {pool.submit(task.work, **task.arguments): task.key for task in todo}
+        for done in as_completed(waiting):
+            results[waiting[done]] = done.result()
+            if progress:
+                progress(len(results), len(todo))
+    finally:
+        pool.shutdown(cancel_futures=len(results) < len(todo))
+    return results

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Half-spaces behind the model: incoming waves, and reflection at their dashpots."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from sitedda.engine.checking import transfer
+from sitedda.facade.model import Model
+from sitedda.report.style import BLUE, RED, canvas
+
+from ..case import Outcome, at_most, case, relative
+from ..model import GRAVITY
+
+DENSITY, SPEED, POISSON = 1800.0, 200.0, 0.25  # soil: kg/m³, m/s, –
+ROCK = {"density": 2200.0, "shear_velocity": 800.0, "pressure_velocity": 1500.0}
+
+
+def _stack(layers: int, height: float, penalty: float, time_step: float) -> Model:
+    """Layers of soil on the half-space of rock, on rollers."""
+    young = 2 * DENSITY * SPEED**2 * (1 + POISSON)
+    control = {"integration": "midpoint", "analysis": "plane_strain"}
+    model = Model("layers", time_step=time_step, steps=1, **control)
+    model.contact(normal_stiffness=penalty * young)
+    model.material("soil", density=DENSITY, young_modulus=young, poisson_ratio=POISSON)
+    model.joint("glue", friction_angle=40.0, cohesion=1e12, tensile_strength=1e12)
+    model.layers("layer", width=1.0, thickness=height / layers, count=layers)
+    model.boundary("base", "compliant", side="bottom", **ROCK)
+    for side in ("left", "right"):
+        model.boundary(side=side, kind="roller", direction="y")
+    model.measured_point("surface", 0.5, height)
+    return model
+
+
+@case(
+    "A layer on an elastic half-space",
+    "Surface over outcrop is 1/|cos kH + i a sin kH| with a = ρ_sV_s/ρ_rV_r; the error of blocks "
+    "of thickness h falls as h². Dashpots of the half-space of the blocks themselves reflect "
+    "|(Z(e^iqh) + ikh)/(Z(e^−iqh) + ikh)| of the amplitude, Z(e) = 1 − e − (kh)²(2 + e)/6, "
+    "cos qh = (6 − 2(kh)²)/(6 + (kh)²), kh = 2πh/λ: about (kh)²/48.",
+    "Kramer (1996), §7.2.1; Lysmer and Kuhlemeyer (1969); `docs/boundaries.md`.",
+)
+def half_space(short: bool) -> Outcome:
+    """Transfer functions of 10, 20 and 40 layers, and the reflection at four wave lengths."""
+    height = 20.0
+    ratio = DENSITY * SPEED / (ROCK["density"] * ROCK["shear_velocity"])
+    frequencies = np.linspace(0.5, 5.0, 19 if short else 91)
+    phase = 2 * np.pi * frequencies * height / SPEED
+    exact = 1 / abs(np.cos(phase) + 1j * ratio * np.sin(phase))
+    figure, (axes,) = canvas(1)
+    axes.plot(frequencies, exact, color=BLUE, label="closed form")
+    rows, errors = [], []
+    for layers, allowed in ((10, 0.01), (20, 3e-3), (40, 1e-3)):
+        found = abs(transfer(_stack(layers, height, 2e5, 1e-4), frequencies, base=None))
+        errors.append(max(abs(found - exact)) / max(exact))
+        rows.append(at_most(f"{layers} layers: error over the peak", errors[-1], allowed))
+    for before, after in pairwise(errors):
+        rows.append(relative("order of convergence", 2.0, float(np.log2(before / after)), 0.1))
+    axes.plot(frequencies, found, ".", color=RED, label="40 layers")
+    axes.set(xlabel="frequency (Hz)", ylabel="surface over outcrop")
+    for length in (8, 20) if short else (8, 12, 20, 32):
+        number = 2 * np.pi / length
+        turn = np.exp(1j * _discrete(number))
+        there, back = (_force(number, one) + 1j * number for one in (turn, 1 / turn))
+        found = _reflection(length)
+        rows.append(relative(f"reflection at λ/h = {length}", abs(there / back), found, 0.01))
+    return Outcome(rows, figure)
+
+
+def _discrete(number):
+    """Wave number times thickness in blocks, for that in the continuum at the same frequency."""
+    return np.arccos((6 - 2 * number**2) / (6 + number**2))
+
+
+def _force(number: float, turn: complex) -> complex:
+    """Force of a block on its outer face, over G/h and the displacement there."""
+    return 1 - turn - number**2 * (2 + turn) / 6
+
+
+def _reflection(length: float, layers: int = 80) -> float:
+    """Amplitude that matched dashpots reflect: the ripple of the surface over one wave length."""
+    model = _stack(layers, float(layers), 2e5, 1e-6)
+    model["boundary"][0](density=DENSITY, shear_velocity=SPEED, pressure_velocity=None)
+    centre, width = SPEED / length, SPEED / 2 / layers
+    frequencies = centre + width * np.linspace(-0.5, 0.5, 41)
+    found = abs(transfer(model, frequencies, base=None))
+    phase = 2 * layers * _discrete(2 * np.pi * frequencies / SPEED)
+    share = frequencies / centre
+    terms = [share**2 * np.cos(phase), share**2 * np.sin(phase), np.ones_like(share), share - 1]
+    ripple = np.linalg.lstsq(np.column_stack(terms), found, rcond=None)[0]
+    return float(np.hypot(*ripple[:2]) / ripple[2])
+
+
+@case(
+    "A pulse through rock that stands on its own half-space",
+    "A wave of 1 g comes in through the base, is doubled at the surface and leaves: 1 g at the "
+    "base twice, 2 g at the surface, then nothing.",
+    "`docs/boundaries.md`.",
+)
+def pulse(short: bool) -> Outcome:
+    """Peaks of a Ricker wavelet of 10 Hz in 140 m (short: 35 m) of rock in layers of 1 m."""
+    height, step = (35.0 if short else 140.0), 1e-3
+    young, poisson, density = 3e9, 0.3, 2100.0
+    speed = np.sqrt(young / (2 * (1 + poisson) * density))
+    model = Model("pulse", time_step=step, duration=0.45 + 2 * height / speed + 0.1)
+    model.control(analysis="plane_strain", integration="midpoint")
+    model.contact(normal_stiffness=2000 * young)
+    model.material("rock", density=density, young_modulus=young, poisson_ratio=poisson)
+    model.joint("glue", friction_angle=40.0, cohesion=1e12, tensile_strength=1e12)
+    model.layers("layer", width=10.0, thickness=1.0, count=int(height))
+    time = np.arange(0.0, 0.3, step)
+    square = (np.pi * 10 * (time - 0.15)) ** 2
+    wavelet = GRAVITY * (1 - 2 * square) * np.exp(-square)
+    model.motion("up", wavelet, step, "acceleration", drift_order=0)
+    model.boundary("base", "compliant", side="bottom", motion_x="up", motion_is="incoming")
+    model.boundary(kind="tied")
+    model.measured_point("surface", 5.0, height)
+    model.measured_point("base", 5.0, 0.0)
+    history = model.run().history
+    felt = history.acceleration.sel(axis="x") / GRAVITY
+    base, surface = felt.sel(point="base").values, felt.sel(point="surface").values
+    time = history.time.values
+    early = time < 0.15 + height / speed
+    figure, (axes,) = canvas(1)
+    axes.plot(time, surface, color=RED, label="surface")
+    axes.plot(time, base, color=BLUE, label="base")
+    axes.set(xlabel="time (s)", ylabel="acceleration (g)")
+    turned = history.energy_damping.values[-1] + history.energy_input.values[-1]
+    rows = [
+        relative("surface", 2.0, surface.max(), 0.01, "g"),
+        at_most("energy balance", abs(history.energy_balance.values).max() / turned, 1e-6),
+    ]
+    if not short:
+        rows += [
+            relative("base, on the way up", 1.0, base[early].max(), 0.01, "g"),
+            relative("base, on the way down", 1.0, base[~early].max(), 0.01, "g"),
+        ]
+    return Outcome(rows, figure)

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cables past points of several blocks: a machine of Atwood, and a block in a sling."""
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+
+from sitedda.engine.checking import modes
+from sitedda.facade.model import Model
+from sitedda.report.style import BLUE, RED, canvas
+
+from ..case import Outcome, at_most, case, relative
+from ..model import GRAVITY, residual
+
+STIFFNESS = 1.0e6  # N/m
+HEAVY, LIGHT = 6000.0, 2000.0  # kg/m
+TENSION = 2.0 * GRAVITY * HEAVY * LIGHT / (HEAVY + LIGHT)  # N/m, of the steady motion
+HALF_SPAN, DROP = 3.0, 4.0  # m, of the sling
+PRETENSION = 1.0e4  # N/m, of the sling
+
+
+def square(x: float, y: float, side: float = 1.0) -> list[tuple[float, float]]:
+    """Vertices about a centre, m."""
+    half = 0.5 * side
+    return [(x + a * half, y + b * half) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+
+
+def stiff_model(title: str, **control) -> Model:
+    """A model of blocks whose strains do not count."""
+    model = Model(title, gravity=(0.0, -GRAVITY), **control)
+    model.contact(normal_stiffness=1e11)
+    model.material("light", density=LIGHT, young_modulus=1e14, poisson_ratio=0.0)
+    model.material("heavy", density=HEAVY, young_modulus=1e14, poisson_ratio=0.0)
+    model.joint("joint", friction_angle=30.0)
+    return model
+
+
+def atwood(steps: int | None = 2000, time_step: float = 1e-4, **cable) -> Model:
+    """A heavy and a light block on a cable over two points of a held beam."""
+    model = stiff_model("Machine of Atwood", time_step=time_step, steps=steps)
+    model.output(history_interval=10)
+    model.block([(-3, 9), (3, 9), (3, 10), (-3, 10)], name="beam", material="light")
+    for x in (-3.0, 3.0):
+        model.fixed_point(x, 10.0, "beam")
+    model.block(square(-2, 2), name="left", material="heavy")
+    model.block(square(2, 2), name="right", material="light")
+    model.measured_point("left", -2.0, 2.0)
+    model.measured_point("right", 2.0, 2.0)
+    values = {"axial_stiffness": STIFFNESS, "through": [(-2, 9.5), (2, 9.5)]} | cable
+    model.bolt("cable", (-2, 2), (2, 2), **values)
+    return model
+
+
+def atwood_force(time: np.ndarray, time_step: float) -> np.ndarray:
+    """Force of its cable under sudden gravity (N/m): T (1 − cos ωt), with the damping ωΔt/4."""
+    omega = atwood_frequency()
+    return TENSION * (1.0 - np.exp(-0.25 * omega**2 * time_step * time) * np.cos(omega * time))
+
+
+def atwood_frequency() -> float:
+    """ω of the elastic mode: ω² = k (m₁ + m₂)/(m₁ m₂), rad/s."""
+    return math.sqrt(STIFFNESS * (HEAVY + LIGHT) / (HEAVY * LIGHT))
+
+
+def sling(**control) -> Model:
+    """A block hung on a cable that is fixed on both sides above and passes it freely."""
+    model = stiff_model("Sling", time_step=1e-3, settle=True, steps=1, **control)
+    for name, x in (("left", -HALF_SPAN), ("right", HALF_SPAN)):
+        model.block(square(x, DROP), name=name, material="light")
+        for dx in (-0.5, 0.5):
+            model.fixed_point(x + dx, DROP + 0.5, name)
+    model.block(square(0, 0), name="hung", material="light")
+    model.measured_point("hung", 0.0, 0.0)
+    model.bolt(
+        "cable",
+        (-HALF_SPAN, DROP),
+        (HALF_SPAN, DROP),
+        through=[(0, 0)],
+        through_block=["hung"],
+        axial_stiffness=STIFFNESS,
+        pretension=PRETENSION,
+    )
+    return model
+
+
+def sling_at_rest() -> tuple[float, float]:
+    """Sag (m) and tension (N/m): W = 2 N cos β, N = N₀ + k ΔL."""
+    first = math.hypot(HALF_SPAN, DROP)
+
+    def tension(sag: float) -> float:
+        return PRETENSION + 2.0 * STIFFNESS * (math.hypot(HALF_SPAN, DROP + sag) - first)
+
+    def unbalanced(sag: float) -> float:
+        cosine = (DROP + sag) / math.hypot(HALF_SPAN, DROP + sag)
+        return 2.0 * tension(sag) * cosine - LIGHT * GRAVITY
+
+    sag = brentq(unbalanced, -1.0, 1.0, xtol=1e-15)
+    return sag, tension(sag)
+
+
+def sling_frequencies() -> tuple[float, float]:
+    """Sideways, as on an ellipse, ω² = 2 N cos²β/(L m), and upright, Hz."""
+    sag, tension = sling_at_rest()
+    length = math.hypot(HALF_SPAN, DROP + sag)
+    cosine = (DROP + sag) / length
+    sideways = 2.0 * tension / length * cosine**2
+    upright = 4.0 * STIFFNESS * cosine**2 + 2.0 * tension / length * (1.0 - cosine**2)
+    return tuple(math.sqrt(k / LIGHT) / (2.0 * math.pi) for k in (sideways, upright))
+
+
+@case(
+    "Cables that pass blocks: a machine of Atwood and a sling",
+    "a = g (m₁ - m₂)/(m₁ + m₂); N = T (1 - cos ωt), T = 2 g m₁ m₂/(m₁ + m₂), ω² = k (m₁ + m₂)/(m₁ "
+    "m₂), less the damping ωΔt/4; W = 2 N cos β in the sling, which swings sideways with ω² = 2 N "
+    "cos²β/(L m).",
+    "Statics and dynamics of a string without mass and friction.",
+)
+def cables_case(short: bool) -> Outcome:
+    """Acceleration, forces and frequencies."""
+    steps = 1000 if short else 4000
+    steady = atwood(steps, pretension=TENSION).run().history
+    speed = float(steady.velocity[-1].sel(point="right", axis="y"))
+    expected = GRAVITY * (HEAVY - LIGHT) / (HEAVY + LIGHT)
+    swing = atwood(steps).run().history
+    time, force = swing.time.values, swing.bolt_force.values[:, 0]
+    exact = atwood_force(time, 1e-4)
+    hung = sling().run().history
+    sag, tension = sling_at_rest()
+    found = modes(sling(), count=6).frequency
+    rows = [
+        relative("acceleration", expected, speed / float(steady.time[-1]), 1e-5, "m/s²"),
+        at_most("error of the force, over T", abs(force - exact).max() / TENSION, 1e-3),
+        relative("force of the sling", tension, float(hung.bolt_force[-1, 0]), 1e-6, "N/m"),
+        relative("sag of the sling", sag, -float(hung.block_coordinates[-1, 2, 1]), 1e-5, "m"),
+    ]
+    for words, frequency in zip(("sideways", "upright"), sling_frequencies(), strict=True):
+        nearest = found[np.argmin(abs(found - frequency))]
+        rows.append(relative(f"frequency of the sling, {words}", frequency, nearest, 1e-4, "Hz"))
+    rows.append(at_most("energy left over", max(residual(steady), residual(swing)), 1e-6))
+    figure, axes = canvas(1, size=(5.6, 3.6))
+    axes[0].plot(time, exact / 1e3, color=RED, lw=2.5, alpha=0.5, label="closed form")
+    axes[0].plot(time, force / 1e3, color=BLUE, lw=1.0, label="engine")
+    axes[0].set(xlabel="time (s)", ylabel="force of the cable (kN/m)")
+    return Outcome(rows, figure)

@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Crossings of joints: blocks that slide over them, and slopes cut by two joint sets."""
+
+import math
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from sitedda.engine.simulation import Simulation
+from sitedda.facade.model import Model
+from sitedda.input.examples import copy_example
+from sitedda.report.style import BLUE, ORANGE, canvas
+
+from ..case import Outcome, Table, at_most, case, relative
+from ..model import GRAVITY
+
+SLIDE = 0.4  # s
+FULL = 0.8  # fraction of a ramp in which gravity grows
+FEW = 10  # steps between two values of gravity, and of a history
+SMALL_SLOPE = ((0.0, 0.0), (16.0, 0.0), (16.0, 8.0), (5.0, 8.0))  # m
+
+
+def _row_on_row(rng: np.random.Generator) -> tuple[Model, tuple[float, float], float]:
+    """A row of blocks on a row that is held, cut by the same cross joints, in axes of their plane.
+
+    Returns the model, gravity with the slope, and by how much the upper row slides down in `SLIDE`.
+    """
+    lean = math.tan(math.radians(rng.uniform(-30.0, 30.0)))  # of the cross joints
+    below, above = rng.uniform(0.5, 2.0), rng.uniform(0.2, 0.5)  # m; low, so that none topples
+    joints = np.cumsum([0.0, *rng.uniform(0.8, 2.0, 5)])
+    friction, steeper = rng.uniform(5.0, 30.0), math.radians(rng.uniform(4.0, 12.0))
+    dip = math.radians(friction) + steeper
+    model = Model("Row on row", time_step=1e-3)
+    model.contact(normal_stiffness=1e10)
+    model.material("rock", density=2500.0, young_modulus=2e10, poisson_ratio=0.2)
+    model.joint("joint", friction_angle=friction)
+    for name, low, high, first in (("lower", -below, 0.0, 0), ("upper", 0.0, above, 2)):
+        for i, (left, right) in enumerate(zip(joints[first:-1], joints[first + 1 :], strict=True)):
+            ends = (left + low * lean, right + low * lean, right + high * lean, left + high * lean)
+            corners = list(zip(ends, (low, low, high, high), strict=True))
+            model.block(np.array(corners), name=f"{name} {i}")
+            if name == "lower":
+                for share in (0.2, 0.8):
+                    x = left + share * (right - left) + 0.5 * low * lean
+                    model.fixed_point(x, 0.5 * low)
+    model.measured_point("end", joints[-2] + 0.1 + 0.5 * above * lean, 0.5 * above)
+    pull = math.sin(dip) - math.cos(dip) * math.tan(math.radians(friction))
+    gravity = (-GRAVITY * math.sin(dip), -GRAVITY * math.cos(dip))
+    return model, gravity, 0.5 * GRAVITY * pull * SLIDE**2
+
+
+def _slid(model: Model, gravity: tuple[float, float], rest: bool) -> float:
+    """How far the upper row slides after a static stage on level ground, or at once, m."""
+    if rest:
+        model.control(gravity=(0.0, gravity[1]))
+        model.stage(name="rest", kind="static")
+    model.stage(name="slide", duration=SLIDE)
+    with Simulation(model) as run:
+        run.gravity = gravity
+        while not run.advance(1000):
+            pass
+        return -float(run.point_motions[0, 0, 0])
+
+
+@case(
+    "Rows of blocks that slide over crossings of joints",
+    "Four blocks meet where two joints cross. Those across share a corner and no face, so that a "
+    "row that slides along one of the joints moves by `½ g (sin α - cos α tan φ) t²`, as a single "
+    "block on a plane, whether it begins after a static stage or is released at once. Sizes, "
+    "inclination of the cross joints, friction and slope are drawn at random.",
+    "Coulomb friction on a plane.",
+)
+def crossings(short: bool) -> Outcome:
+    """Largest error of random rows."""
+    rng = np.random.default_rng(2013)
+    count = 4 if short else 60
+    found = np.empty((count, 3))
+    for one in found:
+        model, gravity, one[0] = _row_on_row(rng)
+        one[1:] = [_slid(model.copy(), gravity, rest) for rest in (True, False)]
+    begins = ("after a static stage", "released at once")
+    figure, axes = canvas(1, size=(6, 4))
+    rows = []
+    for begin, slip, color in zip(begins, found[:, 1:].T, (BLUE, ORANGE), strict=True):
+        error = np.abs(slip / found[:, 0] - 1.0).max()
+        rows.append(at_most(f"{count} rows {begin}: largest relative error", error, 0.02))
+        axes[0].plot(found[:, 0], slip, "o", color=color, label=begin)
+    axes[0].plot([0.0, found.max()], [0.0, found.max()], "k-", label="closed form")
+    axes[0].set(xlabel="closed form, m", ylabel=f"slip after {SLIDE:g} s, m")
+    return Outcome(rows, figure)
+
+
+def _small_slope() -> Model:
+    """A slope of two joint sets under a few pulses."""
+    t = np.arange(0.0, 1.0, 0.01)
+    model = Model("Slope of two joint sets", time_step=1e-3)
+    model.control(gravity=(0.0, -GRAVITY), time_step_control="adaptive")
+    model.material("rock", density=2600.0, young_modulus=5e9, poisson_ratio=0.25)
+    model.joint("bedding", friction_angle=38.0)
+    model.joint("cross", friction_angle=30.0)
+    model.region("slope", outline=SMALL_SLOPE)
+    model.joint_set("bedding", region="slope", angle=35.0, spacing=2.0, origin=(1.0, 1.5))
+    model.joint_set("cross", region="slope", angle=100.0, spacing=2.5, origin=(4.0, 0.0))
+    ground = np.array(
+        [(-5.0, -3.0), (20.0, -3.0), (20.0, 8.0), (16.0, 8.0), (16.0, 0.0), (-5.0, 0.0)]
+    )
+    model.region("ground", outline=ground)
+    quake = 6.0 * np.sin(6.0 * np.pi * t) * np.sin(np.pi * t) ** 2
+    model.motion("quake", quantity="acceleration", time_step=0.01, values=quake)
+    for x, y in ((-4.5, -2.5), (19.5, -2.5), (19.5, 7.5)):
+        model.fixed_point(x, y, motion_x="quake")
+    model.measured_point("crest", 5.0, 8.0)
+    return model
+
+
+def _shipped_slope(folder: Path) -> Model:
+    """The slope of the examples, with impacts that do not rebound by chance."""
+    model = Model.read(copy_example("slope", folder)[0])
+    model.control(duration=None, settle=None, time_step=1e-3)
+    model.output(block_interval=None)
+    for joint in model["joint"]:
+        joint.restitution = 0.0
+    return model
+
+
+def _shaken(model: Model, ramp: float, duration: float) -> np.ndarray:
+    """Displacement of the crest relative to the base in the shaking, m, shape (n, 2), after a
+    static stage (0) or after gravity that grows for so many seconds."""
+    first = {"duration": ramp} if ramp else {"kind": "static"}
+    model.stage(name="gravity", **first)
+    model.stage(name="shake", duration=duration, motions="quake", zero_displacements=True)
+    moved = []
+    with Simulation(model) as run:
+        steps = round(ramp / model["control"].time_step)
+        for step in range(0, steps, FEW):
+            share = min(1.0, (step + FEW) / (FULL * steps))
+            run.gravity = (0.0, -GRAVITY * share**2 * (3.0 - 2.0 * share))
+            run.advance(FEW)
+        begin, done = run.coordinates[0, :2].copy(), False
+        while not done:
+            done = run.advance(FEW)
+            moved.append(run.point_motions[0, 0] - (run.coordinates[0, :2] - begin))
+    return np.array(moved)
+
+
+@case(
+    "A slope of two joint sets, shaken after a static stage and after a ramp of gravity",
+    "How gravity came on is forgotten once the joints slip: the final displacement is the same. "
+    "The slope of the examples (30 m, planes at 35°, φ 38°, 5 % damping, impacts without rebound) "
+    "under its record, and in the short form one of 8 m under pulses. Many blocks that stick and "
+    "slip amplify the least difference: single runs scatter with the friction angle's fifth digit, "
+    "so means are compared.",
+    "Plasticity: a state of residual stress does not change what flows.",
+)
+def gravity_ramp(short: bool) -> Outcome:
+    """Mean slip of the crest after rest and after a ramp, and how much single runs differ."""
+    duration, ramp = (1.5, 1.0) if short else (13.0, 5.0)
+    offsets = (0.0,) if short else (-1e-3, 0.0, 1e-3)
+    figure, axes = canvas(1, size=(8, 4))
+    slips = {"static stage": [], f"ramp of {ramp:g} s": []}
+    for (begin, found), color, seconds in zip(
+        slips.items(), (BLUE, ORANGE), (0.0, ramp), strict=True
+    ):
+        for offset in offsets:
+            with tempfile.TemporaryDirectory() as folder:
+                model = _small_slope() if short else _shipped_slope(Path(folder))
+                model["joint.bedding"].friction_angle += offset
+                slip = np.linalg.norm(_shaken(model, seconds, duration), axis=1)
+            label = begin if not found else None
+            axes[0].plot(np.linspace(0.0, duration, len(slip)), slip, color=color, label=label)
+            found.append(float(slip[-1]))
+    axes[0].set(xlabel="time, s", ylabel="slip of the crest, m")
+    rest, grown = (float(np.mean(found)) for found in slips.values())
+    rows = [relative("mean slip of the crest after a ramp, and after rest", rest, grown, 0.1, "m")]
+    words = [[begin, *(f"{slip:.4f}" for slip in found)] for begin, found in slips.items()]
+    head = ["gravity", *(f"φ {38.0 + offset:g}°" for offset in offsets)]
+    return Outcome(rows, figure, [Table("Slip of the crest, m", head, words)])

@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Damping of materials: free decay, and a layered site beside SHAKE's complex modulus."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from sitedda.engine.checking import transfer
+from sitedda.engine.damping import ConstantRatio, Rayleigh
+from sitedda.facade.run import run
+from sitedda.output.response import amplifications
+from sitedda.report.style import COLORS, canvas
+from sitedda.site.column import Column, Layer
+
+from ..case import Outcome, Row, absolute, at_most, case, relative
+from ..model import block, contact, control, group, joint, motion, rectangle, residual, simulation
+from .integration import PENALTY, ROCK, WIDTH, column_text, recorded
+
+DENSITY = 2000.0  # kg/m³
+REFERENCE = 14.2  # Hz
+STIFF_JOINTS = 1e6  # of E × 1 m
+HEIGHT = 15.0  # m, of Table I
+FREQUENCIES = np.linspace(1.0, 25.0, 241)  # Hz
+# Table I in the midpoint rule at 1 ms, rigid base: amplification and frequency (Hz) with a body
+# fitted by another program
+PEAKS = {0.01: (66.073, 13.950), 0.05: (13.2507, 13.964), 0.10: (6.6820, 14.014)}
+
+
+# ---------------------------------------------------------------- free decay
+
+
+@case(
+    "Free decay of a damped block",
+    "A free square block swings in shear, ω² = 24 G/(ρa²). With the constant ratio ζ its "
+    "logarithmic decrement gives sin(½π γ/(1 − γ)), γ = atan(2ζ)/π: more than ζ, the loss in "
+    "steady vibration, as the motion decays. Turned round, the decrement gives ζ. Rayleigh "
+    "damping gives α/(2ω) + βω/2.",
+    "Kjartansson (1979), Constant Q wave propagation and attenuation; `docs/damping.md`.",
+)
+def free_decay(short: bool) -> Outcome:
+    """Damping ratio from the zero crossings and the decrement of a free block."""
+    rows = []
+    figure, (left, right) = canvas()
+    ratios, frequencies = ((0.05,), (2.0,)) if short else ((0.01, 0.05, 0.1), (0.5, 2.0, 10.0))
+    for ratio, color in zip(ratios, COLORS, strict=False):
+        for frequency in frequencies:
+            body = {"damping_ratio": ratio, "reference_frequency": frequency}
+            time, strain, left_over = _swing(frequency, body)
+            found = _decrement(time, strain)
+            share = 2 / np.pi * np.arcsin(found)
+            asked = 0.5 * np.tan(np.pi * share / (1 + share))
+            gamma = np.arctan(2 * ratio) / np.pi
+            label = f"ζ {100 * ratio:g} %, {frequency:g} Hz"
+            decay = np.sin(0.5 * np.pi * gamma / (1 - gamma))
+            rows += [
+                relative(f"{label}, from the decrement", decay, found, 0.01),
+                relative(f"{label}, as asked for", ratio, asked, 0.01),
+                at_most(f"{label}, energy balance", left_over, 1e-6),
+            ]
+        left.plot(time * frequency, strain / abs(strain).max(), color=color, lw=0.9, label=label)
+    rayleigh = Rayleigh.at(0.05, (2.0, 12.0))
+    probed = (1.0, 24.0) if short else (1.0, 2.0, 4.9, 12.0, 24.0)
+    values = {"rayleigh_alpha": rayleigh.alpha, "rayleigh_beta": rayleigh.beta}
+    found = []
+    for frequency in probed:
+        omega = 2 * np.pi * frequency
+        exact = 0.5 * (rayleigh.alpha / omega + rayleigh.beta * omega)
+        time, strain, left_over = _swing(frequency, values)
+        found.append(_decrement(time, strain))
+        rows += [
+            relative(f"Rayleigh, {frequency:g} Hz", exact, found[-1], 0.005),
+            at_most(f"Rayleigh, {frequency:g} Hz, energy balance", left_over, 1e-6),
+        ]
+    fine = np.geomspace(0.7, 35.0, 200)
+    right.semilogx(fine, rayleigh.ratio_at(fine), label="α/(2ω) + βω/2")
+    right.semilogx(probed, found, "o", label="free decay")
+    right.set(xlabel="frequency (Hz)", ylabel="damping ratio", title="Rayleigh, 5 % at 2 and 12 Hz")
+    left.set(xlabel="periods", ylabel="shear strain / largest", title="constant ratio")
+    return Outcome(rows, figure)
+
+
+def _swing(frequency: float, damping: dict) -> tuple[np.ndarray, np.ndarray, float]:
+    """Times (s) and shear strain of a free block of 1 m × 1 m, and the energy that is left over."""
+    shear = (2 * np.pi * frequency) ** 2 * DENSITY / 24
+    step, steps = 1 / (400 * frequency), 2800
+    text = "".join(
+        (
+            control(step, steps, gravity=(0, 0), integration="midpoint"),
+            contact(40 * shear),
+            group(
+                "material", density=DENSITY, young_modulus=2 * shear, poisson_ratio=0.0, **damping
+            ),
+            joint("none", 30.0),
+            block("square", rectangle(0, 0, 1, 1)),
+        )
+    )
+    strain = [0.0]
+    with simulation(text) as free:
+        rates = np.zeros((1, 6))
+        rates[0, 5] = 1e-6 * frequency
+        free.rates = rates
+        for _ in range(steps):
+            free.advance()
+            strain.append(float(free.coordinates[0, 5]))
+        energies = free.energies
+    left_over = abs(energies["balance"]) / energies["initial"]
+    return step * np.arange(steps + 1), np.array(strain), left_over
+
+
+def _decrement(time: np.ndarray, strain: np.ndarray) -> float:
+    """Damping ratio from swings from one extremum to the next, which no creeping middle enters."""
+    inner = abs(strain[1:-1])
+    at = np.flatnonzero((inner > abs(strain[:-2])) & (inner >= abs(strain[2:]))) + 1
+    y0, y1, y2 = (strain[at + k] for k in (-1, 0, 1))
+    swings = abs(np.diff(y1 + (y0 - y2) ** 2 / (8 * (2 * y1 - y0 - y2))))
+    count = np.arange(swings.size)
+    kept = (count >= 1) & (swings > 0.05 * swings[0])
+    slope = -np.polyfit(count[kept], np.log(swings[kept]), 1)[0]  # over half a period
+    return float(slope / np.hypot(np.pi, slope))
+
+
+# ---------------------------------------------------------------- layered site
+
+
+@case(
+    "A layered site with the same damping at all frequencies",
+    "Table I's layers with a constant ratio in the midpoint rule, which does not damp: peaks of "
+    "`transfer` and of time stepping under a record against those of an independent program, and "
+    "the whole curve with stiff joints and thin layers against the one-dimensional column with the "
+    "same complex modulus.",
+    "Schnabel, Lysmer & Seed (1972), SHAKE; `docs/damping.md`.",
+)
+def material_damping(short: bool) -> Outcome:
+    """Peaks by both ways, and the curve beside SHAKE's recursion."""
+    rows: list[Row] = []
+    figure, (left, right) = canvas()
+    steps = (2e-3,) if short else (1e-3, 2e-3)
+    for ratio, color in zip((0.05,) if short else PEAKS, COLORS, strict=False):
+        amplitude, frequency = PEAKS[ratio]
+        for step in steps:
+            label = f"ζ {100 * ratio:g} %, Δt {1e3 * step:g} ms"
+            peak, stepped, left_over, curve = _peaks(ratio, step)
+            # the midpoint rule lowers frequencies: tan(ωΔt/2) is that of 1 ms at the same ω̃
+            warped = np.tan(np.pi * frequency * 1e-3) / 1e-3
+            own = np.arctan(warped * step) / (np.pi * step)
+            rows += [
+                relative(f"{label}, transfer", amplitude, peak[0], 5e-4),
+                absolute(f"{label}, transfer", own, peak[1], 5e-3, "Hz"),
+                relative(f"{label}, time stepping", amplitude, stepped[0], 3e-3),
+                absolute(f"{label}, time stepping", own, stepped[1], 0.02, "Hz"),
+                at_most(f"{label}, energy balance", left_over, 1e-6),
+            ]
+            left.plot(*curve, color=color, lw=0.9, label=label)
+    layers = 30 if short else 120
+    for ratio, color in zip((0.05,) if short else (0.01, 0.05, 0.1), COLORS, strict=False):
+        frequencies, engine, same, hysteretic = _beside_shake(ratio, layers)
+        label = f"ζ {100 * ratio:g} %"
+        apart = abs(abs(engine) / abs(same) - 1).max()
+        rows.append(at_most(f"{label}, curve against the column", apart, 5e-3))
+        shown = abs(abs(engine).max() / abs(hysteretic).max() - 1)
+        rows.append(at_most(f"{label}, peak against K (1 + 2iζ)", shown, 5e-3))
+        worst = _rayleigh_beside_shake(ratio, layers)
+        label_rayleigh = f"{label}, Rayleigh, curve against SHAKE91's modulus, 1–25 Hz"
+        rows.append(at_most(label_rayleigh, worst, 5e-3))
+        right.semilogy(frequencies, abs(engine), color=color, label=label)
+        right.semilogy(frequencies, abs(hysteretic), "k:", lw=0.9)
+    left.set(xlabel="frequency (Hz)", ylabel="amplification", title="time stepping, Table I")
+    right.set(xlabel="frequency (Hz)", title="stiff joints; dotted: hysteretic column")
+    return Outcome(rows, figure)
+
+
+def _damped(text: str, ratio: float) -> str:
+    """An input text whose material has a constant damping ratio."""
+    return _with_body(text, damping_ratio=ratio, reference_frequency=REFERENCE)
+
+
+def _with_body(text: str, **variables: float) -> str:
+    """An input text whose material has further variables."""
+    body = "".join(f"{name} = {value}\n   " for name, value in variables.items())
+    return text.replace("name = 'rock'", f"{body}name = 'rock'", 1)
+
+
+def _peaks(ratio: float, step: float):
+    """Peaks by `transfer` and by time stepping, energy left over, and the stepped curve."""
+    text = column_text(15, ROCK, (step, round(60 / step)), recorded(), integration="midpoint")
+    text = text.replace(contact(PENALTY * ROCK[1]), contact(1.5e12))  # that of Table I
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "case.nml"
+        file.write_text(_damped(text, ratio))
+        fine = np.linspace(13.5, 14.5, 10001)
+        curve = abs(transfer(file, fine))
+        history = run(file).history
+    found = amplifications(history)[0]
+    peak = (float(curve.max()), float(fine[curve.argmax()]))
+    stepped = (found.peak.amplitude, found.peak.frequency)
+    return peak, stepped, residual(history), (found.frequency, found.ratio)
+
+
+def _beside_shake(ratio: float, layers: int):
+    """Curves of a stack with stiff joints, of the column with its modulus, and of SHAKE's."""
+    engine = _stiff_stack(layers, damping_ratio=ratio, reference_frequency=REFERENCE)
+    same = _uniform_column(ConstantRatio(ratio, REFERENCE)).transfer(FREQUENCIES)
+    hysteretic = _uniform_column(ratio, convention="shake").transfer(FREQUENCIES)  # K (1 + 2iζ)
+    return FREQUENCIES, engine, same, hysteretic
+
+
+def _rayleigh_beside_shake(ratio: float, layers: int) -> float:
+    """Largest relative error of the amplitude of a stack whose Rayleigh damping touches the ratio
+    a little above the first mode, against the column with the modulus of SHAKE91.
+
+    Damping counts near the mode alone and does not change the modulus.  ζω/2 of α and β each is
+    least at ω: there both have the ratio.
+    """
+    omega = 2 * np.pi * REFERENCE * (1 + ratio)
+    engine = _stiff_stack(layers, rayleigh_alpha=ratio * omega, rayleigh_beta=ratio / omega)
+    exact = _uniform_column(ratio, convention="shake91").transfer(FREQUENCIES)
+    return float(abs(abs(engine) / abs(exact) - 1).max())
+
+
+def _uniform_column(damping, **options) -> Column:
+    """Table I's rock as one layer."""
+    density, young, poisson = ROCK
+    shear = young / (2 * (1 + poisson))
+    return Column([Layer(HEIGHT, density=density, shear_modulus=shear, damping=damping)], **options)
+
+
+def _stiff_stack(layers: int, **body: float):
+    """Transfer function of Table I's rock in so many layers with stiff joints, at `FREQUENCIES`."""
+    still = motion("shaking", np.zeros(3), 1.0)
+    text = column_text(15, ROCK, (1e-4, 10), still, integration="midpoint")
+    old = group("layers", name="layer", width=WIDTH, thickness=1.0, count=15)
+    new = group("layers", name="layer", width=WIDTH, thickness=HEIGHT / layers, count=layers)
+    young = ROCK[1]
+    text = text.replace(old, new).replace(contact(PENALTY * young), contact(STIFF_JOINTS * young))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "case.nml"
+        file.write_text(_with_body(text, **body))
+        return transfer(file, FREQUENCIES)

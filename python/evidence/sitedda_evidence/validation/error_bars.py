@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Error bars of a run that contain the exact values."""
+
+import math
+import tempfile
+from pathlib import Path
+
+from sitedda.report.style import canvas
+from sitedda.study.error_bars import accuracy
+
+from ..case import Outcome, absolute, at_most, case
+
+G = 9.81
+FRICTION = 20.0  # degrees
+PUSH, LAST = 6.0, 0.3  # m/s², s
+
+SLIDE = f"""
+&control time_step = 2e-3, duration = 1.5, gravity = 0, {-G}, settle = .true.,
+         base_motion_x = 'push' /
+&material density = 2643, young_modulus = 5e9, poisson_ratio = 0.2 /
+&joint friction_angle = {FRICTION}, restitution = 0 /
+&block name = 'floor', vertices = -10 -1 10 -1 10 0 -10 0 /
+&block name = 'block', vertices = -1 0 1 0 1 1 -1 1 /
+&fixed_point x = -10, y = -1, block = 'floor' /
+&fixed_point x = 10, y = -1, block = 'floor' /
+&fixed_point x = -10, y = 0, block = 'floor' /
+&motion name = 'push', quantity = 'acceleration', drift_order = 0, time_step = 0.01,
+        values = 30*{PUSH} 200*0 /
+"""
+
+
+def slip() -> float:
+    """Of a rigid block by Newmark's equation, m; the record falls to zero in its last interval."""
+    grip, ramp = G * math.tan(math.radians(FRICTION)), 0.01
+    held = LAST - ramp
+    speed = (PUSH - grip) * held
+    way = 0.5 * speed * held + speed * ramp + PUSH * ramp**2 / 3.0 - 0.5 * grip * ramp**2
+    speed += 0.5 * PUSH * ramp - grip * ramp
+    return way + 0.5 * speed**2 / grip
+
+
+@case(
+    "Error bars of a block that slides",
+    "By Newmark's equation for a rigid block, of a push that falls to zero in its last interval; "
+    "bars are from runs with Δt, Δt/2, Δt/4, a stiffer contact and a displaced block.",
+    "Newmark (1965); docs/accuracy.md.",
+)
+def error_bars(short: bool) -> Outcome:
+    """The slip within its bar, which is less than 5 % of it."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "slide.nml"
+        file.write_text(SLIDE)
+        found = accuracy(file, folder=Path(folder) / "runs")
+    rows, (figure, (axis,)) = [], canvas(1, size=(5.0, 3.0))
+    for name in ("largest_slip_m", "residual_displacement_m"):
+        got, bar = found[name].finest, found[name].bar
+        rows.append(absolute(f"{name}, within its bar", slip(), got, bar, "m"))
+        rows.append(at_most(f"{name}: bar over slip", bar / slip(), 0.05))
+        axis.errorbar(name, got, bar, fmt="o", capsize=4)
+    axis.axhline(slip(), ls="--", label="rigid block")
+    axis.set_ylabel("m")
+    return Outcome(rows, figure)

@@ -1,0 +1,406 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Free fall, bounce, large rotation, and a block that slides off an edge and lands."""
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from sitedda.report.style import (
+    BLUE,
+    COLORS,
+    GROUND,
+    INK,
+    ORANGE,
+    RED,
+    STONE,
+    bare,
+    canvas,
+    draw_blocks,
+)
+
+from .. import model as nml
+from ..case import Outcome, Table, at_most, case, observed_order, relative
+
+DENSITY = 2500.0  # kg/m³
+
+
+# ---------------------------------------------------------------- free fall and bounce
+
+
+@case(
+    "Free fall and bounce",
+    "Fall: ½ g t². Each contact is half a period of the springs, ω = √(2 k_n/m) for two corners, "
+    "so the scheme's damping ζ(ωΔt) leaves e = exp(−ζ π/√(1−ζ²)) of the speed and e² of the "
+    "height; with Δt → 0 nothing is lost.",
+    "`docs/method.md`.",
+)
+def bounce(short: bool) -> Outcome:
+    """A stiff block of 1 m x 1 m dropped flat from 1 m."""
+    stiffness = 1e8
+    omega = np.sqrt(2 * stiffness / DENSITY)
+    steps = (1e-4,) if short else (8e-4, 4e-4, 2e-4, 1e-4, 5e-5)
+    runs = {dt: _dropped_block(dt, stiffness) for dt in steps}
+    rows, table = [], []
+    for dt, (time, height, total, audit) in runs.items():
+        expected = _restitution(omega * dt) ** 2
+        peak = _rebound(time, height)
+        table.append((dt, omega * dt, peak, expected, abs(peak / expected - 1), 1 - peak))
+        if dt == 1e-4:
+            fall = time < 0.4
+            error = np.abs(height[fall] - (1 - 0.5 * nml.GRAVITY * time[fall] ** 2)).max()
+            rows.append(at_most("fall, largest error in 0.4 s", error, 1e-10, "m"))
+            rows.append(
+                relative("height of the first rebound, Δt 0.1 ms", expected, peak, 2e-3, "m")
+            )
+            gain = (total - total[0]).max() / (DENSITY * nml.GRAVITY)
+            rows.append(at_most("energy above the start, of m g h", gain, 1e-6))
+            rows.append(at_most("audit", audit, 1e-6))
+    tables = [] if short else [_bounce_table(steps, table)]
+    return Outcome(rows, _bounce_figure(runs, table), tables)
+
+
+def _restitution(step: float) -> float:
+    """Speed after over before half a period with the scheme's damping, Ω = ωΔt."""
+    phase = np.arccos((4 - step**2) / (2 * (2 + step**2)) * np.sqrt(1 + step**2 / 2))
+    decay = 0.5 * np.log(1 + step**2 / 2)
+    return float(np.exp(-np.pi * decay / phase))
+
+
+def _rebound(time, height) -> float:
+    """Top of the flight after the first contact, m, by a parabola through the three highest."""
+    first = int(np.argmax(height < 0))
+    after = first + int(np.argmax(height[first:] > 0))
+    top = after + int(np.argmax(height[after:]))
+    return float(height[top]) if top < len(height) - 1 else np.nan
+
+
+def _dropped_block(time_step: float, stiffness: float):
+    """Time (s), gap under the block (m), total energy (J/m) and audit residual over m g h."""
+    body = nml.rectangle(-0.5, 1.0, 1.0, 1.0)
+    text = nml.text(
+        nml.control(time_step, round(1.6 / time_step), max_displacement_ratio=0.02),
+        nml.contact(stiffness),
+        nml.material("stiff", DENSITY, nml.STIFF),
+        nml.joint("j", 30.0),
+        nml.held("floor", nml.rectangle(-2, -1, 4, 1), "stiff"),
+        nml.block("block", body, "stiff"),
+    )
+    kinds = ("kinetic", "strain", "contact", "support", "gravity")
+    time, height, total = [0.0], [1.0], [0.0]
+    with nml.simulation(text) as fall:
+        while not fall.done:
+            fall.advance()
+            energies = fall.energies
+            time.append(fall.time)
+            height.append(fall.coordinates[1, 1] - 0.5)
+            total.append(sum(energies[kind] for kind in kinds) - energies["initial"])
+        audit = abs(energies["balance"]) / (DENSITY * nml.GRAVITY)
+    return np.array(time), np.array(height), np.array(total), audit
+
+
+def _bounce_table(steps, table) -> Table:
+    errors = [line[-1] for line in table]
+    orders = observed_order(steps, errors)
+    return Table(
+        "Height of the first rebound by Δt: the loss is the scheme's, of first order.",
+        ("Δt (s)", "ωΔt", "height (m)", "closed form (m)", "relative error", "loss (m)", "order"),
+        [(*line, order) for line, order in zip(table, orders, strict=True)],
+    )
+
+
+def _bounce_figure(runs, table):
+    figure, (left, right) = canvas()
+    for (dt, (time, height, *_)), color in zip(
+        runs.items(), "0.8 0.65 0.5 0.3 b".split(), strict=False
+    ):
+        left.plot(
+            time, height, color=BLUE if color == "b" else color, lw=1, label=f"{1e3 * dt:g} ms"
+        )
+    left.set(xlabel="time (s)", ylabel="gap under the block (m)", title="Dropped from 1 m")
+    left.legend(frameon=False, title="Δt")
+    steps, loss = [line[0] for line in table], [line[-1] for line in table]
+    fine = np.geomspace(min(steps) / 2, max(steps) * 1.5)
+    omega = table[0][1] / table[0][0]
+    right.loglog(
+        fine,
+        [1 - _restitution(omega * dt) ** 2 for dt in fine],
+        color=INK,
+        lw=1,
+        label="closed form",
+    )
+    right.loglog(steps, loss, "o", color=BLUE, label="engine")
+    right.set(xlabel="Δt (s)", ylabel="height lost at the first bounce (m)")
+    return figure
+
+
+# ---------------------------------------------------------------- large rotation
+
+
+@case(
+    "A hundred turns in flight",
+    "A free body turns for ever: area, edges and angular momentum stay. A rectangle and an L fly "
+    "and turn at 2π rad/s, with 20 and 200 steps to a turn.",
+    "`docs/method.md` (fault 5 of the original lineage: linear rotation grows blocks).",
+)
+def rotation(short: bool) -> Outcome:
+    """Area, edge lengths and angular momentum after 100 turns."""
+    rows, pictures = [], []
+    for name, shape in _spinners().items():
+        for steps_per_turn in (40,) if short else (20, 200):
+            found = _spin(shape, 100, steps_per_turn)
+            pictures.append((f"{name}, {steps_per_turn}", found))
+            label = f"{name}, {steps_per_turn} steps a turn"
+            rows += [
+                relative(f"turns, {label}", 100.0, found["turns"], 1e-10),
+                at_most(f"relative change of area, {label}", found["area"], 1e-10),
+                at_most(f"relative change of an edge, {label}", found["edge"], 1e-10),
+                at_most(f"relative change of angular momentum, {label}", found["momentum"], 1e-6),
+            ]
+    return Outcome(rows, _spin_figure(pictures))
+
+
+def _spinners():
+    ell = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
+    return {"rectangle": nml.rectangle(0, 0, 2, 1), "L": ell}
+
+
+def _area(polygon) -> float:
+    x, y = polygon.T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def _edges(polygon) -> np.ndarray:
+    return np.linalg.norm(np.roll(polygon, -1, axis=0) - polygon, axis=1)
+
+
+def _spin(shape, turns: int, steps_per_turn: int) -> dict:
+    """Spin a body of E = 10 GPa at one turn a second while it flies away at 1 m/s."""
+    rate = 2 * np.pi
+    text = nml.text(
+        nml.control(
+            1 / steps_per_turn,
+            turns * steps_per_turn,
+            gravity=(0, 0),
+            max_displacement_ratio=1.0,
+        ),
+        nml.contact(1e10),
+        nml.material("rock", DENSITY, 1e10, 0.2, velocity=(1.0, 0.5, rate)),
+        nml.joint("j", 30.0),
+        nml.block("body", shape),
+    )
+    with nml.simulation(text) as flight:
+        start = flight.polygons[0]
+        area, edges = _area(start), _edges(start)
+        path, changes = [start], []
+        for _ in range(4 * turns):
+            flight.advance(steps_per_turn // 4)
+            now = flight.polygons[0]
+            path.append(now)
+            changes.append(
+                (
+                    abs(_area(now) / area - 1),
+                    np.abs(_edges(now) / edges - 1).max(),
+                    abs(flight.rates[0, 2] / rate - 1),
+                )
+            )
+        angle = flight.coordinates[0, 2]
+    worst = np.max(changes, axis=0)
+    return {
+        "turns": angle / (2 * np.pi),
+        "area": worst[0],
+        "edge": worst[1],
+        "momentum": worst[2],
+        "path": path,
+        "changes": np.array(changes),
+    }
+
+
+def _spin_figure(pictures):
+    figure, (left, right) = canvas(size=(11, 4.4), width_ratios=[3, 2])
+    for i, (name, found) in enumerate(pictures):
+        color = COLORS[i % len(COLORS)]
+        turns = 0.25 * np.arange(1, len(found["changes"]) + 1)
+        right.semilogy(
+            turns, np.maximum.accumulate(found["changes"][:, 0]), color=color, lw=0.8, label=name
+        )
+        if i % 2 == 0 or len(pictures) == 2:
+            shift = [0.0, -3.5 * (i > 0)]
+            draw_blocks(left, [p + shift for p in found["path"][:9]], color, alpha=0.35)
+            draw_blocks(left, [found["path"][0] + shift], STONE)
+    left.set_title("the first two turns, by quarters", fontsize=10)
+    bare(left)
+    right.axhline(1e-10, color=RED, lw=1, ls="--", label="allowed")
+    right.set(
+        xlabel="turns", ylabel="largest relative change of the area so far", ylim=(1e-17, 1e-9)
+    )
+    right.legend(frameon=False, fontsize=8, title="steps a turn", loc="lower right")
+    return figure
+
+
+# ---------------------------------------------------------------- off an edge
+
+
+@case(
+    "A block slides off an edge, tips, flies and lands",
+    "Without friction: the rigid body slides until its centre passes the edge, then turns about "
+    "the edge while it slides on (two coordinates, the bottom face through the edge), and flies "
+    "when the force at the edge vanishes. The reference integrates Lagrange's equations of each "
+    "phase (scipy, tolerance 1e-11).",
+    "A standard case; phases: rigid-body dynamics, derived here.",
+)
+def edge(short: bool) -> Outcome:
+    """Place, angle and time of landing; then at rest on the floor."""
+    steps = (1e-4,) if short else (4e-4, 2e-4, 1e-4)
+    truth = _tipping_block()
+    runs = {dt: _slide_off(dt) for dt in steps}
+    run = runs[steps[-1]]
+    landing = truth["t"][-1]
+    x, y, angle = (np.interp(landing, run["time"], run[key]) for key in ("x", "y", "angle"))
+    rows = [
+        relative("x of the centre when it lands, Δt 0.1 ms", truth["x"][-1], x, 1e-3, "m"),
+        relative("height of the centre", truth["y"][-1], y, 1e-3, "m"),
+        relative("angle", truth["angle"][-1], angle, 5e-3, "rad"),
+        relative("time of landing", landing, run["landing"], 1e-3, "s"),
+        at_most("kinetic energy at the end, of that at landing", run["left"], 1e-4),
+        at_most("depth of any corner below the floor at the end", run["depth"], 1e-4, "m"),
+        at_most("audit", run["audit"], 1e-6),
+        at_most("energy above the start, of m g drop", run["gain"], 1e-6),
+    ]
+    tables = []
+    if not short:
+        errors = [
+            abs(np.interp(landing, r["time"], r["angle"]) / truth["angle"][-1] - 1)
+            for r in runs.values()
+        ]
+        tables.append(
+            Table(
+                "Relative error of the angle at landing by Δt.",
+                ("Δt (s)", "error", "order"),
+                list(zip(steps, errors, observed_order(steps, errors), strict=True)),
+            )
+        )
+    return Outcome(rows, _edge_figure(run, truth), tables)
+
+
+WIDTH, HEIGHT, SPEED, TABLE = 1.0, 0.4, 2.0, 2.0  # m, m, m/s, m
+
+
+def _slide_off(time_step: float) -> dict:
+    """A stiff block slides at 2 m/s off a table 2 m high; friction only on the floor."""
+    body = nml.rectangle(-1.0, TABLE, WIDTH, HEIGHT)
+    text = nml.text(
+        nml.control(time_step, round(3.0 / time_step), max_displacement_ratio=0.02),
+        nml.contact(1e11),
+        nml.material("stiff", DENSITY, nml.STIFF),
+        nml.material("moving", DENSITY, nml.STIFF, velocity=(SPEED, 0.0, 0.0)),
+        nml.joint("rough", 45.0),
+        nml.joint("smooth", 0.0),
+        nml.held("table", nml.rectangle(-3, 0, 3, TABLE), "stiff", "smooth"),
+        nml.held("floor", nml.rectangle(-3, -0.5, 9, 0.5), "stiff", "rough"),
+        nml.block("block", body, "moving", "rough"),
+    )
+    kinds = ("kinetic", "strain", "contact", "support", "gravity")
+    found: dict = {
+        key: [] for key in ("time", "x", "y", "angle", "polygon", "low", "total", "kinetic")
+    }
+    with nml.simulation(text) as flight:
+        while not flight.done:
+            flight.advance()
+            energies, polygon = flight.energies, flight.polygons[2]
+            x, y, angle = flight.coordinates[2, :3]
+            values = (
+                flight.time,
+                x,
+                y,
+                angle,
+                polygon,
+                polygon[:, 1].min(),
+                sum(energies[kind] for kind in kinds) - energies["initial"],
+                energies["kinetic"],
+            )
+            for key, value in zip(found, values, strict=True):
+                found[key].append(value)
+        energies = flight.energies
+    low, kinetic = np.array(found["low"]), np.array(found["kinetic"])
+    touch = int(np.argmax(low < 0.0))
+    part = low[touch - 1] / (low[touch - 1] - low[touch])
+    found["landing"] = found["time"][touch - 1] + part * time_step
+    found["left"] = kinetic[-1] / kinetic[touch - 1]
+    found["depth"] = max(0.0, -low[-1])
+    found["audit"] = abs(energies["balance"] / energies["gravity"])
+    found["gain"] = max(found["total"]) / (DENSITY * WIDTH * HEIGHT * nml.GRAVITY * TABLE)
+    return found
+
+
+def _tipping_block() -> dict:
+    """Rigid block on a smooth edge at (0, TABLE): slide, tip, fly until a corner is at y = 0.
+
+    While it tips the edge P touches the bottom face at distance s before the middle, so the
+    centre stands at P + s t + (h/2) n with t, n along and across the block.  Lagrange's
+    equations in (s, θ), θ < 0 clockwise::
+
+        s'' − (h/2) θ'' = s θ'² − g sin θ
+        (s² + h²/4 + I/m) θ'' − (h/2) s'' = −2 s s' θ' − g (s cos θ − (h/2) sin θ)
+    """
+    half = 0.5 * HEIGHT
+    inertia = (WIDTH**2 + HEIGHT**2) / 12
+    start = 0.5 / SPEED  # the centre begins at −0.5 m
+
+    def rates(_, z):
+        s, angle, ds, turn = z
+        matrix = [[1, -half], [-half, s**2 + half**2 + inertia]]
+        load = [
+            s * turn**2 - nml.GRAVITY * np.sin(angle),
+            -2 * s * ds * turn - nml.GRAVITY * (s * np.cos(angle) - half * np.sin(angle)),
+        ]
+        return [ds, turn, *np.linalg.solve(matrix, load)]
+
+    def force(t, z):
+        """Force across the face over the mass: n · (x'' + g)."""
+        s, angle, ds, turn = z
+        _, _, _, bend = rates(t, z)
+        return 2 * ds * turn + s * bend - half * turn**2 + nml.GRAVITY * np.cos(angle)
+
+    def off(t, z):
+        """Rear corner passes the edge, or the force vanishes."""
+        return min(0.5 * WIDTH - z[0], force(t, z))
+
+    off.terminal, off.direction = True, -1
+    tip = solve_ivp(
+        rates, (0, 2), [0, 0, SPEED, 0], events=off, rtol=1e-11, atol=1e-12, max_step=1e-3
+    )
+    s, angle, ds, turn = tip.y
+    t, n = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    place = s * t + half * n + np.array([[0.0], [TABLE]])
+    speed = (ds - half * turn) * t + s * turn * n
+    times, path, angles = start + tip.t, place, angle
+    flight = np.linspace(0, 1.0, 20001)[1:]
+    px = place[0, -1] + speed[0, -1] * flight
+    py = place[1, -1] + speed[1, -1] * flight - 0.5 * nml.GRAVITY * flight**2
+    pa = angle[-1] + turn[-1] * flight
+    reach = 0.5 * (WIDTH * np.abs(np.sin(pa)) + HEIGHT * np.abs(np.cos(pa)))
+    last = int(np.argmax(py < reach)) + 1
+    return {
+        "t": np.concatenate([times, times[-1] + flight[:last]]),
+        "x": np.concatenate([path[0], px[:last]]),
+        "y": np.concatenate([path[1], py[:last]]),
+        "angle": np.concatenate([angles, pa[:last]]),
+        "tip": times[-1],
+    }
+
+
+def _edge_figure(run, truth):
+    figure, (left, right) = canvas(width_ratios=[3, 2])
+    draw_blocks(left, [nml.rectangle(-2, 0, 2, TABLE), nml.rectangle(-2, -0.3, 6, 0.3)], GROUND)
+    shown = [int(i) for i in np.linspace(0, np.searchsorted(run["time"], truth["t"][-1]), 10)]
+    draw_blocks(left, [run["polygon"][i] for i in shown], STONE, alpha=0.7)
+    draw_blocks(left, run["polygon"][-1:], ORANGE, alpha=0.8)
+    left.plot(truth["x"], truth["y"], color=RED, lw=1, label="centre, theory")
+    left.legend(frameon=False, loc="upper right")
+    left.set_title("orange: at rest after 3 s", fontsize=10)
+    bare(left)
+    right.plot(truth["t"], np.degrees(truth["angle"]), color=INK, lw=3, alpha=0.3, label="theory")
+    right.plot(run["time"], np.degrees(run["angle"]), color=BLUE, lw=1, label="engine")
+    right.axvline(truth["tip"], color="0.7", lw=0.8)
+    right.axvline(truth["t"][-1], color="0.7", lw=0.8)
+    right.set(xlabel="time (s)", ylabel="angle (°)", title="lines: leaves the edge, lands")
+    return figure

@@ -1,0 +1,352 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Members of the time integration: energy, transfer functions, and supports that do not ring."""
+
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from sitedda.engine.checking import transfer
+from sitedda.engine.records import read_record
+from sitedda.engine.spectra import amplification, find_peak
+from sitedda.facade.run import run
+from sitedda.report.style import BLUE, COLORS, INK, RED, canvas
+
+from .. import model as nml
+from ..case import Outcome, Table, absolute, at_most, case, relative
+from .packing import pile_text
+from .rocking import SLENDER, tower_text
+from .settlement import PENALTIES, STORED, TIME_STEPS, wall_text
+from .sliding import record_file
+
+OTHERS = ("midpoint", "theta", "backward_euler")  # besides the DDA member
+ROCK = (2643.0, 4.788e9, 0.25)  # kg/m³, Pa: table I of the paper
+GLUE = {"cohesion": 1e12, "tensile_strength": 1e12}  # Pa
+PENALTY = 300.0  # of E × 1 m
+WIDTH = 15.0  # m, of the layers
+
+
+# ---------------------------------------------------------------- layered columns
+
+
+def column_text(layers: int, rock, steps, shaking: str, **more) -> str:
+    """Layers of 1 m on a base block that follows a motion "shaking" in x.
+
+    Parameters
+    ----------
+    layers : int
+    rock : tuple
+        Density (kg/m³), Young's modulus (Pa), Poisson's ratio.
+    steps : tuple
+        Time step (s) and number of steps.
+    shaking : str
+        The group ``&motion``.
+    **more
+        Other variables of ``&control``.
+    """
+    points = [(x, y) for y in (-0.25, -0.75) for x in (2.5, 12.5)]
+    return nml.text(
+        nml.control(*steps, gravity=(0, 0), **more),
+        nml.contact(PENALTY * rock[1]),
+        nml.material("rock", *rock),
+        nml.joint("glued", 50.0, **GLUE),
+        shaking,
+        nml.held("base", nml.rectangle(0, -1, WIDTH, 1), points=points, motion_x="shaking"),
+        nml.group("layers", name="layer", width=WIDTH, thickness=1.0, count=layers),
+        nml.measured("base", (WIDTH / 2, -0.5), "base"),
+        nml.measured("surface", (WIDTH / 2, float(layers))),
+        nml.group("amplification", surface="surface", base="base", lowest=1.0, highest=25.0),
+    )
+
+
+def recorded() -> str:
+    """The group ``&motion`` of the shipped record."""
+    return nml.group(
+        "motion",
+        name="shaking",
+        file=str(record_file()),
+        format="smc",
+        quantity="acceleration",
+        unit="cm/s2",
+    )
+
+
+def soil_column_text(time_step: float, duration: float, **more) -> str:
+    """30 m of soil, V_s 350 m/s, in layers of 1 m under the shipped record."""
+    density, speed, poisson = 1900.0, 350.0, 0.3
+    young = 2 * (1 + poisson) * density * speed**2
+    steps = (time_step, round(duration / time_step))
+    return column_text(30, (density, young, poisson), steps, recorded(), **more)
+
+
+def _run_text(text: str, ask=None):
+    """History of an input text, and what a function says of its file."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "case.nml"
+        file.write_text(text)
+        return run(file).history, ask(file) if ask else None
+
+
+def _accelerations(history) -> tuple[np.ndarray, np.ndarray]:
+    """Of surface and base along x, m/s²."""
+    values = history.acceleration.isel(axis=0)
+    return values.sel(point="surface").values, values.sel(point="base").values
+
+
+# ---------------------------------------------------------------- supports
+
+
+@case(
+    "Supports that do not ring",
+    "A fixed point is a spring k and a dashpot (1 − χ) k Δt on the velocity at the end of the step "
+    "relative to the motion's own: both roots are those of backward Euler, so that a base of any "
+    "stiffness follows its motion at any Δt. The peak of the amplification by time stepping is "
+    "held against the exact discrete transfer function, the base against the record averaged over "
+    "each step.",
+    "`docs/method.md`.",
+)
+def supports(short: bool) -> Outcome:
+    """Table I's layers and 30 m of soil under a record, at steps far beyond 4/ω of the supports."""
+    duration = 45.0  # s, ten after the end of the record
+    site = (2.29e-3, 4e-3, 5e-3, 7e-3, 10e-3)  # 1 ms: the paper's layers
+    texts = {
+        f"table I, Δt {1e3 * dt:g} ms": column_text(
+            15, ROCK, (dt, round(duration / dt)), recorded()
+        )
+        for dt in site
+    }
+    texts["soil, Δt 10 ms"] = soil_column_text(10e-3, duration)
+    rows, drawn = [], {}
+    for name, text in texts.items():
+        (history, curve), found = _with_transfer(text)
+        rows += [
+            relative(f"{name}: peak of the amplification", curve[1], found.amplitude, 1e-4),
+            absolute(f"{name}: its frequency", curve[0], found.frequency, 2e-3, "Hz"),
+        ]
+        base, record, after = _base_and_record(history)
+        rest = np.sqrt(np.mean(base[after] ** 2)) / abs(base).max()
+        rows += [
+            relative(
+                f"{name}: peak acceleration of the base",
+                abs(record).max(),
+                abs(base).max(),
+                0.03,
+                "m/s²",
+            ),
+            at_most(f"{name}: rms of the base after the record, of its peak", rest, 1e-6),
+        ]
+        drawn[name] = history.time.values[1:], base, record
+    return Outcome(rows, _supports_figure(drawn))
+
+
+def _with_transfer(text: str):
+    """History, peak of the exact transfer function (Hz, amplitude), peak of the run."""
+
+    def near_peak(file):
+        def curve(low, high):
+            frequency = np.linspace(low, high, 401)
+            values = abs(transfer(file, frequency))
+            best = int(np.argmax(values))
+            return float(frequency[best]), float(values[best])
+
+        first = curve(1.5, 20.0)
+        return curve(first[0] - 0.06, first[0] + 0.06)
+
+    history, exact = _run_text(text, near_peak)
+    step = float(history.time[1] - history.time[0])
+    frequency, ratio = amplification(*_accelerations(history), step, 8)
+    return (history, exact), find_peak(frequency, abs(ratio), 1.5, 20.0)
+
+
+def _base_and_record(history):
+    """Acceleration of the base, that of the record averaged over each step (m/s²), and which steps
+    come after it."""
+    time = history.time.values
+    record = read_record(record_file(), format="smc", unit="cm/s2")
+    velocity = np.interp(time, record.time.values, record.velocity.values, right=0.0)
+    end = float(record.time[-1]) + 10 * (time[1] - time[0])
+    return _accelerations(history)[1][1:], np.diff(velocity) / np.diff(time), time[1:] > end
+
+
+def _supports_figure(drawn):
+    figure, axes = canvas(2, size=(12, 4.2))
+    name = list(drawn)[-1]
+    time, base, record = drawn[name]
+    axes[0].plot(time, record, color=INK, lw=2.5, alpha=0.3, label="record, averaged over Δt")
+    axes[0].plot(time, base, color=BLUE, lw=0.8, label="base")
+    axes[0].set(xlabel="time (s)", ylabel="acceleration (m/s²)", xlim=(5, 15), title=name)
+    for (label, (t, b, _)), color in zip(drawn.items(), COLORS * 2, strict=False):
+        axes[1].semilogy(t, np.maximum(abs(b) / abs(b).max(), 1e-18), color=color, lw=0.5)
+        axes[1].plot([], [], color=color, label=label)
+    axes[1].set(xlabel="time (s)", ylabel="|acceleration of the base| / peak", xlim=(30, None))
+    axes[1].legend(frameon=False, fontsize=8)
+    return figure
+
+
+# ---------------------------------------------------------------- transfer functions
+
+CHANGES = {  # variables of &control
+    "dda": {"integration": "dda"},
+    "theta": {"integration": "theta"},
+    "theta = 0.6": {"integration": "theta", "theta": 0.6},
+    "5 % at 42 Hz": {"integration": "theta", "damping_ratio": 0.05, "damping_frequency": 42.0},
+    "backward_euler": {"integration": "backward_euler"},
+}
+BAND = (5.0, 150.0)  # Hz
+
+
+def transfer_error(changes: dict) -> tuple:
+    """Largest error of the transfer function by time stepping, relative, over `BAND`.
+
+    Five layers of rock under one short pulse in steps of 1 ms: the ratio of the spectra of what
+    two points do until all has died out, against `sitedda.transfer`.
+
+    Returns
+    -------
+    error : float
+    frequency, found, exact : ndarray
+        Hz, and both moduli.
+    """
+    step = 1e-3
+    time = np.arange(0.0, 0.06, step)
+    pulse = np.exp(-0.5 * ((time - 0.03) / 0.0025) ** 2) * np.sin(2 * np.pi * 60 * (time - 0.03))
+    shaking = nml.motion("shaking", pulse, step)
+    text = column_text(5, ROCK, (step, 3000), shaking, **changes)
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "case.nml"
+        file.write_text(text)
+        frequency, found = amplification(*_accelerations(run(file).history), step, 1)
+        inside = (frequency >= BAND[0]) & (frequency <= BAND[1])
+        frequency, found = frequency[inside], found[inside]
+        exact = transfer(file, frequency)
+    return float((abs(found - exact) / abs(exact)).max()), frequency, abs(found), abs(exact)
+
+
+# ---------------------------------------------------------------- energy
+
+
+class Audited(NamedTuple):
+    """Energies of one run, over the gross energy exchanged."""
+
+    gain: float  # highest total above the start
+    growth: float  # largest growth in a step
+    lowest: float  # lowest total, below the start
+    residual: float  # largest balance
+    time: np.ndarray  # s
+    total: np.ndarray  # above the start
+
+
+def audited(text: str, every: int = 1) -> Audited:
+    """Run an input on which nothing but gravity does work, and look at its energies.
+
+    That is the most that gravity has done or that was kinetic.
+    """
+    time, total, balance, handed = [0.0], [0.0], [0.0], 0.0
+    with nml.simulation(text) as model:
+        while not model.done:
+            model.advance(every)
+            energies = model.energies
+            time.append(model.time)
+            total.append(sum(energies[kind] for kind in STORED) - energies["initial"])
+            balance.append(abs(energies["balance"]))
+            handed = max(handed, abs(energies["gravity"]), energies["kinetic"])
+    above = np.array(total) / handed
+    return Audited(
+        above.max(),
+        np.diff(above).max(),
+        above.min(),
+        max(balance) / handed,
+        np.array(time),
+        above,
+    )
+
+
+def collision_text(time_step: float, **more) -> str:
+    """A block of 1 m x 1 m that flies at 1 m/s onto a held one, slightly turned, and away."""
+    flying = nml.rectangle(0.011, 0.0, 1.0, 1.0) @ np.array([[1.0, 0.02], [-0.02, 1.0]])
+    return nml.text(
+        nml.control(
+            time_step,
+            round(0.5 / time_step),
+            gravity=(0, 0),
+            max_displacement_ratio=0.02,
+            **more,
+        ),
+        nml.contact(40 * 5e9),
+        nml.material("still", 2500.0, nml.STIFF),
+        nml.material("flying", 2500.0, 5e9, 0.2, velocity=(-1.0, 0.0, 0.0)),
+        nml.joint("dry", 30.0),
+        nml.held("wall", nml.rectangle(-1.03, -1.0, 1.0, 3.0), "still"),
+        nml.block("stone", flying, "flying"),
+    )
+
+
+def _energy_texts(integration: str, short: bool) -> dict[str, tuple[str, int]]:
+    """Inputs by name, with the steps between looks at them."""
+    member = {"integration": integration}
+    sizes = (50,) if short else (50, 200)
+    steps = TIME_STEPS[:2] if short else TIME_STEPS
+    found = {
+        f"wall of {size}, {penalty:g} E, Δt {dt:g} s": (
+            wall_text(size, penalty, dt, 100 if short else 200, **member),
+            1,
+        )
+        for size in sizes
+        for penalty in PENALTIES[::3]
+        for dt in steps
+    }
+    found["rocking block"] = tower_text(5e-4, 2.0 if short else 3.0, 0.6 * SLENDER, **member), 1
+    found["collision"] = collision_text(1e-3, **member), 1
+    count, columns, duration = (60, 8, 1.2) if short else (300, 25, 3.0)
+    found[f"{count} polygons"] = pile_text(count, columns, duration, **member), 5
+    return found
+
+
+@case(
+    "Members of the time integration: energy and transfer functions",
+    "With θ, χ ≥ ½ no member gains energy, contacts that open and close included: ΔE = "
+    "−(θ−½) dᵀKd − (χ−½) ΔvᵀMΔv − the loss of contacts and supports, each a term of the budget. In "
+    "steady vibration a member is the complex modulus K (1 + i(2θ−1)τ)(1 + i(2χ−1)τ) at 2τ/Δt, "
+    "τ = tan(ωΔt/2), exactly.",
+    "`docs/method.md`.",
+)
+def integration(short: bool) -> Outcome:
+    """Energies of walls, a rocking block, a collision and falling polygons; transfer functions."""
+    rows, lines, drawn, curves = [], [], {}, {}
+    for name in OTHERS:
+        found = {
+            label: audited(text, every)
+            for label, (text, every) in _energy_texts(name, short).items()
+        }
+        for what, index in (("energy above the start", 0), ("growth in a step", 1), ("audit", 3)):
+            worst = max(found, key=lambda key, index=index, found=found: found[key][index])
+            rows.append(at_most(f"{name}: {what}, worst at {worst}", found[worst][index], 1e-6))
+        lines += [(name, label, *one[:4]) for label, one in found.items()]
+        drawn[name] = list(found.values())[-1]
+    for label, changes in CHANGES.items():
+        error, *curves[label] = transfer_error(changes)
+        rows.append(at_most(f"transfer function by time stepping, {label}", error, 2e-3))
+    table = Table(
+        "Energies over the gross energy exchanged.",
+        ("member", "model", "above the start", "growth in a step", "lowest", "audit"),
+        lines,
+    )
+    return Outcome(rows, _integration_figure(drawn, curves), [table])
+
+
+def _integration_figure(drawn, curves):
+    figure, (left, right) = canvas(2, size=(12, 4.2))
+    for (name, found), color in zip(drawn.items(), COLORS, strict=False):
+        left.plot(found.time, found.total, color=color, label=name)
+    left.axhline(0, color=RED, lw=0.8, ls="--")
+    left.set(
+        xlabel="time (s)", ylabel="energy above the start / handed over", title="falling polygons"
+    )
+    for (name, (frequency, found, exact)), color in zip(curves.items(), COLORS, strict=False):
+        right.semilogy(frequency, exact, color=color, lw=2.5, alpha=0.3)
+        right.semilogy(frequency, found, color=color, lw=0.8, label=name)
+    right.set(xlabel="frequency (Hz)", ylabel="surface / base", title="pale: exact")
+    right.legend(frameon=False, fontsize=8)
+    return figure

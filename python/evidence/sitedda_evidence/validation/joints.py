@@ -1,0 +1,475 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Waves through joints – elastic, in series, slipping, closing – and a slope that is released."""
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from scipy.special import erf
+
+from sitedda.report.style import BLUE, COLORS, GREEN, ORANGE, canvas
+
+from .. import model as nml
+from ..case import Outcome, Table, absolute, at_most, case, observed_order, relative
+
+DENSITY, YOUNG = 2650.0, 60e9  # kg/m³, Pa, ν = 0
+PENALTY = 100 * YOUNG  # N/m
+GLUE = {"cohesion": 1e12, "tensile_strength": 1e12}  # Pa
+PER_STEP = 0.25  # Δt over the time a wave takes through a block
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A bar of bonded blocks, driven at one end; joints of another kind at some of their sides.
+
+    Attributes
+    ----------
+    wave : str
+        ``"P"`` along the bar, or ``"S"`` across it, with blocks held against turning.
+    size : float
+        Length of a block, m; the bar is 1 m wide.
+    before, after : int
+        Blocks before the first joint, and from there on.
+    """
+
+    wave: str = "P"
+    size: float = 1.0
+    before: int = 180
+    after: int = 180
+
+    @property
+    def modulus(self) -> float:
+        """Young's or shear modulus of the bar, Pa."""
+        return YOUNG if self.wave == "P" else 0.5 * YOUNG
+
+    @property
+    def speed(self) -> float:
+        """Wave velocity, m/s."""
+        return np.sqrt(self.modulus / DENSITY)
+
+    @property
+    def impedance(self) -> float:
+        """ρc, Pa s/m."""
+        return DENSITY * self.speed
+
+    @property
+    def time_step(self) -> float:
+        """Δt, s."""
+        return PER_STEP * self.size / self.speed
+
+    def stiffer(self) -> float:
+        """Young's modulus (Pa) of blocks that have that of the bar with the springs between them.
+
+        Two contacts, k_n along and k_n/2.5 across, stand in series with each block.
+        """
+        spring = 2 * PENALTY / (1.0 if self.wave == "P" else 2.5)
+        return YOUNG / (1 - self.modulus / (spring * self.size))
+
+    def text(self, steps: int, way, spacing: float, joints: Sequence[int] = (), **law) -> str:
+        """Input: `way` (m) every `spacing` (s) at the end, joints at the sides of some blocks."""
+        angle = law.pop("friction_angle", 45.0)
+        parts = [
+            nml.control(self.time_step, steps, (0, 0), integration="midpoint"),
+            nml.contact(PENALTY, fixed_point_ratio=10.0),
+            nml.material("rock", DENSITY, self.stiffer()),
+            nml.joint("glued", 60.0, **GLUE),
+            nml.joint("joint", angle, **law),
+            nml.motion("wave", way, spacing, "displacement"),
+        ]
+        for i in range(self.before + self.after):
+            outline = nml.rectangle(i * self.size, 0.0, self.size, 1.0)
+            sides = ["glued"] * 3 + ["joint" if i in joints else "glued"]
+            parts.append(nml.group("block", name=f"b{i}", vertices=outline, edge_joints=sides))
+            if self.wave == "S":
+                parts += [
+                    nml.group("fixed_point", x=x, y=y, block=f"b{i}", direction="x")
+                    for x, y in outline
+                ]
+        along = "x" if self.wave == "P" else "y"
+        drive = {"direction": along, f"motion_{along}": "wave"}
+        parts += [nml.group("fixed_point", x=0.0, y=y, block="b0", **drive) for y in (0.0, 1.0)]
+        for name, i in (("before", self.before // 2), ("after", self.before + self.after // 2)):
+            parts.append(nml.measured(name, ((i + 0.5) * self.size, 0.5), f"b{i}"))
+        return "".join(parts)
+
+    def run(self, *arguments, **law):
+        """History, and the velocities (m/s) before and after the joints."""
+        data = nml.history(self.text(*arguments, **law))
+        axis = 0 if self.wave == "P" else 1
+        return data, *(data.velocity.sel(point=p).values[:, axis] for p in ("before", "after"))
+
+
+def _step_of(bar: Bar, width: float):
+    """A displacement of Gaussian velocity, e^(−½) at `width` blocks, and its sampling interval."""
+    duration = 8 * width * bar.size / bar.speed
+    time = np.linspace(0, duration, 401)
+    spread = width * bar.size / bar.speed
+    return 1e-7 * (1 + erf((time - duration / 2) / spread / np.sqrt(2))), float(time[1])
+
+
+def _spectrum(values: np.ndarray) -> np.ndarray:
+    return np.fft.rfft(values, 16 * len(values))
+
+
+@functools.cache
+def _incident(bar: Bar, width: float):
+    """Time and velocities of the bar without joints."""
+    way, spacing = _step_of(bar, width)
+    steps = int(2.45 * min(bar.before, bar.after) / PER_STEP)
+    data, before, after = bar.run(steps, way - way[0], spacing)
+    return data.time.values, before, after
+
+
+def _coefficients(bar: Bar, width: float, joints: Sequence[int], stiffness: float):
+    """Angular frequencies (rad/s), T and R (complex) of elastic joints, and the history."""
+    way, spacing = _step_of(bar, width)
+    time, before, after = _incident(bar, width)
+    stiff = {"normal_stiffness_per_area": stiffness, "shear_stiffness_per_area": stiffness}
+    data, at, beyond = bar.run(len(time) - 1, way - way[0], spacing, joints, **GLUE, **stiff)
+    omega = 2 * np.pi * np.fft.rfftfreq(16 * len(time), bar.time_step)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        passed = _spectrum(beyond) / _spectrum(after)
+        back = _spectrum(at - before) / _spectrum(before)
+    return omega, passed, back, data
+
+
+# ---------------------------------------------------------------- one joint
+
+
+@case(
+    "P and S waves through an elastic joint",
+    "A joint of stiffness k per area between half-spaces of impedance Z = ρc: with ξ = ωZ/2k, "
+    "T = 1/(1 + iξ), |R| = ξ/√(1 + ξ²), and the wave is late by atan(ξ)/ω. T is the ratio of the "
+    "spectra of a pulse with and without the joint, in a bar of bonded blocks so long that "
+    "nothing comes back from its ends; P with the normal, S with the shear stiffness.",
+    "Schoenberg (1980), J. Acoust. Soc. Am. 68; Pyrak-Nolte, Myer and Cook (1990), J. Geophys. "
+    "Res. 95.",
+)
+def elastic_joint(short: bool) -> Outcome:
+    """Transmission, reflection and delay over ξ, and their dependence on the block size."""
+    rows, drawn = [], {}
+    largest = 1.0 if short else 3.0
+    for wave in "P" if short else "PS":
+        bar = Bar(wave, before=110, after=110) if short else Bar(wave)
+        found, data = _one_joint(bar, largest, 7.0)
+        drawn[wave] = found
+        marks = (0.1, 0.5, 1.0) if short else (0.1, 0.2, 0.5, 1.0, 2.0, 3.0)
+        for mark in marks:
+            xi, passed, back = found[:, np.argmin(np.abs(found[0].real - mark))]
+            name = f"{wave}, ξ = {mark:g}"
+            theory = 1 / (1 + 1j * xi)
+            rows.append(relative(f"|T|, {name}", abs(theory), abs(passed), 1e-2))
+            rows.append(relative(f"|R|, {name}", abs(xi * theory), abs(back), 1e-2))
+            rows.append(relative(f"ωτ, {name}", np.arctan(xi.real), -np.angle(passed), 1e-2))
+        rows.append(at_most(f"audit, {wave}", nml.residual(data), 1e-6))
+    tables = [] if short else [_block_sizes()]
+    figure, axes = canvas()
+    for wave, (xi, passed, back) in drawn.items():
+        for axis, values, theory in (
+            (axes[0], passed, 1 / np.sqrt(1 + xi.real**2)),
+            (axes[1], back, xi.real / np.sqrt(1 + xi.real**2)),
+        ):
+            axis.plot(xi.real, theory, color="0.6", lw=3)
+            axis.plot(xi.real, np.abs(values), color=BLUE if wave == "P" else ORANGE, label=wave)
+    for axis, name in zip(axes, ("|T|", "|R|"), strict=True):
+        axis.set(xlabel="ξ = ωZ/2k", ylabel=name, title="grey: theory")
+    return Outcome(rows, figure, tables)
+
+
+def _one_joint(bar: Bar, largest: float, width: float, shortest: float = 20.0):
+    """ξ, T, R (rows) from ξ = 0.1 to its largest, at a wave of `shortest` blocks; the history."""
+    stiffness = np.pi * bar.speed / (shortest * bar.size) * bar.impedance / largest
+    omega, passed, back, data = _coefficients(bar, width, (bar.before,), stiffness)
+    xi = omega * bar.impedance / (2 * stiffness)
+    band = (xi > 0.09) & (xi < 1.02 * largest)
+    return np.array([xi[band], passed[band], back[band]]), data
+
+
+def _block_sizes() -> Table:
+    """Error at ξ = 1 by the number of blocks in a wave."""
+    counts, errors = (10, 20, 40), []
+    for count in counts:
+        bar = Bar("P", before=3 * count + 60, after=3 * count + 60)
+        found, _ = _one_joint(bar, 1.0, 0.35 * count, count)
+        xi, passed, back = found[:, np.argmin(np.abs(found[0].real - 1.0))]
+        theory = 1 / (1 + 1j * xi)
+        errors.append((abs(passed / theory - 1), abs(abs(back / (xi * theory)) - 1)))
+    orders = observed_order([1 / count for count in counts], [error[0] for error in errors])
+    return Table(
+        "One joint at ξ = 1: error by blocks in a wavelength.",
+        ("blocks", "T (complex)", "|R|", "order of T"),
+        [(n, *error, order) for n, error, order in zip(counts, errors, orders, strict=True)],
+    )
+
+
+# ---------------------------------------------------------------- joints in series
+
+
+@case(
+    "P waves through equal joints",
+    "N joints at the spacing d: cos Φ = cos kd − ξ sin kd, |T| = [1 + ξ² sin²NΦ/sin²Φ]^(−1/2). "
+    "Where |cos Φ| > 1 waves do not pass an endless row: at ξ = ½ from d/λ = 0.3524 to ½.",
+    "Transfer matrices of a layered medium; Pyrak-Nolte, Myer and Cook (1990).",
+)
+def joints_in_series(short: bool) -> Outcome:
+    """Transmission of two and four joints at ξ = ½, and the stop band."""
+    spacings = (0.1,) if short else (0.02, 0.1, 0.3, 0.5)
+    rows, kept = [], {}
+    for spacing in spacings:
+        # Far joints send the wave to and fro for long, the more so near the stop band.
+        wave, length = {0.3: (50, 800), 0.5: (40, 1000)}.get(spacing, (50, 130 if short else 250))
+        bar = Bar("P", before=length, after=length)
+        stiffness = 2 * np.pi * bar.speed / (wave * bar.size) * bar.impedance
+        for count in (2, 4):
+            blocks = round(spacing * wave)
+            joints = tuple(bar.before + i * blocks for i in range(count))
+            omega, passed, _, data = _coefficients(bar, 0.14 * wave, joints, stiffness)
+            kept[spacing, count] = omega * bar.size * wave / (2 * np.pi * bar.speed), passed
+            at = np.argmin(np.abs(kept[spacing, count][0] - 1))
+            theory = _series(0.5, 2 * np.pi * spacing, count)
+            name = f"|T|, {count} joints, d/λ = {spacing:g}"
+            rows.append(relative(name, theory, abs(passed[at]), 2e-2))
+            if spacing == spacings[0] and count == 2:
+                rows.append(at_most("audit", nml.residual(data), 1e-6))
+    if not short:
+        edges = _stop_band(*(kept[0.5, count] for count in (2, 4)))
+        begins = brentq(lambda r: np.cos(np.pi * r) - 0.5 * r * np.sin(np.pi * r) + 1, 0.5, 0.95)
+        for name, theory, got in zip(("lower", "upper"), (begins, 1.0), edges, strict=True):
+            rows.append(relative(f"stop band at d/λ = 0.5, {name} end of ω/ω(ξ = ½)", theory, got,
+                2e-2))  # fmt: skip
+    figure, axes = canvas()
+    shown = (spacings[0], spacings[-1])
+    for axis, spacing in zip(axes, shown, strict=True):
+        for count, color in ((2, BLUE), (4, GREEN)):
+            ratio, passed = kept[spacing, count]
+            band = (ratio > 0.1) & (ratio < 2.0)
+            angle = 2 * np.pi * spacing * ratio[band]
+            axis.plot(ratio[band], _series(0.5 * ratio[band], angle, count), color="0.7", lw=3)
+            axis.plot(ratio[band], np.abs(passed[band]), color=color, label=f"{count} joints")
+        axis.set(
+            xlabel="ω/ω(ξ = ½)", ylabel="|T|", title=f"d/λ = {spacing:g} at ξ = ½; grey: theory"
+        )
+    return Outcome(rows, figure)
+
+
+def _stop_band(two, four) -> tuple[float, float]:
+    """Ends of the longest band, ω/ω(ξ = ½), in which cos² 2Φ > 1, so that Φ is not real.
+
+    With X_N = |T_N|⁻² − 1 of two and four joints, X₄/X₂ = 4 cos² 2Φ.  Each argument holds
+    ω/ω(ξ = ½) and T.
+    """
+    ratio = two[0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        squares = [np.abs(passed) ** -2 - 1 for _, passed in (two, four)]
+        stopped = (squares[1] > 4 * squares[0]) & (ratio > 0.4) & (ratio < 1.2)
+    turns = np.flatnonzero(np.diff(stopped))
+    first = np.argmax(np.where(stopped[turns[:-1] + 1], np.diff(turns), 0))
+    return float(ratio[turns[first]]), float(ratio[turns[first + 1]])
+
+
+def _series(xi, angle, count: int):
+    """|T| of `count` joints, kd = `angle`."""
+    phase = np.arccos((np.cos(angle) - xi * np.sin(angle)).astype(complex))
+    return 1 / np.sqrt(1 + np.real((xi * np.sin(count * phase) / np.sin(phase)) ** 2))
+
+
+# ---------------------------------------------------------------- slip
+
+
+@case(
+    "S waves through a joint that slips: energy",
+    "A joint of strength τ_s passes an incident velocity v₀ sin ωt clipped at ± τ_s/ρc. With "
+    "a = τ_s/(ρc v₀) and sin θ = a, T² = (4/π)[θ/2 − sin 2θ/4 + a²(π/2 − θ)], "
+    "R² = ∫(v − clipped)²/∫v², A² = 1 − T² − R²; the work of friction is A² of the incident "
+    "energy. Joint: `'mohr_coulomb'` without friction, of one cohesion.",
+    "Miller (1978), Bull. Seism. Soc. Am. 68; the closed form is elementary.",
+)
+def plastic_joint(short: bool) -> Outcome:
+    """T, R, A and the work of friction for strengths over incident stress."""
+    shares = (0.5,) if short else (0.3, 0.5, 0.65, 0.8)
+    bar = Bar("S", before=130, after=130) if short else Bar("S", before=250, after=250)
+    wave = 50 if short else 100  # blocks in a wavelength
+    period = wave * bar.size / bar.speed
+    time = np.linspace(0, period, 801)
+    speed, steps = 0.1, int((1.5 * bar.before + 1.3 * wave) / PER_STEP)
+    way = speed * period / (2 * np.pi) * (1 - np.cos(2 * np.pi * time / period))
+    _, base_before, base_after = bar.run(steps, way, time[1])
+    rows, drawn = [], None
+    for share in shares:
+        strength = share * bar.impedance * speed
+        law = {
+            "law": "mohr_coulomb",
+            "friction_angle": 0.0,
+            "cohesion": strength,
+            "residual_cohesion": strength,
+            "tensile_strength": 1e12,
+            "residual_tensile_strength": 1e12,
+            "weakening_slip": 1.0,
+            "normal_stiffness_per_area": 2 * PENALTY,
+            "shear_stiffness_per_area": PENALTY,
+        }
+        data, before, after = bar.run(steps, way, time[1], (bar.before,), **law)
+        incident = np.sum(base_after**2)
+        passed = np.sum(after**2) / incident
+        back = np.sum((before - base_before) ** 2) / np.sum(base_before**2)
+        got = np.sqrt([passed, back, 1 - passed - back])
+        for name, theory, value in zip("TRA", _clipped(share), got, strict=True):
+            rows.append(relative(f"{name}, a = {share:g}", theory, value, 1e-2))
+        energy = bar.impedance * np.sum(base_after**2) * bar.time_step
+        work = float(data.energy_friction[-1]) / energy
+        rows.append(relative(f"friction, a = {share:g}", _clipped(share)[2] ** 2, work, 5e-3))
+        rows.append(at_most(f"audit, a = {share:g}", nml.residual(data), 1e-6))
+        drawn = data.time.values, base_after, after, share
+    return Outcome(rows, _slip_figure(drawn, speed, rows))
+
+
+def _clipped(share: float) -> np.ndarray:
+    """T, R and A for a strength of `share` times the incident stress."""
+    theta = np.arcsin(share)
+    passed = theta / 2 - np.sin(2 * theta) / 4 + share**2 * (np.pi / 2 - theta)
+    # ∫ (sin − a)² from θ to π/2, of ∫ sin² = π/4
+    back = (np.pi / 2 - theta) / 2 + np.sin(2 * theta) / 4 - 2 * share * np.cos(theta)
+    back += share**2 * (np.pi / 2 - theta)
+    passed, back = 4 / np.pi * passed, 4 / np.pi * back
+    return np.sqrt([passed, back, 1 - passed - back])
+
+
+def _slip_figure(drawn, speed: float, rows):
+    figure, (left, right) = canvas()
+    time, incident, passed, share = drawn
+    left.plot(1e3 * time, incident / speed, color="0.7", label="without the joint")
+    left.plot(1e3 * time, passed / speed, color=BLUE, label=f"a = {share:g}")
+    left.set(xlabel="time (ms)", ylabel="v / v₀", title="transmitted wave")
+    fine = np.linspace(0.01, 0.99, 99)
+    theory = np.array([_clipped(a) for a in fine])
+    for i, (name, color) in enumerate(zip("TRA", COLORS, strict=False)):
+        right.plot(fine, theory[:, i], color=color, label=name)
+        found = [row for row in rows if row.quantity.startswith(f"{name},")]
+        at = [float(row.quantity.split("=")[1]) for row in found]
+        right.plot(at, [row.got for row in found], "o", color=color)
+    right.set(xlabel="a = τ_s/(ρc v₀)", ylabel="coefficient", title="lines: theory, points: engine")
+    return figure
+
+
+# ---------------------------------------------------------------- closure
+
+
+@case(
+    "A pulse through a joint of hyperbolic closure",
+    "A half-sine P pulse of 50 Hz through a joint σ = k_ni δ/(1 − δ/V_m): the transmitted velocity "
+    "obeys dv/dt = (2k_ni/Z)(v_I − v)(1 + Z v/(k_ni V_m))². The larger the pulse, the more of it "
+    "passes.",
+    "Method of characteristics, as Zhao and Cai (2001), Int. J. Rock Mech. Min. Sci. 38.",
+)
+def closing_joint(short: bool) -> Outcome:
+    """Peak of the transmitted pulse for three amplitudes."""
+    speeds = (0.05,) if short else (1e-3, 0.05, 0.3)
+    size = 2.0 if short else 1.0
+    bar = Bar("P", size, int(60 / size), int(130 / size))
+    stiffness, closure, period = 3.5e9, 0.61e-3, 0.02
+    time = np.linspace(0, period / 2, 401)
+    steps = int(((bar.before + 0.5 * bar.after) * size / bar.speed + 0.55 * period) / bar.time_step)
+    law = {
+        "law": "barton_bandis",
+        "jrc": 0.0,
+        "jcs": 1e8,
+        "normal_stiffness_per_area": stiffness,
+        "max_closure": closure,
+    }
+    rows, lines = [], []
+    for speed in speeds:
+        way = speed * period / (2 * np.pi) * (1 - np.cos(2 * np.pi * time / period))
+        data, _, after = bar.run(steps, way, time[1], (bar.before,), **law)
+        theory = _transmitted_velocity(bar, speed, period, stiffness, closure)
+        name = f"peak v/v₀, v₀ = {speed:g} m/s"
+        rows.append(relative(name, theory.y[0].max() / speed, after.max() / speed, 1e-2))
+        rows.append(at_most(f"audit, v₀ = {speed:g} m/s", nml.residual(data), 1e-6))
+        lines.append((speed, data.time.values, after, theory))
+    figure, (axes,) = canvas(columns=1)
+    for (speed, times, after, theory), color in zip(lines, COLORS, strict=False):
+        arrival = (bar.before + bar.after // 2 + 0.5) * size / bar.speed
+        axes.plot(1e3 * theory.t, theory.y[0] / speed, color="0.7", lw=3)
+        axes.plot(1e3 * (times - arrival), after / speed, color=color, label=f"{speed:g} m/s")
+    axes.set(xlabel="time after arrival (ms)", ylabel="v / v₀", xlim=(-1, 11), title="grey: theory")
+    return Outcome(rows, figure)
+
+
+def _transmitted_velocity(bar: Bar, speed: float, period: float, stiffness: float, closure: float):
+    """The transmitted velocity by the differential equation."""
+
+    def rate(t, v):
+        incident = speed * np.sin(2 * np.pi * t / period)
+        slope = (1 + bar.impedance * v / (stiffness * closure)) ** 2
+        return 2 * stiffness / bar.impedance * (incident - v) * slope
+
+    return solve_ivp(
+        rate, (0, period / 2), [0.0], rtol=1e-9, atol=1e-12 * speed, max_step=period / 2000
+    )
+
+
+# ---------------------------------------------------------------- release
+
+
+@case(
+    "A slope that a shock releases",
+    "A block stands on a plane by its peak strength. A push breaks the joint; from then on it "
+    "slides at its residual strength, with the acceleration g sin α − g cos α tan φ_r.",
+    "Coulomb friction.",
+)
+def released_slope(short: bool) -> Outcome:
+    """At rest before the push, the acceleration after it."""
+    rows, lines = [], []
+    for angle, peak, rest in (
+        ((30.0, 40.0, 20.0),)
+        if short
+        else (
+            (30.0, 40.0, 20.0),
+            (25.0, 32.0, 22.0),
+            (40.0, 60.0, 15.0),
+        )
+    ):
+        slope = np.radians(angle)
+        shape = nml.turned(nml.rectangle(0, 0, 2, 1), -slope)
+        push = 0.8 * nml.GRAVITY * 2 * DENSITY * np.array([np.cos(slope), -np.sin(slope)])
+        text = nml.text(
+            nml.control(1e-3, 1000, settle=True, max_displacement_ratio=0.05),
+            nml.contact(1e10),
+            nml.material("rock", DENSITY, 1e12),
+            nml.joint("j", peak, law="mohr_coulomb", residual_friction_angle=rest),
+            nml.held("base", nml.turned(nml.rectangle(-2, -1, 40, 1), -slope), "rock", "j"),
+            nml.block("top", shape, "rock", "j"),
+            nml.group(
+                "load",
+                x=shape.mean(axis=0)[0],
+                y=shape.mean(axis=0)[1],
+                block="top",
+                time=(0.2, 0.21, 0.3, 0.31),
+                force_x=push[0] * np.array([0, 1, 1, 0]),
+                force_y=push[1] * np.array([0, 1, 1, 0]),
+            ),
+            nml.measured("top", shape.mean(axis=0), "top"),
+        )
+        data = nml.history(text)
+        along = data.displacement.sel(point="top").values @ np.array(
+            [np.cos(slope), -np.sin(slope)]
+        )
+        time = data.time.values
+        free = time >= 0.35
+        fit = np.polyfit(time[free] - 0.35, along[free], 2)
+        theory = nml.GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(rest)))
+        label = f"{angle:g}°, φ {peak:g}° to {rest:g}°"
+        rows.append(
+            absolute(f"way before the push, {label}", 0.0, along[time < 0.2][-1], 1e-6, "m")
+        )
+        rows.append(relative(f"acceleration, {label}", theory, 2 * fit[0], 1e-3, "m/s²"))
+        rows.append(at_most(f"audit, {label}", nml.residual(data), 1e-6))
+        lines.append((label, time, along))
+    figure, (axes,) = canvas(columns=1)
+    for (label, time, along), color in zip(lines, COLORS, strict=False):
+        axes.plot(time, along, color=color, label=label)
+    axes.axvspan(0.2, 0.31, color="0.9")
+    axes.set(xlabel="time (s)", ylabel="way (m)", title="grey: the push")
+    return Outcome(rows, figure)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pushed past their peak: a block that rocks or slides, walls with openings."""
+
+import math
+
+import numpy as np
+
+from sitedda.facade.model import Model
+from sitedda.report.style import BLUE, ORANGE, canvas
+from sitedda.stability.limits import limit_analysis
+from sitedda.stability.pushover import pushover
+
+from ..case import Outcome, absolute, at_most, case, curves, relative, true
+
+WIDTH, HEIGHT = 0.5, 2.0
+
+
+def tower(friction=40.0) -> Model:
+    """A block on a floor."""
+    model = Model("tower", time_step=1e-3, steps=1, gravity=(0, -9.81))
+    model.contact(normal_stiffness=1e10)
+    model.material("stone", density=2500.0, young_modulus=1e11, poisson_ratio=0.2)
+    model.joint("dry", friction_angle=friction)
+    model.block([-3, -1, 3, -1, 3, 0, -3, 0], name="floor")
+    model.block([0, 0, WIDTH, 0, WIDTH, HEIGHT, 0, HEIGHT], name="tower")
+    for x, y in ((-2.5, -0.5), (2.5, -0.5), (0, -0.9)):
+        model.fixed_point(x, y)
+    model.measured_point("top", WIDTH / 2, HEIGHT, "tower")
+    return model
+
+
+@case(
+    "A block pushed until it topples, or slides",
+    "It rocks about its corner: λ = tan(α − θ), tan α = b/h, from b/h to nothing; with less "
+    "friction than b/h it slides at λ = tan φ, and friction takes all work.",
+    "Statics of a rigid block.",
+)
+def pushed_block(short: bool) -> Outcome:
+    """Every way to push; the path over the way of the top."""
+    rows, turn = [], np.linspace(0, 0.5, 5000)
+    way = -WIDTH / 2 * (np.cos(turn) - 1) + HEIGHT * np.sin(turn)
+    pushes = [(load, sense) for load in ("horizontal", "tilt", "mode") for sense in (1, -1)]
+    for load, sense in pushes:
+        found = pushover(tower(), "top", load=load, sense=sense, displacement=0.6, steps=60)
+        rocking, name = found.displacement > 1e-3, f"{load}, {sense:+d}"
+        angle = np.interp(found.displacement[rocking], way, turn)
+        exact = np.tan(math.atan(WIDTH / HEIGHT) - angle)
+        rows += [
+            relative(f"{name}: peak", WIDTH / HEIGHT, found.peak, 2e-3),
+            at_most(f"{name}: λ, largest error", abs(found.factor[rocking] - exact).max(), 1e-3),
+            true(f"{name}: topples", True, found.verdicts == ("stable", "topples")),
+            true(f"{name}: collapses", True, found.factor[-1] <= 0 and "collapse" in found.ending),
+            at_most(f"{name}: friction over work", abs(found.friction[-1] / found.work[-1]), 1e-4),
+        ]
+    slid, grip = pushover(tower(10.0), "top", displacement=0.2, steps=40), math.tan(math.pi / 18)
+    rows += [
+        relative("slides: peak", grip, slid.peak, 2e-3),
+        relative("slides: λ at the end", grip, slid.factor[-1], 2e-3),
+        relative("slides: friction over work", 1.0, slid.friction[-1] / slid.work[-1], 0.02),
+        true("slides, to where it is pushed", True, slid.verdicts == ("stable", "slides")
+             and "target displacement" in slid.ending),
+    ]  # fmt: skip
+    lines = [(found.displacement, found.factor, {"color": BLUE, "label": "rocks"}),
+             (found.displacement[rocking], exact, {"color": ORANGE, "ls": "--", "label": "exact"}),
+             (slid.displacement, slid.factor, {"label": "slides"})]  # fmt: skip
+    return Outcome(rows, curves("way of the top (m)", "λ", *lines))
+
+
+def random_wall(seed: int) -> Model:
+    """A wall with a door and, every other pair, a window, in one of the bonds."""
+    rng = np.random.default_rng(seed)
+    width, height = rng.uniform(3, 5), rng.uniform(2.2, 3.2)
+    stone, door = rng.uniform(0.5, 0.8), rng.uniform(0.7, 1.0)
+    model = Model("wall", time_step=1e-3, steps=1, gravity=(0, -9.81))
+    model.material("stone", density=2500.0, young_modulus=1e11, poisson_ratio=0.2)
+    model.block([-1, -0.5, width + 1, -0.5, width + 1, 0, -1, 0], name="floor")
+    for x, y in ((-0.9, -0.25), (width + 0.9, -0.25), (width / 2, -0.4)):
+        model.fixed_point(x, y, "floor")
+    bond = ("running", "header", "rubble")[seed % 3]
+    model.masonry_wall(width=width, height=height, courses=int(rng.integers(7, 11)), stone=stone,
+                       bond=bond, seed=seed)  # fmt: skip
+    model.opening("door", left=0.2 * width, width=door, height=0.6 * height, depth=0.3,
+                  bearing=0.3, head=("lintel", "arch")[seed % 2])  # fmt: skip
+    if seed % 4 > 1:
+        model.opening("window", left=0.65 * width, bottom=0.3 * height, width=0.6,
+                      height=0.3 * height, depth=0.3, bearing=0.25)  # fmt: skip
+    model.joint("dry", friction_angle=math.degrees(math.atan(rng.uniform(0.4, 0.8))))
+    model.measured_point("top", 0.5 * width + 0.01, height - 0.05)
+    return model
+
+
+@case(
+    "Walls with openings, pushed past their peak",
+    "Random walls of two bonds, under lintels and arches: the peak lies between the limits of "
+    "limit analysis, without and with dilation, to 2 %.",
+    "`docs/stability.md`.",
+)
+def pushed_walls(short: bool) -> Outcome:
+    """Lower and upper limit beside the peak of the pushover."""
+    rows, (figure, axes) = [], canvas(2, size=(9.0, 3.4))
+    for seed, axis in zip((2, 3), axes, strict=True):
+        model = random_wall(seed)
+        limits, found = limit_analysis(model), pushover(model, "top", displacement=0.02, steps=40)
+        low, high = limits.lower.factor, limits.upper.factor
+        middle, half = 0.5 * (0.98 * low + 1.02 * high), 0.5 * (1.02 * high - 0.98 * low)
+        rows.append(absolute(f"wall {seed}: peak, within the limits", middle, found.peak, half))
+        axis.plot(found.displacement, found.factor)
+        axis.axhspan(low, high, alpha=0.2)
+        axis.set(xlabel="way of the top (m)", ylabel="λ", title=f"wall {seed}")
+    return Outcome(rows, figure)

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Walls under sudden gravity: energy never grows, and every joule is explained."""
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from sitedda.base.errors import ConvergenceError
+from sitedda.report.style import BLUE, COLORS, GROUND, RED, STONE, bare, canvas, draw_blocks
+
+from .. import model as nml
+from ..case import Outcome, Table, at_most, case
+
+YOUNG, DENSITY = 5e9, 2500.0  # Pa, kg/m³
+WALLS = {50: (5, 9), 200: (10, 19), 1000: (20, 49)}  # blocks: bricks in a full course, courses
+BRICK = (1.0, 0.5)  # m
+TIME_STEPS = (1e-2, 1e-3, 1e-4, 1e-5)  # s
+PENALTIES = (1 / 25, 1.0, 40.0, 300.0)  # of E
+STORED = ("kinetic", "strain", "contact", "support", "gravity")
+
+
+@case(
+    "Walls of 50, 200 and 1000 blocks under sudden gravity",
+    "Every potential of the scheme is convex and the backward slider only dissipates, so kinetic "
+    "plus potential energy never stands above its start at any Δt and penalty "
+    "(`docs/method.md`). The "
+    "scale is what gravity has done, at least its work on an elastic settlement of all blocks; "
+    "the audit's residual is held against the work done.",
+    "`docs/method.md`.",
+)
+def settlement(short: bool) -> Outcome:
+    """The worst gain and the worst residual over walls, Δt and penalties."""
+    sizes = (50,) if short else tuple(WALLS)
+    penalties = PENALTIES[::3] if short else PENALTIES
+    found = {
+        key: _settle(*key, steps=40 if key[0] == 1000 and key[2] > 1e-4 else 200)
+        for key in product(sizes, penalties, TIME_STEPS)
+    }
+    refused = [
+        f"{n} blocks, {k:g} E, Δt {dt:g} s" for (n, k, dt), run in found.items() if run.trouble
+    ]
+    rows = [
+        at_most("; ".join(["runs in which a step does not converge", *refused]), len(refused), 0)
+    ]
+    for size in sizes:
+        mine = {key: value for key, value in found.items() if key[0] == size}
+        for name, index in (
+            ("energy above the start over its scale", 0),
+            ("audit residual over work done", 1),
+        ):
+            worst = max(mine, key=lambda key, index=index, mine=mine: mine[key][index])
+            where = f"worst at Δt {worst[2]:g} s, {worst[1]:g} E"
+            rows.append(at_most(f"{size} blocks: {name}, {where}", mine[worst][index], 1e-6))
+    tables = [
+        Table(
+            "Highest energy above the start over the scale | audit residual over the work done | "
+            "most open–close iterations in a step.",
+            ("blocks", "penalty / E", "Δt (s)", "gain", "residual", "iterations"),
+            [(*key, *value[:3]) for key, value in found.items()],
+        )
+    ]
+    return Outcome(rows, _settlement_figure(found, sizes), tables)
+
+
+def wall_text(size: int, penalty: float, time_step: float, steps: int, **more) -> str:
+    """A running-bond wall of about `size` blocks on a held base; `more` goes to ``&control``."""
+    bricks, courses = WALLS[size]
+    return nml.text(
+        nml.control(time_step, steps, **more),
+        nml.contact(penalty * YOUNG),
+        nml.material("base", DENSITY, nml.STIFF),
+        nml.material("stone", DENSITY, YOUNG, 0.2),
+        nml.joint("dry", 35.0),
+        nml.held("base", nml.rectangle(-1, -1, bricks * BRICK[0] + 2, 1), "base"),
+        nml.group(
+            "wall",
+            name="brick",
+            material="stone",
+            left=0.0,
+            bottom=0.0,
+            brick_length=BRICK[0],
+            brick_height=BRICK[1],
+            bricks=bricks,
+            courses=courses,
+        ),
+    )
+
+
+class Settled(NamedTuple):
+    """Results of one run."""
+
+    gain: float  # highest energy above the start over the scale
+    residual: float  # of the audit over the work done
+    iterations: int  # most in a step
+    time: np.ndarray  # s
+    total: np.ndarray  # energy above the start over the scale
+    picture: list[np.ndarray]
+    trouble: str  # the engine's error if a step did not converge
+
+
+def _settle(size: int, penalty: float, time_step: float, steps: int) -> Settled:
+    """One wall at one penalty and Δt."""
+    courses = WALLS[size][1]
+    with nml.simulation(wall_text(size, penalty, time_step, steps)) as wall:
+        time, total, work, balance, iterations = [0.0], [0.0], [0.0], [0.0], 0
+        blocks = len(wall.block_names) - 1
+        trouble = ""
+        try:
+            while not wall.done:
+                wall.advance()
+                energies = wall.energies
+                time.append(wall.time)
+                total.append(sum(energies[kind] for kind in STORED) - energies["initial"])
+                work.append(abs(energies["gravity"]))
+                balance.append(abs(energies["balance"]))
+                iterations = max(iterations, wall.iterations)
+        except ConvergenceError as error:
+            trouble = str(error)
+        picture = wall.polygons
+    weight = DENSITY * nml.GRAVITY * BRICK[0] * BRICK[1]
+    column = weight * courses  # N/m on the lowest brick
+    elastic = blocks * weight * column * (0.5 / (penalty * YOUNG) + 0.5 / YOUNG)
+    scale = max(max(work), elastic)
+    above = np.array(total) / scale
+    rest = max(balance) / max(max(work), elastic * 1e-12)
+    return Settled(above.max(), rest, iterations, np.array(time), above, picture, trouble)
+
+
+def _settlement_figure(found, sizes):
+    figure, axes = canvas(3, size=(13, 4.2), width_ratios=[1, 1.3, 1.3])
+    size = sizes[-1]
+    picture = found[size, PENALTIES[0], 1e-3].picture
+    draw_blocks(axes[0], picture, [GROUND, *[STONE] * (len(picture) - 1)], lw=0.3)
+    axes[0].set_title(f"{size} blocks")
+    bare(axes[0])
+    penalty = PENALTIES[-1]
+    for time_step, color in zip(TIME_STEPS, COLORS, strict=False):
+        run = found[size, penalty, time_step]
+        axes[1].semilogx(run.time[1:], run.total[1:], color=color, label=f"Δt {time_step:g} s")
+    axes[1].axhline(0, color=RED, lw=0.8, ls="--")
+    axes[1].set(
+        xlabel="time (s)",
+        ylabel="energy above the start / scale",
+        title=f"{size} blocks, penalty {penalty:g} E",
+    )
+    gain = [max(run.gain, 1e-20) for run in found.values()]
+    rest = [max(run.residual, 1e-20) for run in found.values()]
+    axes[2].semilogy(rest, "o", ms=4, color=BLUE, label="audit residual / work done")
+    axes[2].semilogy(gain, "s", ms=4, mfc="none", color="0.4", label="energy gain / scale")
+    axes[2].axhline(1e-6, color=RED, lw=1, ls="--", label="allowed")
+    axes[2].set(xlabel="run", title=f"all {len(found)} runs (0 gain shown as 1e-20)")
+    axes[2].legend(frameon=False, fontsize=8, loc="center right")
+    return figure

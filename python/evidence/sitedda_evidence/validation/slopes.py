@@ -1,0 +1,325 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Slopes at their limit: blocks that slide, topple or stand, and the strength that decides it."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from sitedda.base.errors import ConvergenceError, SolverError
+from sitedda.engine.simulation import Simulation
+from sitedda.facade.model import Model
+from sitedda.report.style import BLUE, RED, STONE, canvas
+from sitedda.stability import bisect, mechanism, safety
+from sitedda.stability.strength import released
+
+from ..case import Outcome, Table, at_most, case, relative, true
+from ..model import GRAVITY, rectangle
+
+LIMIT = 0.785544  # limiting tan φ of the 16 blocks
+FORCES = (292.5, 825.7, 1556.0, 2826.7, 3922.1, 4594.8, 4837.0, 4637.4, 3978.0, 2825.5)
+FORCES += (1412.6, 470.9)  # kN/m, from block n to n − 1, n = 13 … 2
+MODES = ("slides",) * 3 + ("topples",) * 10 + ("stable",) * 3  # of blocks 1 … 16
+
+
+def goodman_bray(friction: float, bolt: float = 0.0) -> Model:
+    """The 16 blocks of Goodman and Bray in axes of their base planes, which dip at 30°.
+
+    Shear springs are stiffer than normal ones: between blocks 3 and 4, which slides and topples,
+    nothing slips, and the friction there is what the springs make of it.  With stiff ones it is
+    mobilised, as limit equilibrium assumes; with k_n/k_s = 2.5 the limit lies 2 % higher.
+
+    Parameters
+    ----------
+    friction : float
+        tan φ of bases and sides.
+    bolt : float
+        Horizontal force on block 1, into the slope, N/m.
+    """
+    dip = math.radians(30.0)
+    model = Model("Goodman and Bray, 16 blocks", time_step=1e-2)
+    model.control(gravity=(GRAVITY * math.sin(dip), -GRAVITY * math.cos(dip)))
+    model.contact(normal_stiffness=1e12, shear_ratio=0.1)
+    model.material("rock", density=25000.0 / GRAVITY, young_modulus=1e13, poisson_ratio=0.2)
+    model.joint("joint", friction_angle=math.degrees(math.atan(friction)))
+    heights = [4.0 * n if n <= 10 else 40.0 - 6.0 * (n - 10) for n in range(1, 17)]
+    steps = [(-10.0 * n, n - 1.0 + up) for n in range(1, 17) for up in (0.0, 1.0)]
+    base = [(-170.0, -5.0), (10.0, -5.0), (10.0, 0.0), (0.0, 0.0), *steps, (-170.0, 16.0)]
+    model.block(np.array(base), name="base")
+    for n, height in enumerate(heights, 1):
+        left, bottom = -10.0 * n, n - 1.0
+        corners = [(left, bottom), (left + 10.0, bottom)]
+        corners += [(left + 10.0, bottom + height), (left, bottom + height)]
+        model.block(np.array(corners), name=f"block {n}")
+    model.fixed_point(-169.0, -4.9)
+    model.fixed_point(9.0, -4.9)
+    if bolt:
+        force = bolt * np.array([-math.cos(dip), -math.sin(dip)])
+        model.load(-5.0, 2.0, "block 1", time=(0.0, 1e9), force_x=[force[0]] * 2,
+            force_y=[force[1]] * 2)  # fmt: skip
+    model.stage(name="rest", kind="static")
+    return model
+
+
+class Rest(NamedTuple):
+    """A model of one static stage that has come to rest."""
+
+    forces: dict[tuple[int, int], float]  # normal force between two blocks, N/m
+    polygons: list[np.ndarray]
+    moved: float  # largest displacement of a vertex, m
+
+
+def rest_of(model: Model) -> Rest | None:
+    """Rest of a model with one static stage; None if it does not rest."""
+    with released(model, 1.0, None, 1.0, 1) as first:  # before anything has moved
+        starts = first.polygons
+    try:
+        with Simulation(model) as simulation:
+            polygons, contacts = simulation.polygons, simulation.contacts
+    except (ConvergenceError, SolverError):
+        return None
+    owner = np.repeat(np.arange(len(polygons)), [*map(len, polygons)])
+    forces: dict[tuple[int, int], float] = {}
+    for v, e, force in zip(
+        contacts["vertex"], contacts["edge"], contacts["normal_force"], strict=True
+    ):
+        pair = tuple(sorted((int(owner[v]), int(owner[e]))))
+        forces[pair] = forces.get(pair, 0.0) + float(force)
+    moved = max(abs(p - q).max() for p, q in zip(polygons, starts, strict=True))
+    return Rest(forces, polygons, float(moved))
+
+
+@case(
+    "Goodman and Bray's toppling slope of 16 blocks",
+    "Limit equilibrium from block to block, downwards: a toppling block needs `P_{n-1} = "
+    "[P_n (M_n - Δx tan φ) + ½ W (y sin α - Δx cos α)]/L_n`, a sliding one `P_{n-1} = P_n - "
+    "W (cos α tan φ - sin α)/(1 - tan²φ)`, the larger acts. The slope of Δx 10 m, steps of 1 m on "
+    "planes at 30° needs tan φ = 0.785544; blocks 16–14 are then stable, 13–4 topple, 3–1 slide; "
+    "with tan φ = 0.65 a horizontal bolt of 2013 kN/m at block 1 holds it.",
+    "Goodman and Bray (1976), Toppling of rock slopes.",
+)
+def goodman_bray_case(short: bool) -> Outcome:
+    """Limit, forces, modes and bolt force."""
+    rows = [
+        true("stands at tan φ 1 % above the limit", True, _stands(goodman_bray(1.01 * LIMIT))),
+        true("stands at tan φ 1 % below it", False, _stands(goodman_bray(0.99 * LIMIT))),
+    ]
+    found = safety(goodman_bray(LIMIT), tolerance=0.02 if short else 1e-3)
+    at_limit = rest_of(goodman_bray(LIMIT * 1.001))
+    if not short:
+        rows.append(relative("factor of safety at the limit", 1.0, found.factor, 0.01))
+    for n, force in zip(range(13, 1, -1), FORCES, strict=True):
+        got = at_limit.forces.get((n - 1, n), 0.0) / 1e3 if at_limit else np.nan
+        rows.append(relative(f"force from block {n} to {n - 1}", force, got, 0.05, "kN/m"))
+    modes = found.mechanism.verdicts[1:]
+    wrong = sum(a != b for a, b in zip(modes, MODES, strict=True))
+    rows.append(at_most("blocks whose mode is not that of the table", wrong, 0))
+    if not short:
+        ends = bisect(lambda bolt: _stands(goodman_bray(0.65, bolt)), 2.5e6, 1.5e6, 1e-3)
+        rows.append(relative("bolt force at tan φ 0.65", 2013.0, sum(ends) / 2e3, 0.02, "kN/m"))
+    figure, axes = canvas(1, size=(9, 4))
+    found.mechanism.draw(axes[0])
+    return Outcome(rows, figure)
+
+
+def _stands(model: Model) -> bool:
+    """At rest, and no vertex has moved by a tenth of a metre."""
+    rest = rest_of(model)
+    return rest is not None and rest.moved < 0.1
+
+
+def single_block(friction: float, slope: float, width: float, height: float) -> Model:
+    """A block on a slope, in axes of the slope.
+
+    Parameters
+    ----------
+    friction, slope : float
+        Degrees.
+    width, height : float
+        m.
+    """
+    dip = math.radians(slope)
+    model = Model("Single block on a slope", time_step=1e-2)
+    model.control(gravity=(10.0 * math.sin(dip), -10.0 * math.cos(dip)))
+    model.contact(normal_stiffness=1e8, shear_ratio=1.0)
+    model.material("rock", density=2000.0, young_modulus=1e10, poisson_ratio=0.2)
+    model.joint("joint", friction_angle=friction)
+    reach = 5.0 * (width + height)
+    model.block(rectangle(-reach, -width, 3.0 * reach, width), name="base")
+    model.block(rectangle(0.0, 0.0, width, height), name="block")
+    model.fixed_point(-reach, 0.0, "base")
+    model.fixed_point(2.0 * reach, -width, "base")
+    return model
+
+
+def limit_verdict(friction: float, slope: float, width: float, height: float):
+    """Behaviour of a single block, and the distance of the nearest limit, as a ratio less 1.
+
+    It rests where tan φ and b/h exceed tan α.  Else it slides without turning if tan φ < b/h: the
+    friction line then passes within its base; if not, it turns.
+    """
+    phi, alpha = (math.tan(math.radians(angle)) for angle in (friction, slope))
+    ratio = width / height
+    if phi > alpha and ratio > alpha:
+        return "stable", min(phi, ratio) / alpha - 1.0
+    if phi < alpha and phi < ratio:
+        return "slides", min(alpha, ratio) / phi - 1.0
+    return "topples", min(alpha, phi) / ratio - 1.0
+
+
+@case(
+    "A block on a slope: stable, slides or topples",
+    "With tan δ = b/h: stable for φ > α and δ > α; slides for φ < α and φ < δ; else topples. "
+    "Random φ and α of 5 … 60°, δ of 8 … 70°.",
+    "Goodman and Bray (1976); Sagaseta (1986) for φ < α.",
+)
+def single_block_case(short: bool) -> Outcome:
+    """The verdicts of random blocks."""
+    random = np.random.default_rng(17)
+    tried = []
+    for _ in range(12 if short else 200):
+        friction, slope = random.uniform(5.0, 60.0, 2)
+        angle = math.radians(random.uniform(8.0, 70.0))
+        given = (friction, slope, 10.0, 10.0 / math.tan(angle))
+        expected, margin = limit_verdict(*given)
+        got = mechanism(single_block(*given)).verdicts[1]
+        tried.append((friction, slope, math.degrees(angle), expected, got, margin))
+    wrong = [one for one in tried if one[3] != one[4]]
+    rows = [at_most("wrong verdicts beyond 1 % from a limit", sum(w[5] > 0.01 for w in wrong), 0)]
+    for given, expected in (
+        ((40.1, 40.0, 10.0, 10.0), "stable"),
+        ((20.0, 40.0, 10.0, 5.0), "slides"),
+        ((40.0, 40.0, 10.0, 25.0), "topples"),
+    ):
+        got = mechanism(single_block(*given)).verdicts[1]
+        rows.append(true(f"{given[0]:g}° on {given[1]:g}°, height {given[3]:g} m: {expected}",
+                         True, got == expected))  # fmt: skip
+    figure, axes = canvas(1, size=(5.6, 4.6))
+    for verdict, color in (("stable", STONE), ("slides", BLUE), ("topples", RED)):
+        mine = np.array([one[:3] for one in tried if one[4] == verdict]).reshape(-1, 3)
+        axes[0].plot(mine[:, 0] - mine[:, 1], mine[:, 2] - mine[:, 1], "o", ms=4, mec="0.3",
+                     mew=0.3, color=color, label=verdict)  # fmt: skip
+    axes[0].axhline(0.0, color="0.6", lw=0.8)
+    axes[0].axvline(0.0, color="0.6", lw=0.8)
+    axes[0].set(xlabel="φ − α (°)", ylabel="δ − α (°)")
+    words = "Wrong verdicts, all close to a limit" if wrong else "No wrong verdict"
+    head = ("φ (°)", "α (°)", "δ (°)", "expected", "got", "from the limit")
+    return Outcome(rows, figure, [Table(words, head, wrong)])
+
+
+def wet_wedge(friction: float, head: float) -> Model:
+    """A block on a plane at 35° with water of a height (m) in the crack behind it.
+
+    At `WET_HEAD` the uplift is 0.4 and the push in the crack 0.2 MN/m; the block weighs 2.5 MN/m.
+    """
+    dip = math.radians(35.0)
+    foot = WET_LENGTH * np.array([math.cos(dip), math.sin(dip)])
+    top, toe = foot + [0.0, 8.0], -3.0 * np.array([math.cos(dip), math.sin(dip)])
+    block = np.array([(0.0, 0.0), foot, top, (2.0, top[1])])
+    x, y = block.T
+    area = 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    model = Model("Block on a plane with water", time_step=1e-3, gravity=(0.0, -10.0))
+    model.contact(normal_stiffness=1e11, shear_ratio=1.0)
+    model.material("rock", density=WET_WEIGHT / 10.0 / area, young_modulus=1e12, poisson_ratio=0.2)
+    model.joint("plane", friction_angle=friction)
+    corners = [toe, (toe[0], -12.0), (25.0, -12.0), (25.0, top[1]), top, foot]
+    model.block(np.array(corners), name="base")
+    model.block(block, name="block")
+    for place in ((25.0, -12.0), (25.0, top[1]), (toe[0], -12.0)):
+        model.fixed_point(*place, "base")
+    if head > 0.0:
+        level = foot[1] + head
+        model.water(along=[*top, *foot, 0.0, 0.0], head=[level, level, 0.0])
+    model.stage(name="rest", kind="static")
+    return model
+
+
+def wet_factor(friction: float, head: float) -> float:
+    """(W cos ψ − U − V sin ψ) tan φ/(W sin ψ + V cos ψ)."""
+    dip, uplift, push = math.radians(35.0), 0.5 * WATER * head * WET_LENGTH, 0.5 * WATER * head**2
+    hold = WET_WEIGHT * math.cos(dip) - uplift - push * math.sin(dip)
+    drive = WET_WEIGHT * math.sin(dip) + push * math.cos(dip)
+    return hold * math.tan(math.radians(friction)) / drive
+
+
+WATER, WET_WEIGHT = 9810.0, 2.5e6  # N/m³, N/m
+WET_HEAD = math.sqrt(0.4e6 / WATER)  # V = ½ γ z² = 0.2 MN/m
+WET_LENGTH = 0.8e6 / (WATER * WET_HEAD)  # of the plane, m: U = ½ γ z A = 0.4 MN/m
+
+
+@case(
+    "A block on a plane with water in and under it",
+    "FS = (W cos ψ - U - V sin ψ) tan φ/(W sin ψ + V cos ψ), ψ 35°, W 2.5, U 0.4, V 0.2 MN/m: "
+    "0.9596 at φ 45° (dry 1.428), 0.5540 at 30°, by strength reduction; and the head in the crack "
+    "at which FS = 1 for φ 45°.",
+    "Hoek and Bray (1981), Rock slope engineering.",
+)
+def wet_wedge_case(short: bool) -> Outcome:
+    """Factors of safety and the limiting head."""
+    rows = []
+    tried = ((45.0, WET_HEAD), (45.0, 0.0), (30.0, WET_HEAD))
+    for friction, head in tried[:1] if short else tried:
+        found = safety(wet_wedge(friction, head), tolerance=2e-3 if short else 2e-4)
+        expected = wet_factor(friction, head)
+        words = f"factor of safety, φ {friction:g}°, {'wet' if head else 'dry'}"
+        rows.append(relative(words, expected, found.factor, 0.005))
+    limit = bisect(lambda z: wet_factor(45.0, z) > 1.0, 1.0, 8.0, 1e-9)[0]
+    ends = bisect(lambda z: _stands(wet_wedge(45.0, z)), 5.0, 7.0, 4e-3 if short else 1e-4)
+    rows.append(relative("limiting head at φ 45°", limit, sum(ends) / 2, 0.005, "m"))
+    figure, axes = canvas(1, size=(6, 4))
+    found.mechanism.draw(axes[0])
+    return Outcome(rows, figure)
+
+
+def bolted_block(force: float, angle: float) -> Model:
+    """A block of 100 kN/m on 40° with φ 30°, held by a bolt of constant force (N/m).
+
+    The bolt dips into the plane at an angle (degrees); the axes are those of the plane.
+    """
+    dip, turn = math.radians(40.0), math.radians(angle)
+    model = Model("Bolted block", time_step=1e-3)
+    model.control(gravity=(10.0 * math.sin(dip), -10.0 * math.cos(dip)))
+    model.contact(normal_stiffness=1e10, shear_ratio=1.0)
+    model.material("rock", density=2500.0, young_modulus=1e12, poisson_ratio=0.2)
+    model.joint("plane", friction_angle=30.0)
+    model.block([(-40, -15), (30, -15), (30, 0), (-40, 0)], name="base")
+    model.block([(-20, 0), (-16, 0), (-16, 1), (-20, 1)], name="wall")
+    model.block([(0, 0), (4, 0), (4, 1), (0, 1)], name="block")
+    for x in (-40.0, 30.0):
+        model.fixed_point(x, -15.0, "base")
+    for x in (-20.0, -16.0):
+        model.fixed_point(x, 0.5, "wall")
+    head = np.array([2.0, 0.3])
+    foot = head - 18.5 * np.array([math.cos(turn), math.sin(turn)])
+    model.bolt("bolt", head, foot, "block", "base" if angle else "wall", axial_stiffness=1e3,
+               pretension=force, yield_force=force)  # fmt: skip
+    model.stage(name="rest", kind="static")
+    return model
+
+
+@case(
+    "The least bolt force that holds a block on a plane",
+    "T = W (sin α - cos α tan φ)/(cos ε + sin ε tan φ) at an angle ε to the plane; W 100 kN/m, α "
+    "40°, φ 30°: 20.0512 kN/m along it, and the least, 17.3648 kN/m, at ε = φ.",
+    "Statics.",
+)
+def bolted_block_case(short: bool) -> Outcome:
+    """The force at several angles, and the angle of the least."""
+    dip, tangent = math.radians(40.0), math.tan(math.radians(30.0))
+    angles = (0.0, 30.0) if short else (0.0, 10.0, 20.0, 26.0, 30.0, 34.0, 40.0, 50.0)
+    rows, got = [], []
+    for angle in angles:
+        turn = math.radians(angle)
+        expected = 100.0 * (math.sin(dip) - math.cos(dip) * tangent)
+        expected /= math.cos(turn) + math.sin(turn) * tangent
+        ends = bisect(lambda force, angle=angle: _stands(bolted_block(force, angle)), 25e3, 15e3,
+                      4e-3 if short else 1e-4)  # fmt: skip
+        got.append(sum(ends) / 2e3)
+        rows.append(relative(f"force at ε {angle:g}°", expected, got[-1], 0.005, "kN/m"))
+    least = angles[int(np.argmin(got))]
+    rows.append(at_most("angle of the least force, from φ", abs(least - 30.0), 0.0, "°"))
+    figure, axes = canvas(1, size=(5.6, 3.6))
+    axes[0].plot(angles, got, "o-", color=BLUE)
+    axes[0].axvline(30.0, color=RED, lw=0.8, ls="--")
+    axes[0].set(xlabel="angle to the plane (°)", ylabel="least force (kN/m)")
+    return Outcome(rows, figure)

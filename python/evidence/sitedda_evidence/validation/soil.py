@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Soil with a hysteretic law: loops of Masing, a wave whose strains travel at their own speeds."""
+
+import numpy as np
+
+from sitedda.facade.model import Model
+from sitedda.report.style import BLUE, ORANGE
+
+from ..case import Outcome, absolute, at_most, case, curves, relative
+
+DENSITY, VELOCITY, POISSON = 2000.0, 300.0, 0.25
+SHEAR = DENSITY * VELOCITY**2
+REFERENCE = 3.65e-4  # strain of the hyperbola
+MASING = {
+    "law": "hysteretic", "curve": "hyperbolic", "reference_strain": REFERENCE,
+    "damping_curve": "masing",
+}  # fmt: skip
+MKZ = {
+    "law": "hysteretic", "curve": "mkz", "reference_strain": 1e-3, "curve_factor": 1.4,
+    "curve_power": 0.8, "damping_curve": "masing", "branches": 60,
+}  # fmt: skip
+# Of MKZ: strain, G/G_max, and damping in % by Masing's rules.
+BACKBONE = ((1e-4, 0.81841, 3.5994), (1e-3, 0.41667, 14.7627), (1e-2, 0.10169, 31.159))
+WAVES = ((0.64872, 108, 36.0), (1.71828, 225, 45.0))  # strain, cells, height (m)
+
+
+def soil_model(steps, soil, integration="midpoint", time_step=2e-3):
+    """A model in plane strain of one soil, without blocks."""
+    model = Model()
+    model.control(
+        time_step=time_step, steps=steps, gravity=[0.0, 0.0], integration=integration,
+        analysis="plane_strain",
+    )  # fmt: skip
+    model.contact(normal_stiffness=100 * SHEAR)
+    young = 2 * SHEAR * (1 + POISSON)
+    model.material(name="soil", density=DENSITY, young_modulus=young, poisson_ratio=POISSON, **soil)
+    model.joint(name="joint", friction_angle=30.0)
+    return model
+
+
+def shaken_column(ground, cells, soil, integration="midpoint", height=20.0, time_step=2e-3):
+    """A column of cells that only shear, on a base that follows a motion."""
+    model = soil_model(ground.size - 1, soil, integration, time_step)
+    model.motion(
+        name="ground", values=ground.tolist(), quantity="acceleration", time_step=time_step,
+        drift_order=0,
+    )  # fmt: skip
+    size = height / cells
+    for i in range(cells):
+        low, high = i * size, (i + 1) * size
+        corners = [0, low, size, low, size, high, 0, high]
+        model.block(vertices=corners, body="column", name=f"c{i}")
+        for x in (0, size):
+            for y in (low, high):
+                way = {"motion_x": "ground"} if y == 0 else {"direction": "y"}
+                model.fixed_point(x=x, y=y, block=f"c{i}", **way)
+    for name, i, y in (("top", cells - 1, height), ("base", 0, 0.0)):
+        model.measured_point(name=name, x=size / 2, y=y, block=f"c{i}")
+    return model
+
+
+def sine(frequency, amplitude, steps):
+    """Accelerations of a sine that grows over 1 s, every 2 ms."""
+    time = 2e-3 * np.arange(steps + 1)
+    return amplitude * np.sin(2 * np.pi * frequency * time) * np.minimum(time, 1)
+
+
+def sheared_block(strain, soil, integration="midpoint"):
+    """A block under two prescribed cycles of shear, of 400 steps each."""
+    model = soil_model(800, soil, integration, 1e-2)
+    return hold_sheared(model, strain * np.sin(2 * np.pi * np.arange(802) / 400))
+
+
+def hold_sheared(model, values):
+    """Add a block of 1 m whose top follows displacements, m."""
+    model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block", material="soil")
+    model.motion(name="top", values=values.tolist(), quantity="displacement", time_step=1e-2)
+    for x in (0.0, 1.0):
+        model.fixed_point(x=x, y=0.0)
+        model.fixed_point(x=x, y=1.0, motion_x="top")
+    return model
+
+
+@case(
+    "Loops of a block of hysteretic soil",
+    "A hyperbola with Masing's rules: D = (2/π)[2(1 + 1/x)(1 − ln(1 + x)/x) − 1] at x = γ/γ_r. MKZ "
+    "with β 1.4 and s 0.8: G/G_max of its curve, D by quadrature.",
+    "Masing (1926); Matasović and Vucetic (1993).",
+)
+def hysteretic_loops(short: bool) -> Outcome:
+    """Damping of the second of two cycles; modulus at their ends."""
+    rows, lines = [], []
+    for x in (0.3, 1.0, 3.0):
+        lost = sheared_block(x * REFERENCE, MASING).run().history.energy_plastic.values
+        whole = 2 * np.pi * SHEAR / (1 + x) * (x * REFERENCE) ** 2
+        wanted = 200 / np.pi * (2 * (1 + 1 / x) * (1 - np.log(1 + x) / x) - 1)
+        found = 100 * (lost[-1] - lost[-401]) / whole
+        rows.append(absolute(f"hyperbola, x = {x:g}: damping", wanted, found, 0.4, "%"))
+    for strain, reduction, damping in BACKBONE:
+        model = sheared_block(strain, MKZ)
+        model.output(block_interval=4)
+        history = model.run().history
+        stress = history.block_stress.sel(component="xy").values[:, 0]
+        most, lost = np.abs(stress).max(), history.energy_plastic.values
+        found = 100 * (lost[-1] - lost[-401]) / (2 * np.pi * most * strain)
+        secant = most / (SHEAR * strain)
+        rows.append(relative(f"MKZ, γ = {strain:g}: G/G_max", reduction, secant, 1e-3))
+        rows.append(absolute(f"MKZ, γ = {strain:g}: damping", damping, found, 0.03, "%"))
+        time = history.frame_time.values / 4.0
+        lines.append((np.sin(2 * np.pi * time), stress / most, {"label": f"γ = {strain:g}"}))
+    return Outcome(rows, curves("strain over the largest", "stress over the largest", *lines))
+
+
+@case(
+    "A simple wave through soil that softens",
+    "Pushed at v = c₀γ_r ln(1 + x) each strain x γ_r of a hyperbola travels at c₀/(1 + x), so that "
+    "a pulse steepens behind its peak.",
+    "Characteristics of the wave equation with a tangent modulus G₀/(1 + x)².",
+)
+def simple_wave(short: bool) -> Outcome:
+    """Strain after 20 m in cells that only shear."""
+    rows, lines = [], []
+    for x, cells, height in WAVES:
+        time, strain, wanted = travelled(x, cells, height)
+        rows.append(relative(f"largest strain, x = {x:.3g}", x, strain.max(), 5e-3))
+        worst = np.abs(strain - wanted).max() / x
+        rows.append(at_most(f"difference at any time, x = {x:.3g}", worst, 0.015))
+        lines += [(time, strain, {"color": BLUE, "label": "cells"}),
+                  (time, wanted, {"color": ORANGE, "ls": "--", "label": "exact"})]  # fmt: skip
+    return Outcome(rows, curves("time (s)", "strain over γ_r, after 20 m", *lines))
+
+
+def travelled(x: float, cells: int, height: float):
+    """Times (s), strains over γ_r after 20 m, and those by the method of characteristics."""
+    speed, reference, rise, step = 300.0, 1e-3, 0.04, 5e-4
+    until = 20.0 / speed * (1 + x) + 1.1 * rise
+    time = step * np.arange(round(until / step) + 1)
+    wave = np.where(time < rise, 1 - np.cos(2 * np.pi * time / rise), 0.0) / rise
+    soil = MASING | {"reference_strain": reference, "branches": 150}
+    pushed = speed * reference * np.log(1 + x) * wave
+    model = shaken_column(pushed, cells, soil, height=height, time_step=step)
+    size = height / cells
+    first = round(20.0 / size)
+    for i in (first, first + 1):
+        model.measured_point(name=f"p{i}", x=size / 2, y=i * size, block=f"c{first}")
+    u = model.run().history.displacement.sel(axis="x").values
+    strain = np.abs(u[:, -1] - u[:, -2]) / (size * reference)
+    fine = np.linspace(0, rise, 2001)
+    strains = (1 + x) ** (fine / rise - np.sin(2 * np.pi * fine / rise) / (2 * np.pi)) - 1
+    arrival = fine + (first + 0.5) * size * (1 + strains) / speed
+    return time, strain, np.interp(time, arrival, strains, left=0.0)

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A tunnel in jointed rock between free fields, excavated and shaken."""
+
+import numpy as np
+
+from sitedda.facade.model import Model
+from sitedda.facade.run import run
+from sitedda.output.scene import Scene
+from sitedda.report.style import STONE, bare, canvas, draw_blocks
+
+from ..case import Outcome, Row, at_most, case, true
+from ..model import GRAVITY, residual
+from .sliding import record_file
+
+ROCK = {"density": 2600.0, "shear_velocity": 900.0, "pressure_velocity": 1600.0}
+SIDE, HALF, EDGE = 20.0, 15.0, 40.0  # m: of the jointed rock, half the height, of the model
+OPENING = (-4.0, -3.0, 4.0, 4.0)  # m: left, bottom, right, top
+BOLT = {"axial_stiffness": 5e7, "pretension": 2e5, "yield_force": 1e6}  # N/m, N
+# Heads within the rock about the opening and anchors in the rock behind, m.
+ROOF = [((x, 4.1), (1.5 * x, 10.5)) for x in (-3.5, -2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 3.5)]
+WALLS = [((-4.1, 1.3), (-9.5, 2.5)), ((-4.1, -1.5), (-9.5, -1.5)), ((-4.1, 3.0), (-9.5, 4.0))]
+WALLS += [((4.1, 1.0), (9.5, 2.0)), ((4.1, -1.5), (9.5, -1.5)), ((4.1, 3.0), (9.5, 4.5))]
+VARIANTS = {
+    "bolts": {},
+    "bolts, adaptive": {"time_step_control": "adaptive"},
+    "bolts, 'dda'": {"integration": "dda"},
+    "bolts, no restitution": {},
+    "no bolts": {},
+    "no bolts, adaptive": {"time_step_control": "adaptive"},
+    "no bolts, no restitution": {},
+}
+
+
+@case(
+    "A tunnel between free fields",
+    "Beds at 15°, φ = 30°, and cross joints at −70°, φ = 35°, between bonded ground, free fields "
+    "at both sides and a half-space below. With bolts the rock about the opening is at rest when "
+    "it is excavated, and stays under the record. Without them the wedge of the left wall, whose "
+    "lower face dips by 70° > φ into the opening, must fall. No step is refused, and the audit "
+    "explains every joule.",
+    "Goodman and Shi (1985), removability of wedges; `docs/boundaries.md`.",
+)
+def tunnel(short: bool) -> Outcome:
+    """All variants to their ends."""
+    rows: list[Row] = []
+    names = ("bolts", "no bolts") if short else tuple(VARIANTS)
+    figure, axes = canvas(2)
+    for name in names:
+        duration = 0.5 if short else 12.0
+        data = run(_tunnel(name, duration)).history
+        rows += _rows(name, data, duration)
+        if name in ("bolts", "no bolts"):
+            axis = axes[int(name == "no bolts")]
+            draw_blocks(axis, Scene.of(data).polygons(-1), STONE, lw=0.3)
+            axis.set(title=name, xlim=(-SIDE, SIDE), ylim=(-HALF, HALF))
+            bare(axis)
+    return Outcome(rows, figure)
+
+
+def _rows(name: str, data, duration: float) -> list[Row]:
+    """The run ends, its energies balance, and the loose blocks have fallen."""
+    scene = Scene.of(data)
+    wedge = scene.names.index(_wedge(scene))
+    fallen = np.linalg.norm(scene.displacement(scene.frames - 1)[wedge]) > 0.1
+    ends = abs(float(data.time[-1]) - duration) < 1e-6
+    return [
+        true(f"{name}: steps to its end", True, ends),
+        at_most(f"{name}: audit residual over work done", residual(data), 1e-6),
+        true(f"{name}: the wedge of the left wall falls", name.startswith("no"), fallen),
+    ]
+
+
+def _wedge(scene: Scene) -> str:
+    """The triangle at the left side of the opening."""
+    left, bottom, _, top = OPENING
+    start = scene.coordinates(0)
+    beside = [
+        i for i, one in enumerate(scene.polygons(0))
+        if len(one) == 3 and left - 1.0 < start[i, 0] < left and bottom < start[i, 1] < top
+    ]  # fmt: skip
+    return scene.names[beside[0]]
+
+
+def _tunnel(name: str, duration: float) -> Model:
+    """A variant; without bolts the opening is made when the shaking begins."""
+    control = {"integration": "theta", "analysis": "plane_strain"} | VARIANTS[name]
+    model = Model(name, time_step=1e-3, gravity=(0.0, -GRAVITY), **control)
+    model.material("rock", damping_ratio=0.02, reference_frequency=3.0, **ROCK)
+    impacts = {} if name.endswith("no restitution") else {"restitution": 0.0}
+    model.joint("bed", friction_angle=30.0, **impacts)
+    model.joint("cross", friction_angle=35.0, **impacts)
+    model.joint("whole", friction_angle=35.0, cohesion=1e9, tensile_strength=1e9)
+    _add_ground(model)
+    quake = {"file": str(record_file())}
+    model.motion("quake", **quake)
+    model.boundary("base", "compliant", side="bottom", motion_x="quake", **ROCK)
+    for side in ("left", "right"):
+        model.boundary(side=side, kind="free_field", **ROCK)
+    bolted = name.startswith("bolts")
+    if bolted:
+        for number, (head, anchor) in enumerate(ROOF + WALLS, 1):
+            model.bolt(f"bolt_{number}", head, anchor, **BOLT)
+    opened = {"remove": "core_*"}
+    model.stage("rest", kind="static")
+    if bolted:
+        model.stage("excavation", kind="static", add="bolt_*", **opened)
+    model.stage("shaking", duration=duration, motions="quake", **({} if bolted else opened))
+    return model
+
+
+def _add_ground(model: Model) -> None:
+    """Jointed rock, bonded ground at its sides, and the rock that is excavated."""
+    parts = {"rock": (-SIDE, SIDE), "left": (-EDGE, -SIDE), "right": (SIDE, EDGE)}
+    for name, (left, right) in parts.items():
+        outline = (left, -HALF, right, -HALF, right, HALF, left, HALF)
+        model.region(name=name, outline=outline, joint="bed" if name == "rock" else "whole")
+    left, bottom, right, top = OPENING
+    model.excavation(
+        name="core", outline=(left, bottom, right, bottom, right, top, left, top), joint="bed"
+    )
+    for joint, angle, spacing in (("bed", 15.0, 3.0), ("cross", -70.0, 4.0)):
+        model.joint_set(joint=joint, region="rock", angle=angle, spacing=spacing, origin=(0.0, 0.0))
+    for side in ("left", "right"):
+        for angle in (0.0, 90.0):
+            model.joint_set(joint="whole", region=side, angle=angle, spacing=5.0, origin=(0.0, 0.0))

@@ -1,0 +1,507 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scheme's damping, P and S waves in bars, a cantilever, and a slip joint under S waves."""
+
+import numpy as np
+from scipy.linalg import eigh
+
+from sitedda.report.style import BLUE, COLORS, GREEN, ORANGE, RED, STONE, canvas, draw_blocks
+
+from .. import model as nml
+from ..case import Outcome, Table, absolute, at_most, case, observed_order, relative
+
+DENSITY, YOUNG = 2500.0, 5e9  # kg/m³, Pa
+SHEAR = 0.5 * YOUNG  # Pa, ν = 0
+PENALTY = 40 * YOUNG  # N/m
+SHEAR_RATIO = 2.5  # k_n / k_s
+MEMBERS = {  # θ, χ
+    "dda": (1.0, 0.5),
+    "midpoint": (0.5, 0.5),
+    "theta": (0.75, 0.75),
+    "backward_euler": (1.0, 1.0),
+}
+GLUE = {"cohesion": 1e12, "tensile_strength": 1e12}  # Pa
+
+
+# ---------------------------------------------------------------- damping of the scheme
+
+
+@case(
+    "Damping and period of the scheme",
+    "Two blocks glued to each other swing apart and together, Ω = ωΔt: with D = 1 + θχΩ² the "
+    "amplification matrix has the determinant [1 + (1−θ)(1−χ)Ω²]/D and the trace 2 − (θ+χ)Ω²/D; "
+    "for small Ω the damping ratio is (θ+χ−1)Ω/2, in the DDA member (1, ½) Ω/4. There nothing "
+    "oscillates beyond Ω = 4. A block on a support has (1, 1) in every member: it does not ring.",
+    "`docs/method.md`.",
+)
+def damping(short: bool) -> Outcome:
+    """Trace and determinant from the free vibration, by least squares."""
+    steps = (0.1, 5.0) if short else (0.01, 0.03, 0.1, 0.3, 1.0, 2.0, 3.9, 5.0, 20.0)
+    rows, ratios = [], {}
+    for name, member in MEMBERS.items():
+        for omega_dt in steps:
+            found = _matrix_of(_glued(omega_dt, name))
+            rows += _matrix_rows(f"{name}, Ω = {omega_dt:g}", found, _matrix(*member, omega_dt))
+            ratios[name, omega_dt] = _damping_ratio(*found)
+        for omega_dt in steps[1::2]:
+            found = _matrix_of(_supported(omega_dt, name))
+            label = f"{name}, on a support, Ω = {omega_dt:g}"
+            rows += _matrix_rows(label, found, _matrix(1.0, 1.0, omega_dt))
+    figure, (left, right) = canvas()
+    fine = np.geomspace(0.005, 20.0, 300)
+    for (name, member), color in zip(MEMBERS.items(), COLORS, strict=False):
+        theory = [_damping_ratio(*_matrix(*member, turn)) for turn in fine]
+        right.loglog(fine, theory, color=color, lw=1, label=name)
+        right.loglog(steps, [ratios[name, s] for s in steps], "o", color=color, ms=4)
+        x = _glued(5.0, name)
+        left.plot(x / np.abs(x).max(), ".-", color=color, lw=0.8, label=name)
+    right.set(
+        xlabel="Ω = ωΔt", ylabel="damping ratio ζ", ylim=(1e-3, 1.5), title="lines: closed form"
+    )
+    left.set(xlabel="step", ylabel="displacement / largest", title="Ω = 5", xlim=(0, 20))
+    return Outcome(rows, figure)
+
+
+def _matrix(theta: float, chi: float, turn: float) -> tuple[float, float]:
+    """Trace and determinant of the amplification matrix of a member at Ω = `turn`."""
+    below = 1 + theta * chi * turn**2
+    return 2 - (theta + chi) * turn**2 / below, (1 + (1 - theta) * (1 - chi) * turn**2) / below
+
+
+def _matrix_of(x: np.ndarray) -> tuple[float, float]:
+    """The same from displacements step by step, which obey x₂ = trace x₁ − determinant x₀."""
+    trace, negative = np.linalg.lstsq(np.column_stack([x[1:-1], x[:-2]]), x[2:], rcond=None)[0]
+    return float(trace), -float(negative)
+
+
+def _matrix_rows(label: str, found, expected) -> list:
+    names = ("trace", "determinant")
+    return [
+        absolute(f"{name}, {label}", theory, got, 1e-8)
+        for name, theory, got in zip(names, expected, found, strict=True)
+    ]
+
+
+def _free(time_step: float, integration: str) -> str:
+    """60 steps without gravity."""
+    settings = {"max_displacement_ratio": 1.0, "integration": integration}
+    return nml.control(time_step, 60, gravity=(0, 0), **settings)
+
+
+def _glued(omega_dt: float, integration: str) -> np.ndarray:
+    """Displacement (m) of one of two rigid blocks of 1 m x 1 m that part at 1 mm/s each.
+
+    Relative to each other they have half a mass on the two springs of their joint.
+    """
+    omega = 100.0
+    mass, speed = DENSITY, 1e-3
+    text = nml.text(
+        _free(omega_dt / omega, integration),
+        nml.contact(0.25 * mass * omega**2),
+        nml.material("up", DENSITY, nml.STIFF, velocity=(0, speed, 0)),
+        nml.material("down", DENSITY, nml.STIFF, velocity=(0, -speed, 0)),
+        nml.joint("glued", 45.0, **GLUE),
+        nml.block("upper", nml.rectangle(0, 0, 1, 1), "up"),
+        nml.block("lower", nml.rectangle(0, -1, 1, 1), "down"),
+        nml.measured("centre", (0.5, 0.5)),
+    )
+    return nml.history(text).displacement.values[:, 0, 1]
+
+
+def _supported(omega_dt: float, integration: str) -> np.ndarray:
+    """Displacement (m) of a rigid 1 m x 1 m block held by one fixed point at its centre."""
+    omega = 100.0
+    stiffness = DENSITY * omega**2
+    text = nml.text(
+        _free(omega_dt / omega, integration),
+        nml.contact(stiffness / 100, fixed_point_ratio=100.0),
+        nml.material("stiff", DENSITY, nml.STIFF, velocity=(1e-3, 0, 0)),
+        nml.joint("j", 30),
+        nml.held("block", nml.rectangle(-0.5, -0.5, 1, 1), points=[(0.0, 0.0)]),
+        nml.measured("centre", (0, 0)),
+    )
+    return nml.history(text).displacement.values[:, 0, 0]
+
+
+def _damping_ratio(trace: float, determinant: float) -> float:
+    """Damping ratio of the two eigenvalues; ``nan`` where they are real."""
+    size = np.sqrt(determinant)
+    if abs(trace) >= 2 * size:
+        return np.nan
+    phase, decay = np.arccos(0.5 * trace / size), -np.log(size)
+    return float(decay / np.hypot(phase, decay))
+
+
+# ---------------------------------------------------------------- bars
+
+
+@case(
+    "P and S waves in a bar",
+    "c = √(M/ρ) at ν = 0, with the joint springs in series: 1/M = 1/E + w/(2 k_n h) for P, "
+    "1/G + w/(2 k_s h) for S (two contacts in each joint of width w every h). A Gaussian pulse is "
+    "timed by correlation between two points 60 blocks apart.",
+    "A standard case; joint springs in series.",
+)
+def bars(short: bool) -> Outcome:
+    """Wave speeds, and their error by blocks in a wavelength."""
+    rows, tables, drawn = [], [], {}
+    lengths = (40.0,) if short else (10.0, 20.0, 40.0)
+    for wave in ("P", "S"):
+        expected = _bar_speed(wave)
+        errors = []
+        for length in lengths:
+            data, got = _timed_pulse(wave, length, expected)
+            errors.append(abs(got / expected - 1))
+            if length == 40.0:
+                drawn[wave] = data
+                rows.append(
+                    relative(f"{wave} wave, pulse over 40 blocks", expected, got, 2e-3, "m/s")
+                )
+                free = np.sqrt((YOUNG if wave == "P" else SHEAR) / DENSITY)
+                rows.append(relative(f"{wave} wave, rigid joints (shown)", free, got, None, "m/s"))
+                rows.append(at_most(f"audit, {wave} wave", nml.residual(data), 1e-6))
+        if not short:
+            orders = observed_order([1 / length for length in lengths], errors)
+            tables.append(
+                Table(
+                    f"{wave} wave: error of the speed by length of the pulse.",
+                    ("blocks in the pulse", "error", "order in 1/blocks"),
+                    list(zip(lengths, errors, orders, strict=True)),
+                )
+            )
+    figure, axes = canvas()
+    for one, (wave, data) in zip(axes, drawn.items(), strict=True):
+        axis = 0 if wave == "S" else 1
+        for point, color in (("near", BLUE), ("far", ORANGE)):
+            series = 1e6 * data.displacement.sel(point=point).isel(axis=axis)
+            one.plot(1e3 * data.time, series, color=color, label=point)
+        one.set(xlabel="time (ms)", ylabel="displacement (µm)", title=f"{wave} wave, 60 m apart")
+    return Outcome(rows, figure, tables)
+
+
+def _bar_speed(wave: str) -> float:
+    """Speed (m/s) with the springs of the joints in series; h = w = 1 m."""
+    modulus = YOUNG if wave == "P" else SHEAR
+    spring = PENALTY if wave == "P" else PENALTY / SHEAR_RATIO
+    return float(np.sqrt(1 / (1 / modulus + 1 / (2 * spring)) / DENSITY))
+
+
+def _column(count: int, joints: list[str], materials: list[str], moved: str, upright: bool) -> str:
+    """Blocks of 1 m x 1 m on each other; the lowest follows the motion "wave" along `moved`.
+
+    With `upright` each block is held in y at mid-height on both sides, so that it shears without
+    turning.
+    """
+    text = []
+    for i in range(count):
+        text.append(nml.block(f"b{i}", nml.rectangle(0, i, 1, 1), materials[i], joints[i]))
+        if i == 0:
+            follow = {f"motion_{moved}": "wave"}
+            text += [nml.group("fixed_point", x=x, y=0.5, block="b0", **follow) for x in (0.0, 1.0)]
+        elif upright:
+            text += [
+                nml.group("fixed_point", x=x, y=i + 0.5, block=f"b{i}", direction="y")
+                for x in (0.0, 1.0)
+            ]
+    return "".join(text)
+
+
+def _timed_pulse(wave: str, length: float, speed: float):
+    """Send a Gaussian displacement pulse of 1 µm whose 2σ-width covers `length` blocks."""
+    count = 100 + round(2 * length)
+    sigma = length / speed / 4
+    step = 0.1 / speed
+    duration = (90 + 2 * length) / speed
+    samples = np.arange(0.0, duration, sigma / 20)
+    pulse = 1e-6 * np.exp(-0.5 * ((samples - 5 * sigma) / sigma) ** 2)
+    text = nml.text(
+        nml.control(step, round(duration / step), gravity=(0, 0)),
+        nml.contact(PENALTY),
+        nml.material("rock", DENSITY, YOUNG),
+        nml.joint("glued", 45.0, **GLUE),
+        nml.motion("wave", pulse, sigma / 20, "displacement"),
+        _column(
+            count, ["glued"] * count, ["rock"] * count, "y" if wave == "P" else "x", wave == "S"
+        ),
+        nml.measured("near", (0.5, 10.5)),
+        nml.measured("far", (0.5, 70.5)),
+    )
+    data = nml.history(text)
+    u = data.displacement.isel(axis=0 if wave == "S" else 1)
+    lag = _delay_samples(u.sel(point="near").values, u.sel(point="far").values)
+    return data, 60.0 / (lag * step)
+
+
+def _delay_samples(first: np.ndarray, second: np.ndarray) -> float:
+    """Samples by which the second series is later, by the top of their correlation."""
+    size = 2 ** int(np.ceil(np.log2(2 * len(first))))
+    product = np.fft.irfft(np.fft.rfft(second, size) * np.conj(np.fft.rfft(first, size)), size)
+    top = int(np.argmax(product[: len(first)]))
+    a, b, c = product[top - 1 : top + 2]
+    return top + 0.5 * (a - c) / (a - 2 * b + c)
+
+
+# ---------------------------------------------------------------- cantilever
+
+
+@case(
+    "Cantilever of glued blocks",
+    "f = 0.5596 √(EI/(ρ A L⁴)). First-order blocks do not bend, so all bending is in the joints: "
+    "two springs k_n at the edges of a joint of width w every h give EI = k_n w² h/2. The expected "
+    "frequency is that of the chain of rigid blocks and joint springs (eigenvalues, scipy); "
+    "Euler–Bernoulli is its limit for many blocks.",
+    "A standard case; springs of a joint: derived here.",
+)
+def cantilever(short: bool) -> Outcome:
+    """First frequency of 10 blocks, and its way to the continuum."""
+    counts = (10,) if short else (10, 20, 40)
+    rows, lines = [], []
+    for count in counts:
+        found, theory, shape, data = _swing(count)
+        beam = _beam_frequency(count)
+        if count == 10:
+            rows = [
+                relative("first frequency, 10 blocks, chain of joints", theory, found, 2e-3, "Hz"),
+                relative("the same against the continuous beam (shown)", beam, found, None, "Hz"),
+                at_most("audit", nml.residual(data), 1e-6),
+            ]
+            kept = shape, data
+        lines.append((count, found, theory, beam, abs(found / beam - 1)))
+    orders = observed_order([1 / count for count in counts], [line[-1] for line in lines])
+    tables = (
+        []
+        if short
+        else [
+            Table(
+                "First frequency (Hz) by number of blocks.",
+                ("blocks", "engine", "chain of joints", "beam", "error against the beam", "order"),
+                [(*line, order) for line, order in zip(lines, orders, strict=True)],
+            )
+        ]
+    )
+    figure, (left, right) = canvas(width_ratios=[2, 3])
+    shape, data = kept
+    bent = [nml.rectangle(i, -0.5, 1, 1) + [0, 2.5 * shape[3 * i + 1]] for i in range(10)]
+    draw_blocks(left, [nml.rectangle(-1, -0.5, 1, 1)], "0.7")
+    draw_blocks(left, bent, STONE)
+    left.set_title("first mode (offsets of the blocks)", fontsize=10)
+    tip = data.displacement.sel(point="tip").isel(axis=1)
+    right.plot(data.time, 1e6 * tip, color=BLUE)
+    right.set(xlabel="time (s)", ylabel="tip (µm)", title="free vibration in the first mode")
+    return Outcome(rows, figure, tables)
+
+
+def _joint_spring(count: int) -> float:
+    """k_n (N/m) that keeps EI of a beam of 10 m x 1 m: E w³/12 = k_n w² h/2."""
+    return YOUNG / (6 * 10.0 / count)
+
+
+def _beam_frequency(count: int) -> float:
+    stiffness = 0.5 * _joint_spring(count) * 10.0 / count
+    return float(0.5596 * np.sqrt(stiffness / (DENSITY * 10.0**4)))
+
+
+def _chain_mode(count: int) -> tuple[float, np.ndarray]:
+    """First frequency (Hz) and shape (u, v, r of each block) of rigid blocks and corner springs."""
+    h, spring = 10.0 / count, _joint_spring(count)
+    stiffness = np.zeros((3 * count, 3 * count))
+    for i in range(count):
+        for y in (-0.5, 0.5):
+            along, across = np.zeros(3 * count), np.zeros(3 * count)
+            along[3 * i : 3 * i + 3], across[3 * i : 3 * i + 3] = (1, 0, -y), (0, 1, -0.5 * h)
+            if i:
+                along[3 * i - 3 : 3 * i] = (-1, 0, y)
+                across[3 * i - 3 : 3 * i] = (0, -1, -0.5 * h)
+            stiffness += spring * np.outer(along, along)
+            stiffness += spring / SHEAR_RATIO * np.outer(across, across)
+    mass = DENSITY * h * np.tile([1.0, 1.0, (1 + h**2) / 12], count)
+    values, shapes = eigh(stiffness, np.diag(mass), subset_by_index=[0, 0])
+    return float(np.sqrt(values[0]) / (2 * np.pi)), shapes[:, 0] / np.abs(shapes[:, 0]).max()
+
+
+def _swing(count: int):
+    """Frequency (Hz) of the engine and of the chain, the mode, and the history."""
+    theory, shape = _chain_mode(count)
+    h, cycles = 10.0 / count, 4
+    step = 1 / theory / 400
+    velocities = 1e-4 * shape.reshape(count, 3)
+    text = [
+        nml.control(step, cycles * 400, gravity=(0, 0)),
+        nml.contact(_joint_spring(count), fixed_point_ratio=1e4),
+        nml.material("wall", DENSITY, nml.STIFF),
+        nml.joint("glued", 45.0, **GLUE),
+        nml.held("wall", nml.rectangle(-h, -0.5, h, 1), "wall"),
+        nml.measured("tip", (10.0, 0.0), f"b{count - 1}"),
+    ]
+    for i, velocity in enumerate(velocities):
+        text.append(nml.material(f"m{i}", DENSITY, nml.STIFF, velocity=velocity))
+        text.append(nml.block(f"b{i}", nml.rectangle(i * h, -0.5, h, 1), f"m{i}"))
+    data = nml.history("".join(text))
+    tip = data.displacement.sel(point="tip").isel(axis=1).values
+    at = np.flatnonzero(tip[1:-1] * tip[2:] < 0) + 1
+    zeros = at + tip[at] / (tip[at] - tip[at + 1])
+    return 0.5 * (len(zeros) - 1) / ((zeros[-1] - zeros[0]) * step), theory, shape, data
+
+
+# ---------------------------------------------------------------- slip joint
+
+
+@case(
+    "A joint that slips under harmonic S waves",
+    "The joint passes the incident stress τ(t) = ρ c v as long as it is below its strength τ_s and "
+    "slips at ± τ_s else: the transmitted wave is τ clipped at τ_s, the reflected one the rest. "
+    "With R² and T² the reflected and transmitted energy over the incident one, "
+    "A = √(1 − R² − T²). "
+    "Energies are taken over a period, one wavelength from the joint; a run whose joint does not "
+    "slip gives the incident wave after the same travel, with what the scheme damps on the way.",
+    "Miller (1978), Bull. Seism. Soc. Am. 68.",
+)
+def slip_joint(short: bool) -> Outcome:
+    """Transmission, reflection and absorption for incident stress over strength."""
+    ratios = (3.0,) if short else (1.25, 1.5, 2.0, 3.0, 5.0, 8.0)
+    per_wave = 20 if short else 40
+    base, strength = _joint_run(0.5, per_wave)
+    incident = _flux(base, "above", per_wave)
+    arriving = _incoming_stress(base, strength, per_wave) / 0.5
+    rows, lines, drawn = [], [], None
+    for ratio in ratios:
+        data, _ = _joint_run(ratio, per_wave)
+        passed = _flux(data, "above", per_wave) / incident / (ratio / 0.5) ** 2
+        back = _reflected(data, base, ratio / 0.5)
+        returned = _energy(back, data, per_wave) / incident / (ratio / 0.5) ** 2
+        got = np.sqrt([passed, returned, max(0.0, 1 - passed - returned)])
+        expected = _clipped(ratio * arriving)
+        for name, a, b in zip(("T", "R", "A"), expected, got, strict=True):
+            label = f"{name} at τ/τ_s = {ratio * arriving:.3f}"
+            rows.append(absolute(label, a, b, 1e-2))
+        lines.append((ratio * arriving, *got))
+        drawn = drawn if drawn and ratio != 3.0 else (data, ratio)
+    return Outcome(rows, _joint_figure(lines, drawn, strength, per_wave))
+
+
+def _incoming_stress(base, strength: float, per_wave: int) -> float:
+    """Stress that arrives at the joint over its strength in the run without slip.
+
+    The scheme damps the wave evenly on its way: the mean of two points on both sides.
+    """
+    squares = [_flux(base, point, per_wave) for point in ("below", "above")]
+    period = per_wave / _bar_speed("S")
+    samples = np.count_nonzero(_window(base, period))
+    amplitude = np.sqrt(2 * np.sqrt(squares[0] * squares[1]) / samples)
+    return float(DENSITY * _bar_speed("S") * amplitude / strength)
+
+
+def _window(data, period: float) -> np.ndarray:
+    """Samples of the one period over which energies are taken."""
+    return (data.time.values > 5.5 * period) & (data.time.values <= 6.5 * period)
+
+
+def _clipped(ratio: float) -> np.ndarray:
+    """T, R and A of a sine whose amplitude is `ratio` times the strength."""
+    wave = ratio * np.sin(2 * np.pi * (np.arange(100000) + 0.5) / 100000)
+    passed = np.clip(wave, -1, 1)
+    t, r = (np.mean(part**2) / np.mean(wave**2) for part in (passed, wave - passed))
+    return np.sqrt([t, r, 1 - t - r])
+
+
+BELOW, ABOVE, WEAK = 3, 4, 1 / 30  # wavelengths on each side; normal force of the weak joint
+
+
+def _joint_run(ratio: float, per_wave: int):
+    """History and strength (Pa) with an incident stress of `ratio` times the strength.
+
+    All blocks are held in y and pre-stressed (`_pressures`), so that each joint presses with a
+    force of its own; the weak one with 1/30 of the others'.
+    """
+    count, weak, stress = (BELOW + ABOVE) * per_wave, BELOW * per_wave, 1e6
+    strength = stress * WEAK * np.tan(np.radians(30.0))
+    speed = _bar_speed("S")
+    period, steps = per_wave / speed, 1000
+    time = np.linspace(0, 8 * period, 801)
+    amplitude = ratio * strength / (DENSITY * speed) * period / (2 * np.pi)
+    wave = amplitude * (1 - np.cos(2 * np.pi * time / period))
+    pressures = _pressures(count, weak, stress)
+    text = nml.text(
+        nml.control(period / steps, 7 * steps, gravity=(0, 0)),
+        nml.contact(PENALTY, fixed_point_ratio=1e4),
+        *(_stressed(f"m{i}", pressure) for i, pressure in enumerate(pressures)),
+        nml.joint("rough", 30.0),
+        nml.motion("wave", wave, period / 100, "displacement"),
+        _column(count, ["rough"] * count, [f"m{i}" for i in range(count)], "x", True),
+        nml.measured("below", (0.5, weak - per_wave + 0.5)),
+        nml.measured("above", (0.5, weak + per_wave + 0.5)),
+        nml.group("output", history_interval=10),
+    )
+    return nml.history(text), strength
+
+
+def _pressures(count: int, weak: int, stress: float) -> np.ndarray:
+    """Pressure (Pa) at the start of each block, so that the joints press as they should.
+
+    Joint j between blocks j and j+1 presses with F_j = k_n h (ε_j + ε_j+1), two contacts; a block
+    is in balance if its stress is −(F_below + F_above)/2w = −p + E ε.
+    """
+    force = np.full(count - 1, stress)
+    force[weak - 1] = WEAK * stress
+    strain = np.empty(count)
+    strain[weak - 1 : weak + 1] = 0.5 * force[weak - 1] / PENALTY
+    for i in range(weak - 2, -1, -1):
+        strain[i] = force[i] / PENALTY - strain[i + 1]
+    for i in range(weak + 1, count):
+        strain[i] = force[i - 1] / PENALTY - strain[i - 1]
+    ends = np.concatenate([[0.0], force, [0.0]])
+    return 0.5 * (ends[:-1] + ends[1:]) + YOUNG * strain
+
+
+def _stressed(name: str, pressure: float) -> str:
+    return nml.group(
+        "material",
+        name=name,
+        density=DENSITY,
+        young_modulus=YOUNG,
+        poisson_ratio=0.0,
+        initial_stress=(0.0, -pressure, 0.0),
+    )
+
+
+def _velocity(data, point: str) -> np.ndarray:
+    return data.velocity.sel(point=point).isel(axis=0).values
+
+
+def _energy(velocity, data, per_wave: int) -> float:
+    """∫ v² dt over the sixth period after the start."""
+    period = per_wave / _bar_speed("S")
+    return float(np.sum(velocity[_window(data, period)] ** 2))
+
+
+def _flux(data, point: str, per_wave: int) -> float:
+    return _energy(_velocity(data, point), data, per_wave)
+
+
+def _reflected(data, base, scale: float) -> np.ndarray:
+    """What the joint sends back, m/s: the difference to the scaled run without slip."""
+    return _velocity(data, "below") - scale * _velocity(base, "below")
+
+
+def _joint_figure(lines, drawn, strength, per_wave):
+    figure, (left, right) = canvas()
+    data, ratio = drawn
+    period = per_wave / _bar_speed("S")
+    stress = DENSITY * _bar_speed("S") * _velocity(data, "above") / strength
+    left.plot(
+        data.time / period,
+        ratio * np.sin(2 * np.pi * (data.time / period)) * (data.time > (BELOW + 1) * period),
+        color="0.7",
+        label="incident",
+    )
+    left.plot(data.time / period, stress, color=BLUE, label="transmitted, engine")
+    for side in (-1, 1):
+        left.axhline(side, color=RED, lw=0.8, ls="--")
+    left.set(xlabel="time / period", ylabel="τ / τ_s", title=f"τ/τ_s = {ratio:g}", xlim=(3.5, 7))
+    fine = np.geomspace(1.001, 12, 60)
+    theory = np.array([_clipped(x) for x in fine])
+    got = np.array(lines)
+    for i, (name, color) in enumerate((("T", BLUE), ("R", ORANGE), ("A", GREEN))):
+        right.semilogx(fine, theory[:, i], color=color, lw=1)
+        right.semilogx(got[:, 0], got[:, i + 1], "o", color=color, label=name)
+    right.set(xlabel="τ / τ_s", ylabel="coefficient", title="lines: theory, points: engine")
+    return figure

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Soil that yields: factors of safety of slopes and cuts, bearing capacity of a footing."""
+
+import numpy as np
+
+from sitedda.facade.model import Model
+from sitedda.stability.safety import Safety, safety
+
+from ..case import Outcome, Table, at_most, case, curves, relative, true
+
+HEIGHT = 10.0  # m, H
+WEIGHT = 2e4  # N/m³, γ
+STIFF = 1e10  # Pa: the strength is reached at small strains
+SMALL = 1e-3  # of the radius of the body: a displacement that is failure at small strains
+CUT = 3.776  # γH/c by limit analysis
+# Friction (degrees), settlement (m), steps, width and depth (half-widths), error allowed.
+FOOTINGS = ((0.0, 3e-4, 60, (5.0, 3.0), 0.02), (30.0, 1.2e-3, 120, (8.0, 4.0), 0.03))
+
+
+def _soil(outline, cells: int, poisson: float, sides, **strength) -> Model:
+    """A body of one soil on a held base, between rollers."""
+    model = Model()
+    model.control(time_step=1.0, gravity=[0.0, -10.0], analysis="plane_strain")
+    model.contact(normal_stiffness=STIFF)
+    model.material(
+        name="soil", density=WEIGHT / 10.0, young_modulus=STIFF, poisson_ratio=poisson,
+        law="mohr_coulomb", **strength,
+    )  # fmt: skip
+    model.joint(name="joint", friction_angle=30.0)
+    model.block(vertices=[HEIGHT * value for value in outline], name="ground")
+    model.mesh(blocks="ground", size=HEIGHT / cells)
+    model.boundary(kind="fixed", side="bottom")
+    for side in sides:
+        model.boundary(kind="roller", side=side)
+    return model
+
+
+def slope(cells: int) -> Model:
+    """2:1 on a firm base, φ = 20°, c = .05 γH, ψ = 0."""
+    outline = [0, 0, 3.2, 0, 3.2, 1, 2, 1]
+    return _soil(
+        outline, cells, 0.3, ("right",), cohesion=0.05 * WEIGHT * HEIGHT, friction_angle=20.0
+    )
+
+
+def clay(cells: int) -> Model:
+    """2:1 on as much of the same clay as it is high, c = ¼ γH."""
+    outline = [0, 0, 6, 0, 6, 2, 4, 2, 2, 1, 0, 1]
+    return _soil(
+        outline, cells, 0.3, ("left", "right"), cohesion=0.25 * WEIGHT * HEIGHT, friction_angle=0.0
+    )
+
+
+def cut(cells: int) -> Model:
+    """A vertical cut of clay, of the strength at which limit analysis has it fail."""
+    outline = [-2, -1, 1, -1, 1, 0, 0, 0, 0, 1, -2, 1]
+    return _soil(
+        outline, cells, 0.49, ("left", "right"), cohesion=WEIGHT * HEIGHT / CUT,
+        friction_angle=0.0,
+    )  # fmt: skip
+
+
+def factor(model: Model) -> Safety:
+    """By strength reduction at small strains."""
+    return safety(model, tolerance=4e-3, displacement=SMALL)
+
+
+@case(
+    "Slopes and a cut of soil that yields",
+    "Factors of safety by strength reduction, F: 1.40 of a slope of 2:1 with φ = 20°, c = .05 γH; "
+    "1.47 of a slope of 2:1 in clay of c = ¼ γH over as much clay; 1 of a vertical cut of clay of "
+    "c = γH/3.776.",
+    "Griffiths & Lane (1999), Géotechnique 49, example 1 (charts: 1.380) and example 4 (their "
+    "finite elements: 1.45; 1.47 is Taylor's, 1937); limit analysis for the cut.",
+)
+def slopes_that_yield(short: bool) -> Outcome:
+    """Two sizes of cells each; the short form is the cut with large ones."""
+    rows, table = [], []
+    cases = [("vertical cut", cut, 1.0, 0.06 if short else 0.03, 0.02, (4,) if short else (8, 16))]
+    if not short:
+        cases += [
+            ("slope of clay", clay, 1.47, 0.03, 0.02, (8, 16)),
+            ("slope, φ = 20°", slope, 1.40, 0.03, None, (10, 20)),
+        ]
+    for name, build, published, allowed, may_change, sizes in cases:
+        found = [factor(build(cells)) for cells in sizes]
+        last = found[-1].factor
+        label = f"{name}, {sizes[-1]} cells over the height: factor of safety"
+        rows.append(relative(label, published, last, allowed))
+        if not short:
+            label = f"{name}: change from cells of twice the size"
+            rows.append(at_most(label, abs(last / found[0].factor - 1), may_change))
+        for cells, one in zip(sizes, found, strict=True):
+            table.append((name, cells, one.low, one.high, published))
+    head = ("", "cells over the height", "stands at", "fails at", "published")
+    return Outcome(rows, found[-1].draw().figure, [Table("Strength divided by.", head, table)])
+
+
+def strip(cells, sink, size=(5.0, 3.0), angle=0.0, young=1e8, poisson=0.49, steps=60, **control):
+    """A smooth strip footing of half-width 1 m, c = 100 kPa, pressed into squares."""
+    model = Model()
+    model.control(
+        **{"time_step": 0.05, "steps": steps, "gravity": [0.0, 0.0], "analysis": "plane_strain",
+           "integration": "backward_euler"} | control,
+    )  # fmt: skip
+    model.contact(normal_stiffness=young)
+    model.material(
+        name="clay", density=2000.0, young_modulus=young, poisson_ratio=poisson,
+        law="mohr_coulomb", cohesion=1e5, friction_angle=angle, dilation_angle=angle,
+    )  # fmt: skip
+    model.joint(name="joint", friction_angle=30.0)
+    values = -sink * np.arange(steps + 2) / steps
+    model.motion(name="down", values=values.tolist(), quantity="displacement", time_step=0.05)
+    columns, rows = (round(cells * length) for length in size)
+    h = 1.0 / cells
+    for j in range(rows):
+        for i in range(columns):
+            x, y, name = i * h, j * h - size[1], f"c{i}_{j}"
+            corners = [x, y, x + h, y, x + h, y + h, x, y + h]
+            model.block(vertices=corners, body="clay", name=name)
+            if j == 0:
+                for at in (x, x + h):
+                    model.fixed_point(x=at, y=y, block=name)
+            if i in (0, columns - 1):
+                for at in (y, y + h):
+                    model.fixed_point(x=x + h * (i > 0), y=at, block=name, direction="x")
+            if j == rows - 1 and i < cells:
+                for at in (x, x + h):
+                    model.fixed_point(x=at, y=y + h, block=name, direction="y", motion_y="down")
+    return model
+
+
+def bearing(history, sink):
+    """Pressure below the footing over the cohesion, of each step."""
+    work = history.energy_input.values
+    return np.diff(work) / (sink / (work.size - 1)) / 1e5
+
+
+def prandtl(angle):
+    """N_c = (N_q − 1) cot φ, N_q = e^(π tan φ) tan²(45° + φ/2)."""
+    slope = np.tan(np.radians(angle))
+    if slope == 0:
+        return 2 + np.pi
+    return (np.exp(np.pi * slope) * np.tan(np.radians(45 + angle / 2)) ** 2 - 1) / slope
+
+
+@case(
+    "The bearing capacity of a strip footing",
+    "Smooth, on soil without weight: N_c = (N_q − 1) cot φ, N_q = e^(π tan φ) tan²(45° + φ/2); "
+    "2 + π without friction. It sinks by so little that strains stay small.",
+    "Prandtl (1920); Reissner (1924).",
+)
+def footing(short: bool) -> Outcome:
+    """Four cells a half-width; the pressure has come to rest, and no energy is gained."""
+    rows, lines = [], []
+    for angle, sink, steps, size, error in FOOTINGS:
+        history = strip(4, sink, size, angle, young=1e10, steps=steps).run().history
+        found, name = bearing(history, sink), f"φ = {angle:g}°"
+        lost = history.energy_plastic.values
+        balance = np.abs(history.energy_balance.values).max() / lost[-1]
+        rows += [
+            relative(f"{name}: N_c", prandtl(angle), found[-1], error),
+            relative(f"{name}: N_c halfway", found[-1], found[found.size // 2], 0.01),
+            relative(f"{name}: N_c after ¾", found[-1], found[3 * found.size // 4], 5e-3),
+            true(f"{name}: yielding only takes energy", True, bool(np.all(np.diff(lost) >= 0))),
+            at_most(f"{name}: balance over what yielding takes", balance, 1e-9),
+            at_most(f"{name}: open–close iterations, median", np.median(history.iterations), 15),
+        ]
+        settled = 1e3 * sink * np.arange(1, found.size + 1) / found.size
+        lines.append((settled, found, {"label": name}))
+    return Outcome(rows, curves("settlement (mm)", "pressure over cohesion", *lines))

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Notes on sizes in groups that make blocks, which are probably mistakes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+
+def doubtful_sizes(groups: Sequence[tuple[str, dict, str]]) -> list[str]:
+    """A sentence for each group with a doubtful size.
+
+    Parameters
+    ----------
+    groups : sequence of (str, dict, str)
+        Name, variables, and where the group stands.
+    """
+    outlines = [np.reshape(values["outline"], (-1, 2)) for kind, values, _ in groups
+                if kind == "region" and len(values.get("outline", ()))]  # fmt: skip
+    width = float(np.hypot(*np.ptp(np.concatenate(outlines), axis=0))) if outlines else np.inf
+    found = []
+    for kind, values, place in groups:
+        size, fine, spacing = (values.get(name) for name in ("size", "fine_size", "spacing"))
+        if kind in ("mesh", "ground") and size and fine and fine > size:
+            words = f"fine_size = {fine:g} m is above size = {size:g} m: no cells are finer by it"
+        elif kind == "joint_set" and spacing and spacing > width:
+            words = (f"spacing = {spacing:g} m is more than the {width:.4g} m that the regions "
+                     "measure across: hardly a joint cuts them; is it meant in mm?")  # fmt: skip
+        else:
+            continue
+        found.append(f"{place}: {words}".removeprefix(": "))
+    return found

@@ -1,0 +1,346 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Unknown stiffnesses of a model from modes that were measured, with their errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.arguments import COUNT, NOT_NEGATIVE, positive
+from ..base.errors import InputError
+from ..base.numbers import number
+from ..engine.checking import Modes, matrices, modes
+from .family import Family, family_of
+from .measured import BAND, MeasuredMode, Observations, measured_modes
+from .posterior import Posterior
+
+SAMPLERS = ("laplace", "ensemble")
+_DISCREPANCY = (0.02, 1.0)  # prior of an unknown one: median and deviation of its logarithm
+_EXACT = 1e-5  # relative error of frequencies that the reduction may have
+_ROUNDS, _LOOKS = 6, 6  # of searches, and samples at which the reduction is checked
+_FAR, _WIDE, _ALIKE, _FEW = 2.0, 0.8, 0.95, 0.2  # limits of doubts, see `_doubts`
+SILENT = ("small vibrations do not show friction, cohesion, tensile strength or how joints open: "
+          "these keep their own uncertainty")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Unknown stiffnesses, and how far measured modes determine them.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the unknowns, as changes of the input.
+    best, median, low, high : ndarray, shape (unknowns,)
+        Of the largest probability; median and the bounds of the middle 90 %, of the samples.
+    deviation : ndarray, shape (unknowns,)
+        Standard deviation of the natural logarithm.
+    prior : ndarray, shape (unknowns, 2)
+        Middle 90 % before.
+    correlation : ndarray, shape (unknowns, unknowns)
+        Of the logarithms.
+    samples : ndarray, shape (count, unknowns)
+    discrepancy : float
+        Relative error of the model's own frequencies: given, or its median if it was unknown.
+    measured : tuple of MeasuredMode
+    number : ndarray of int, shape (measured,)
+        Modes of the calibrated model that they are, from 1.
+    frequency, frequency_low, frequency_high : ndarray, shape (measured,)
+        Of the best model, and the middle 90 % of the samples, Hz.
+    misfit : ndarray, shape (measured,)
+        Difference of ln f, measured over best, in deviations (error and discrepancy).
+    mac : ndarray, shape (measured,)
+        Modal assurance criterion of shapes; NaN without.
+    modes : Modes
+        Of the best model.
+    evidence, evidence_error : float
+        ln of the probability of the measured modes under this model and its priors, and its
+        standard error.
+    reduction_error : float
+        Largest relative error of frequencies by the reduced basis, at some samples.
+    doubts : tuple of str
+        What cannot be met, and what the modes do not determine.
+    """
+
+    names: tuple[str, ...]
+    best: np.ndarray
+    median: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    deviation: np.ndarray
+    prior: np.ndarray
+    correlation: np.ndarray
+    samples: np.ndarray
+    discrepancy: float
+    measured: tuple[MeasuredMode, ...]
+    number: np.ndarray
+    frequency: np.ndarray
+    frequency_low: np.ndarray
+    frequency_high: np.ndarray
+    misfit: np.ndarray
+    mac: np.ndarray
+    modes: Modes
+    evidence: float
+    evidence_error: float
+    reduction_error: float
+    doubts: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """The unknowns, the modes and the doubts, a line each."""
+        lines = []
+        for i, name in enumerate(self.names):
+            low, high, *before = map(number, (self.low[i], self.high[i], *self.prior[i]))
+            lines.append(f"{name} = {number(self.median[i])} ({low} to {high}; before {before[0]} "
+                         f"to {before[1]})")  # fmt: skip
+        lines += self.mode_words()
+        lines.append(f"ln evidence = {self.evidence:.2f} ± {self.evidence_error:.2f}, with a "
+                     f"discrepancy of {100 * self.discrepancy:.2g} %")  # fmt: skip
+        return "\n".join([*lines, *(f"note: {words}" for words in self.doubts)])
+
+    def mode_words(self) -> list[str]:
+        """Each measured mode beside that of the model, a line each."""
+        found = []
+        for j, one in enumerate(self.measured):
+            like = f", MAC {self.mac[j]:.2f}" if np.isfinite(self.mac[j]) else ""
+            zeta = self.modes.damping[self.number[j] - 1]
+            damped = f", damping {100 * one.damping:.2g} % (model {100 * zeta:.2g} %)"
+            found.append(
+                f"mode {self.number[j]}: {number(one.frequency)} ± {one.deviation:.2g} Hz measured"
+                f", {number(self.frequency[j])} Hz by the model{like}"
+                + (damped if np.isfinite(one.damping) else "")
+            )
+        return found
+
+    def to_csv(self) -> str:
+        """The samples, a column for each unknown: for ``[sample] file`` of a study."""
+        rows = [",".join(f"{value:.10g}" for value in row) for row in self.samples]
+        return "\n".join(["# written by sitedda", ",".join(self.names), *rows, ""])
+
+    def points(self, name: str = "sample"):
+        """The samples as one axis of `sitedda.study` (`sitedda.study.Points`)."""
+        from ..study import Points
+
+        return Points(name, dict(zip(self.names, self.samples.T, strict=True)))
+
+    def to_dataset(self):
+        """The samples, correlations and modes as an xarray Dataset."""
+        import xarray as xr
+
+        of = {"unknown": "best median low high deviation",
+              "mode": "number frequency frequency_low frequency_high misfit mac"}  # fmt: skip
+        return xr.Dataset(
+            {n: (dim, getattr(self, n)) for dim, names in of.items() for n in names.split()} | {
+                "samples": (("sample", "unknown"), self.samples),
+                "correlation": (("unknown", "other"), self.correlation),
+                "measured_frequency": ("mode", [one.frequency for one in self.measured]),
+            },
+            {"unknown": list(self.names), "other": list(self.names)},
+            {"evidence": self.evidence, "evidence_error": self.evidence_error,
+             "discrepancy": self.discrepancy, "doubts": "\n".join(self.doubts)},
+        )  # fmt: skip
+
+
+def calibrate(
+    model,
+    measured,
+    unknowns: Mapping,
+    *,
+    discrepancy: float | None = 0.02,
+    sampler: str = "laplace",
+    samples: int = 1000,
+    seed: int = 0,
+    contacts: str = "auto",
+    changes: Mapping | None = None,
+    **more,
+) -> Calibration:
+    """Find unknown stiffnesses of a model from measured modes.
+
+    Parameters
+    ----------
+    model : path or Model
+    measured : path or sequence of MeasuredMode
+        See `measured_modes`.  The first is the model's first mode and so on, unless a number or a
+        shape says otherwise.
+    unknowns : mapping of (float, float)
+        The range of each unknown that holds 90 % of what it may be before: the prior is log-normal.
+        Names are those of changes: ``{"contact.normal_stiffness": (5e7, 1e9)}``.  The stiffness
+        must be linear in them.
+    discrepancy : float or None
+        Relative error of the model's frequencies; None: an unknown, about 2 %.
+    sampler : 'laplace' or 'ensemble'
+        Samples of the Gaussian about the most probable values; or of the posterior itself, by
+        `emcee`.
+    samples : int
+        How many.
+    seed : int
+        Of the samples.
+    contacts, changes, **more
+        See `sitedda.modes`.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    InputError
+        If an unknown changes no stiffness, a range is empty, or the model has no such point.
+    ConvergenceError
+        If the sampler does not converge.
+    """
+    if sampler not in SAMPLERS:
+        raise InputError(f"sampler = {sampler!r}: use one of {', '.join(SAMPLERS)}")
+    samples = int(COUNT.check("samples", samples))
+    prior = _prior(unknowns)
+    seen = tuple(measured_modes(measured))
+    if not seen:
+        raise InputError("there is no measured mode")
+    changes = dict(changes or {}) | more
+    mean, deviation = np.log(prior).mean(1), np.log(prior[:, 1] / prior[:, 0]) / (2 * BAND)
+    centre = dict(zip(unknowns, np.exp(mean).tolist(), strict=True))
+    *_, points = matrices(model, contacts, changes | centre)
+    observations = Observations.of(list(seen), points)
+    family = family_of(model, centre, contacts, changes)
+    if discrepancy is None:
+        mean = np.append(mean, np.log(_DISCREPANCY[0]))
+        deviation = np.append(deviation, _DISCREPANCY[1])
+    else:
+        NOT_NEGATIVE.check("discrepancy", discrepancy)
+    search = _Search(family, Posterior(family, observations, mean, deviation, discrepancy))
+    x, covariance, error = search.run(seed)
+    posterior = search.posterior
+    generator = np.random.default_rng(seed)
+    if sampler == "ensemble":
+        drawn = posterior.sampled(x, covariance, samples, seed)
+    else:
+        drawn = generator.multivariate_normal(x, covariance, samples)
+    evidence = posterior.evidence(x, covariance, seed)
+    count = len(prior)
+    values, level = np.exp(drawn[:, :count]), discrepancy
+    if level is None:
+        level = float(np.exp(np.median(drawn[:, -1])))
+    squares, y, chosen = posterior.solved(np.vstack([x, drawn]))
+    frequencies = np.sqrt(np.take_along_axis(squares, chosen, 1)) / (2 * np.pi)
+    low, median, high = np.percentile(values, (5, 50, 95), axis=0)
+    bounds = np.percentile(frequencies[1:], (5, 95), axis=0)
+    off = [np.log(one.frequency / f) / np.hypot(one.deviation / one.frequency, level)
+           for one, f in zip(seen, frequencies[0], strict=True)]  # fmt: skip
+    macs = [posterior.mac(y[0], j, chosen[0, j]) if shape.size else np.nan
+            for j, shape in enumerate(observations.shapes)]  # fmt: skip
+    best = np.exp(x[:count])
+    at_best = changes | dict(zip(unknowns, best.tolist(), strict=True))
+    shown = modes(model, int(chosen[0].max()) + 1, contacts, at_best)
+    logs = np.log(values)
+    correlation = np.corrcoef(logs.T).reshape(count, count)
+    found = Calibration(
+        tuple(unknowns), best, median, low, high, logs.std(0), prior, correlation, values, level,
+        seen, chosen[0] + 1, frequencies[0], bounds[0], bounds[1],
+        np.array(off), np.array(macs), shown, evidence[0], evidence[1], error, (),
+    )  # fmt: skip
+    object.__setattr__(found, "doubts", _doubts(found, x, mean, deviation, evidence[2], sampler))
+    return found
+
+
+def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:
+    """Probabilities of hypotheses about the same measured modes, equally likely before.
+
+    Parameters
+    ----------
+    calibrations : mapping of Calibration
+        By the name of the hypothesis; each with its own model or unknowns.
+    """
+    logs = np.array([one.evidence for one in calibrations.values()])
+    weights = np.exp(logs - logs.max())
+    return dict(zip(calibrations, (weights / weights.sum()).tolist(), strict=True))
+
+
+@dataclass
+class _Search:
+    """The most probable unknowns, on a basis of exact modes that grows until it is exact there."""
+
+    family: Family
+    posterior: Posterior
+
+    def run(self, seed: int) -> tuple[np.ndarray, np.ndarray, float]:
+        """The best x, its covariance, and the relative error of frequencies by the basis."""
+        posterior = self.posterior
+        width = len(self.family.parts)
+        axes = np.eye(posterior.mean.size)[:width] * posterior.deviation
+        self.vectors = [self._exact(x)[1] for x in self._about(posterior.mean, BAND * axes)]
+        self._reduce()
+        x = self._improved(self.posterior.best(seed))
+        for _ in range(2):
+            covariance = self.posterior.covariance(x)
+            values, turns = np.linalg.eigh(covariance)
+            around = self._about(x, 2 * (turns * np.sqrt(values)).T)
+            self.vectors += [self._exact(one)[1] for one in around]
+            self._reduce()
+            x = self.posterior.best(seed, x)
+        covariance = self.posterior.covariance(x)
+        some = np.random.default_rng(seed).multivariate_normal(x, covariance, _LOOKS)
+        return x, covariance, max(self._error(one) for one in some)
+
+    def _about(self, x: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        return np.vstack([x, x + steps, x - steps])
+
+    def _exact(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        theta = np.exp(x[: len(self.family.parts)])
+        return self.family.modes(theta, self.posterior.seen.count + 2)
+
+    def _reduce(self) -> None:
+        self.posterior = self.posterior.on(self.family.reduced(np.hstack(self.vectors)))
+
+    def _improved(self, x: np.ndarray) -> np.ndarray:
+        for _ in range(_ROUNDS):
+            if self._error(x) < _EXACT:
+                break
+            self._reduce()
+            x = self.posterior.best(0, x)
+        return x
+
+    def _error(self, x: np.ndarray) -> float:
+        """Relative error of frequencies at x, whose modes then join the basis."""
+        squares, y = self._exact(x)
+        self.vectors.append(y)
+        count = self.posterior.seen.count
+        near = self.posterior.solved(x[None])[0][0, :count]
+        return float(np.max(np.abs(near / squares[:count] - 1)) / 2)
+
+
+def _prior(unknowns: Mapping) -> np.ndarray:
+    """Ranges of unknowns, shape (unknowns, 2)."""
+    if not unknowns:
+        raise InputError("name at least one unknown, such as contact.normal_stiffness")
+    for name, values in unknowns.items():
+        try:
+            low, high = positive(name, values)
+        except (TypeError, ValueError):
+            low = high = 0.0
+        if not low < high:
+            raise InputError(f"{name}: give a range of two numbers, 0 < low < high, not {values}")
+    return np.array(list(unknowns.values()), dtype=float)
+
+
+def _doubts(found: Calibration, x, mean, deviation, counting: float, sampler: str) -> tuple:
+    """What cannot be met, and what is not determined; limits are in `_FAR` and beside it."""
+    words = [
+        f"mode {n} cannot be met: {number(one.frequency)} Hz is {abs(off):.1f} deviations from "
+        f"{number(f)} Hz"
+        for n, one, off, f in zip(found.number, found.measured, found.misfit, found.frequency,
+                                  strict=True) if abs(off) > _FAR
+    ]  # fmt: skip
+    for i, name in enumerate(found.names):
+        if found.deviation[i] > _WIDE * deviation[i]:
+            words.append(f"the modes do not determine {name}: its range is that given before")
+        if abs(x[i] - mean[i]) > _FAR * deviation[i]:
+            words.append(f"the modes need {name} outside of the range given before")
+        words += [f"only a combination of {name} and {other} is determined (correlation "
+                  f"{found.correlation[i, j]:.2f})" for j, other in enumerate(found.names[:i])
+                  if abs(found.correlation[i, j]) > _ALIKE]  # fmt: skip
+    if counting < _FEW and sampler == "laplace":
+        words.append("the posterior is not Gaussian: use the sampler 'ensemble'")
+    if found.reduction_error > 100 * _EXACT:
+        words.append(f"the reduced modes are off by {found.reduction_error:.1e}: narrow the ranges")
+    return (*words, SILENT)

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Stiffness as a linear function of unknown stiffnesses, its modes and their derivatives.
+
+    K(θ) = K₀ + Σ θᵢ Kᵢ,    K x = ω² M x,    xᵀ M x = 1                               (1)
+    ∂ω²/∂θᵢ = xᵀ Kᵢ x                                                                 (2)
+
+Modes X that share a frequency are not unique: the derivatives of their ω² along θᵢ are the
+eigenvalues of Xᵀ Kᵢ X.  All matrices here are those of y in x = W y with Wᵀ M W = 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg, sparse
+
+from ..base.errors import InputError
+from ..engine.checking import matrices
+
+_DENSE = 900  # coordinates up to which LAPACK finds all modes
+_NO_STIFFNESS = 1e-12  # of the largest entry: rigid motions and mechanisms
+_EQUAL = 1e-8  # relative difference of ω² that is round-off
+_LINEAR = 1e-3  # relative deviation of K from eq. 1: settled contacts move by micrometres
+_FREE = 12  # modes that are looked at for motions without stiffness that a model may have
+
+
+@dataclass(frozen=True)
+class Family:
+    """A stiffness that depends linearly on unknowns, in coordinates of unit mass.
+
+    Attributes
+    ----------
+    fixed : ndarray or sparse array, shape (n, n)
+        K₀, 1/s².
+    parts : list of the same
+        Kᵢ, 1/s² for one unit of the unknown.
+    points : ndarray, shape (2 points, n)
+        Displacements x and y of the measured points in turn.
+    free : int
+        Motions without stiffness, which `modes` leaves out.
+    """
+
+    fixed: np.ndarray
+    parts: list
+    points: np.ndarray
+    free: int = 0
+
+    def stiffness(self, theta):
+        """K at unknowns of shape (unknowns,)."""
+        return sum((t * part for t, part in zip(theta, self.parts, strict=True)), self.fixed)
+
+    def modes(self, theta, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """The lowest ω² (rad²/s²), ascending, and modes y as columns."""
+        stiffness, wanted = self.stiffness(theta), self.free + count
+        size = stiffness.shape[0]
+        if size <= _DENSE:
+            dense = stiffness.toarray() if sparse.issparse(stiffness) else stiffness
+            squares, y = linalg.eigh(dense, subset_by_index=(0, min(wanted, size) - 1))
+        else:
+            from scipy.sparse.linalg import eigsh
+
+            shift = 1e-9 * stiffness.diagonal().mean()  # K itself may be singular
+            squares, y = eigsh(stiffness.tocsc(), wanted, sigma=-shift)
+            order = np.argsort(squares)
+            squares, y = squares[order], y[:, order]
+        return squares[self.free :], y[:, self.free :]
+
+    def slopes(self, theta, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """ω² and its derivatives, shape (count, unknowns); eq. 2, repeated ω² included.
+
+        At a repeated ω² they are the one-sided derivatives for growing unknowns, in ascending
+        order.
+        """
+        squares, y = self.modes(theta, count)
+        groups = np.split(np.arange(count), 1 + np.flatnonzero(
+            np.diff(squares[:count]) > _EQUAL * squares[1:count]))  # fmt: skip
+        found = np.zeros((count, len(self.parts)))
+        for i, part in enumerate(self.parts):
+            for group in groups:
+                shapes = y[:, group]
+                found[group, i] = np.linalg.eigvalsh(shapes.T @ (part @ shapes))
+        return squares[:count], found
+
+    def reduced(self, y: np.ndarray) -> Family:
+        """The dense family on the span of vectors, shape (n, any)."""
+        u, sizes, _ = np.linalg.svd(y, full_matrices=False)
+        basis = u[:, sizes > 1e-8 * sizes[0]]
+        fixed, *parts = (basis.T @ (k @ basis) for k in (self.fixed, *self.parts))
+        return Family((fixed + fixed.T) / 2, [(k + k.T) / 2 for k in parts], self.points @ basis)
+
+
+def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family:
+    """The family of a model about values of unknowns.
+
+    K is linear in each unknown, so that K(2θᵢ) − K(θ) = θᵢ Kᵢ exactly.
+
+    Parameters
+    ----------
+    model : path or Model
+    unknowns : mapping of float
+        Values by the name of what they change, such as ``joint[bed].shear_stiffness_per_area``.
+    contacts : str
+        See `sitedda.modes`.
+    changes : mapping, optional
+        Further changes of the input.
+
+    Raises
+    ------
+    InputError
+        If an unknown changes no stiffness, changes masses, or K is not linear in it.
+    """
+    asked: dict = dict(changes or {})
+    base, mass, points, _ = matrices(model, contacts, asked | dict(unknowns))
+    steps = []
+    for name, value in unknowns.items():
+        stiffness, other, *_ = matrices(model, contacts, asked | dict(unknowns) | {name: 2 * value})
+        step = stiffness - base
+        if abs(other - mass).max() > _LINEAR * abs(mass).max():
+            raise InputError(f"{name} changes masses: only stiffnesses can be calibrated")
+        if not abs(step).max() > 0:
+            raise InputError(f"{name} changes no stiffness of the model")
+        steps.append(step)
+    factors = 2 + np.arange(len(steps))
+    mixed = {n: v * f for (n, v), f in zip(unknowns.items(), factors, strict=True)}
+    stiffness, *_ = matrices(model, contacts, asked | mixed)
+    linear = base + sum(step * (f - 1) for step, f in zip(steps, factors, strict=True))
+    if abs(stiffness - linear).max() > _LINEAR * min(abs(step).max() for step in steps):
+        raise InputError(
+            f"the stiffness is not linear in {', '.join(unknowns)}: choose stiffnesses in place of"
+            " ratios, none that follows another, and ranges in which the same contacts are closed"
+        )
+    w = _unit_mass(mass)
+    theta = list(unknowns.values())
+    parts = [w.T @ (step / t) @ w for step, t in zip(steps, theta, strict=True)]
+    fixed = w.T @ base @ w - sum(t * part for t, part in zip(theta, parts, strict=True))
+    if fixed.shape[0] <= _DENSE:
+        fixed, parts = fixed.toarray(), [part.toarray() for part in parts]
+    family = Family(fixed, parts, (points @ w).toarray())
+    squares, _ = family.modes(theta, _FREE)
+    nothing = _NO_STIFFNESS * abs(family.stiffness(theta)).max()
+    return replace(family, free=int(np.sum(squares < nothing)))
+
+
+def _unit_mass(mass: sparse.csr_array) -> sparse.csr_array:
+    """W with Wᵀ M W = 1, without coordinates of blocks that were removed."""
+    blocks = mass.shape[0] // 6
+    kept = [b for b in range(blocks) if mass[6 * b, 6 * b] > 0]
+    parts = []
+    for b in kept:
+        lower = np.linalg.cholesky(mass[6 * b : 6 * b + 6, 6 * b : 6 * b + 6].toarray())
+        parts.append(np.linalg.inv(lower).T)
+    w = sparse.block_diag(parts, format="csr")
+    rows = np.concatenate([np.arange(6 * b, 6 * b + 6) for b in kept])
+    place = sparse.csr_array((np.ones(rows.size), (rows, np.arange(rows.size))),
+                             shape=(6 * blocks, rows.size))  # fmt: skip
+    return sparse.csr_array(place @ w)

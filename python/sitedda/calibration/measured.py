@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measured modes: frequencies with their errors, damping, shapes; read from a CSV file."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..base.arguments import DAMPING_RATIO, FINITE, POSITIVE, Range
+from ..base.errors import InputError
+from ..base.reading import read_bounded
+
+BAND = 1.6449  # standard deviations on either side of the median that contain 90 %
+_LARGEST = 2**22  # bytes of a table of modes
+_SHAPE_DEVIATION = 0.05  # of each component of a shape of unit length
+_NUMBER = Range(1, 1000, whole=True)
+_COLUMNS = {
+    "frequency": POSITIVE, "deviation": POSITIVE, "low": POSITIVE, "high": POSITIVE,
+    "mode": _NUMBER, "damping": DAMPING_RATIO, "damping_deviation": DAMPING_RATIO,
+    "shape_deviation": POSITIVE,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class MeasuredMode:
+    """A measured mode.
+
+    Attributes
+    ----------
+    frequency : float
+        Hz.
+    deviation : float
+        Standard deviation of the frequency, Hz.
+    shape : dict of float
+        Displacements by ``POINT.x`` and ``POINT.y``, to any scale.
+    shape_deviation : float
+        Standard deviation of a component of the shape, which is scaled to unit length.
+    mode : int
+        Number of the model's mode from 1; 0: by its shape, or the same place in the list.
+    damping, damping_deviation : float
+        Damping ratio and its standard deviation; NaN: not measured.
+    """
+
+    frequency: float
+    deviation: float
+    shape: dict[str, float] = field(default_factory=dict)
+    shape_deviation: float = _SHAPE_DEVIATION
+    mode: int = 0
+    damping: float = math.nan
+    damping_deviation: float = math.nan
+
+
+def measured_modes(source) -> list[MeasuredMode]:
+    """Measured modes from a CSV file, or as they are given.
+
+    Parameters
+    ----------
+    source : path or sequence of MeasuredMode
+        The file has a row for each mode and a heading: ``frequency`` and ``deviation`` (Hz), or
+        ``low`` and ``high``, a range that holds 90 %; where known ``mode``, ``damping``,
+        ``damping_deviation``, ``shape_deviation`` and components of the shape, ``POINT.x``,
+        ``POINT.y``.  Lines that begin with # are comments.
+
+    Raises
+    ------
+    InputError
+        If a column is not known, or a value cannot be; the message names file and line.
+    """
+    if isinstance(source, Sequence) and not isinstance(source, str):
+        return list(source)
+    lines = read_bounded(Path(source), _LARGEST).decode("utf-8-sig", "replace").splitlines()
+    kept = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
+    rows = [[cell.strip() for cell in row] for row in csv.reader(line for _, line in kept)]
+    if len(rows) < 2:
+        raise InputError(f"{source}: give a heading, such as frequency,deviation,top.x, and a row "
+                         "for each mode")  # fmt: skip
+    for name in rows[0]:
+        if name not in _COLUMNS and name[-2:] not in (".x", ".y"):
+            raise InputError(f"{source}, line {kept[0][0]}: column {name!r} is not known; there "
+                             f"are {', '.join(_COLUMNS)}, and POINT.x, POINT.y")  # fmt: skip
+    found = []
+    for (line, _), row in zip(kept[1:], rows[1:], strict=True):
+        if len(row) != len(rows[0]):
+            raise InputError(f"{source}, line {line}: {len(row)} values under {len(rows[0])} "
+                             "headings")  # fmt: skip
+        try:
+            found.append(_mode(dict(zip(rows[0], row, strict=True))))
+        except InputError as trouble:
+            raise InputError(f"{source}, line {line}: {trouble}") from None
+    return found
+
+
+def _mode(row: dict[str, str]) -> MeasuredMode:
+    """A mode from the texts of a row."""
+    given = {n: _COLUMNS.get(n, FINITE).check(n, text) for n, text in row.items() if text}
+    values: dict = {n: given.pop(n) for n in _COLUMNS if n in given}
+    low, high = values.pop("low", None), values.pop("high", None)
+    if low and high:
+        if not low < high:
+            raise InputError(f"low = {low:g} must be below high = {high:g}")
+        values.setdefault("frequency", (low + high) / 2)
+        values.setdefault("deviation", (high - low) / (2 * BAND))
+    for name in ("frequency", "deviation"):
+        if name not in values:
+            raise InputError(f"{name} is missing: give frequency and deviation, or low and high")
+    return MeasuredMode(shape=given, **values)
+
+
+@dataclass(frozen=True)
+class Observations:
+    """Measured modes as arrays beside the points of a model.
+
+    Attributes
+    ----------
+    modes : list of MeasuredMode
+    rows : list of ndarray of int
+        Rows of `Family.points` of the components of each shape; empty: no shape.
+    shapes : list of ndarray
+        The shapes, of unit length.
+    number : ndarray of int
+        Modes of the model from 0; −1: by the shape.
+    """
+
+    modes: list[MeasuredMode]
+    rows: list[np.ndarray]
+    shapes: list[np.ndarray]
+    number: np.ndarray
+
+    @classmethod
+    def of(cls, modes: list[MeasuredMode], points: list[str]) -> Observations:
+        """Find the points of shapes in a model; InputError if it has no such point."""
+        rows, shapes, number = [], [], []
+        for i, one in enumerate(modes):
+            for name in one.shape:
+                if name[:-2] not in points:
+                    raise InputError(f"the shape of mode {i + 1} has {name}, but the measured "
+                                     f"points of the model are {points}")  # fmt: skip
+            named = one.shape if len(one.shape) > 1 else {}  # one component has any scale
+            shape = np.array(list(named.values()))
+            if named and not np.any(shape):
+                raise InputError(f"the shape of mode {i + 1} is zero")
+            rows.append(np.array([2 * points.index(n[:-2]) + (n[-1] == "y") for n in named], int))
+            shapes.append(shape / np.linalg.norm(shape) if named else shape)
+            number.append(one.mode - 1 if one.mode or named else i)
+        if len({n for n in number if n >= 0}) < sum(n >= 0 for n in number):
+            raise InputError("two measured modes are the same mode of the model: number them")
+        return cls(modes, rows, shapes, np.array(number))
+
+    @property
+    def count(self) -> int:
+        """Modes of the model among which those that are measured are sought."""
+        spare = 3 if np.any(self.number < 0) else 0
+        return max(int(self.number.max()) + 1, len(self.modes)) + spare

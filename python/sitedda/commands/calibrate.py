@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda calibrate`: unknown stiffnesses of a model from modes that were measured."""
+
+import argparse
+from pathlib import Path
+
+from ..base.arguments import COUNT, NOT_NEGATIVE, picture_name
+from ..base.files import OWN_TABLE, check_target, write
+from .parser import add_changes, folded
+
+
+def add_calibrate(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
+    parser.add_argument("modes", type=Path, metavar="MODES.csv", help="frequencies and shapes")
+    parser.add_argument("--unknown", action="append", required=True, type=_unknown,
+        metavar="NAME=LOW:HIGH", help="a stiffness, and the range that holds 90 %% of what it may "
+        "be: contact.normal_stiffness=5e7:1e9")  # fmt: skip
+    parser.add_argument("--discrepancy", type=_discrepancy, default=0.02, metavar="R",
+        help="relative error of the model's frequencies (0.02), or 'unknown'")  # fmt: skip
+    parser.add_argument(
+        "--sampler", choices=("laplace", "ensemble"), default="laplace", help="of the samples"
+    )
+    parser.add_argument("--samples", type=COUNT, default=1000, help="how many (1000)")
+    parser.add_argument("-o", "--output", type=picture_name, help="(FILE_calibration.png)")
+    add_changes(parser)
+    parser.set_defaults(act=_calibrate)
+
+
+def _unknown(text: str) -> tuple[str, tuple[float, float]]:
+    name, _, ends = text.rpartition("=")
+    try:
+        low, high = map(float, ends.split(":"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=LOW:HIGH") from None
+    return name.strip(), (low, high)
+
+
+def _discrepancy(text: str) -> float | None:
+    return None if text == "unknown" else NOT_NEGATIVE(text)
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    from ..calibration import calibrate
+    from ..calibration.picture import draw_calibration
+    from ..report.style import save_picture
+
+    picture = options.output or options.file.with_name(f"{options.file.stem}_calibration.png")
+    reads = [options.file, options.modes]
+    check_target(picture, "a picture", reads)
+    table = check_target(picture.with_suffix(".csv"), OWN_TABLE, reads)
+    changes = dict(options.set)
+    found = calibrate(options.file, options.modes, dict(options.unknown),
+                      discrepancy=options.discrepancy, sampler=options.sampler,
+                      samples=options.samples, changes=changes)  # fmt: skip
+    print(folded(str(found)))
+    figure = draw_calibration(options.file, found, changes)
+    print(f"picture: {save_picture(figure, picture, reads, dpi=130)}")
+    print(f"samples: {write(table, found.to_csv(), OWN_TABLE, reads)}")
+    return 0

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda editor`: what editors and shells need to help with inputs and commands."""
+
+import argparse
+import json
+
+from ..base.errors import MissingLibrary
+
+_SHELLS = ("bash", "zsh", "tcsh")
+
+
+def add_editor(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument(
+        "what",
+        choices=("server", "schema", "grammar", *_SHELLS, "man"),
+        help="language server on standard input and output; JSON schema or TextMate grammar of "
+        "inputs; completion of commands for a shell; man page",
+    )
+    parser.set_defaults(act=help_editor)
+
+
+def help_editor(options: argparse.Namespace) -> int:
+    """Serve an editor, or print what it requires."""
+    if options.what == "server":
+        from ..editor.server import language_server
+
+        language_server().start_io()
+    elif options.what in ("schema", "grammar"):
+        from ..editor import description
+
+        made = {"schema": description.json_schema, "grammar": description.text_mate_grammar}
+        print(json.dumps(made[options.what](), indent=1))
+    else:
+        print(_of_commands(options.what))
+    return 0
+
+
+def _of_commands(what: str) -> str:
+    """Completion for a shell, or the man page, from the parser of all commands."""
+    from .command import whole_parser
+
+    try:
+        if what == "man":
+            from argparse_manpage.manpage import Manpage
+
+            return str(Manpage(whole_parser()))
+        import shtab
+
+        return shtab.complete(whole_parser(), shell=what)
+    except ImportError as trouble:
+        words = f"{what} needs a library: pip install {trouble.name or 'shtab'}"
+        raise MissingLibrary(words.replace("_", "-")) from trouble

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The interactive view as a widget of notebooks."""
+
+from importlib.resources import files
+
+import anywidget
+import traitlets
+
+from ...report.html import to_html
+from . import view_page
+
+_BUDGET = 5_000_000  # bytes that a notebook keeps
+
+
+class ViewWidget(anywidget.AnyWidget):
+    """The view of a run; picking a block or moving in time sets values in Python, and vice versa.
+
+    Attributes
+    ----------
+    picked : str
+        Name of the picked block, or of the two blocks of a joint; empty without one.
+    time : float
+        Time of the frame that is shown, s.
+    """
+
+    _esm = files(__package__).joinpath("widget.js").read_text(encoding="utf-8")
+    page = traitlets.Unicode().tag(sync=True)
+    picked = traitlets.Unicode("").tag(sync=True)
+    time = traitlets.Float(0.0).tag(sync=True)
+
+    def __init__(self, source, **options):
+        """Encode the frames; source and options are those of `view_page`."""
+        super().__init__(page=to_html(view_page(source, **{"budget": _BUDGET} | options)))

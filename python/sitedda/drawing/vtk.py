@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Outputs for ParaView: blocks, contacts and bolts of every frame as .vtp, their times in a .pvd.
+
+VTK's XML PolyData with appended raw data, deflated, written with numpy alone.
+"""
+
+import csv
+import io
+import zlib
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+
+from ..base.files import make_folder, write, written
+from ..output.scene import Scene, principal_stresses
+
+_TYPES = {"f8": "Float64", "i8": "Int64", "i4": "Int32"}
+_BLOCK = 1 << 20  # bytes that are deflated together
+
+
+class PolyData:
+    """A .vtp file in the making.
+
+    Parameters
+    ----------
+    points : ndarray, shape (k, 2)
+        m; z is 0.
+    kind : {'Polys', 'Lines', 'Verts'}
+    connectivity, offsets : ndarray of int
+        Points of the cells, one after the other, and where each cell ends.
+    """
+
+    def __init__(self, points, kind: str, connectivity, offsets):
+        self.points = np.column_stack([points, np.zeros(len(points))])
+        self.kind = kind
+        self.connectivity = np.asarray(connectivity, dtype="<i8")
+        self.offsets = np.asarray(offsets, dtype="<i8")
+        self.cells: dict[str, np.ndarray] = {}
+        self.places: dict[str, np.ndarray] = {}  # of the points
+        self.field: dict[str, list[str]] = {}
+
+    def write(self, file: Path) -> None:
+        """Write the file."""
+        appended: list[bytes] = []
+        body = self._piece_element(appended)
+        head = (
+            '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" '
+            'byte_order="LittleEndian" header_type="UInt64" '
+            f'compressor="vtkZLibDataCompressor">\n<PolyData>\n{body}</PolyData>\n'
+            '<AppendedData encoding="raw">\n_'
+        )
+        with written(file, "a file of ParaView", sync=False) as beside, beside.open("wb") as stream:
+            stream.write(head.encode("utf-8"))
+            stream.writelines(appended)
+            stream.write(b"\n</AppendedData>\n</VTKFile>\n")
+
+    def _piece_element(self, appended: list[bytes]) -> str:
+        counts = {kind: 0 for kind in ("Verts", "Lines", "Strips", "Polys")}
+        counts[self.kind] = len(self.offsets)
+        numbers = " ".join(f'NumberOf{kind}="{count}"' for kind, count in counts.items())
+        cells = "".join(_array(name, v, appended) for name, v in self.cells.items())
+        topology = _array("connectivity", self.connectivity, appended) + _array(
+            "offsets", self.offsets, appended
+        )
+        at_points = "".join(_array(name, v, appended) for name, v in self.places.items())
+        points = _array("Points", self.points, appended)
+        fields = "".join(_texts(name, texts) for name, texts in self.field.items())
+        return (
+            f"<FieldData>\n{fields}</FieldData>\n"
+            f'<Piece NumberOfPoints="{len(self.points)}" {numbers}>\n'
+            f"<PointData>\n{at_points}</PointData>\n"
+            f"<CellData>\n{cells}</CellData>\n<Points>\n{points}</Points>\n"
+            f"<{self.kind}>\n{topology}</{self.kind}>\n</Piece>\n"
+        )
+
+
+def _array(name: str, values, appended: list[bytes]) -> str:
+    """The element of an array whose numbers are appended."""
+    values = np.ascontiguousarray(values)
+    kind = values.dtype.newbyteorder("<").str[1:]
+    parts = 1 if values.ndim == 1 else values.shape[1]
+    offset = sum(map(len, appended))
+    appended.append(_compressed(values.astype(f"<{kind}").tobytes()))
+    return (
+        f'<DataArray type="{_TYPES[kind]}" Name={quoteattr(_legal(name))} '
+        f'NumberOfComponents="{parts}" format="appended" offset="{offset}"/>\n'
+    )
+
+
+def _compressed(data: bytes) -> bytes:
+    """Deflated blocks after their count, size, size of the last, and sizes when deflated."""
+    blocks = [zlib.compress(data[i : i + _BLOCK], 6) for i in range(0, len(data), _BLOCK)]
+    last = len(data) % _BLOCK
+    head = np.array([len(blocks), _BLOCK, last, *map(len, blocks)], dtype="<u8")
+    return head.tobytes() + b"".join(blocks)
+
+
+def _texts(name: str, texts: list[str]) -> str:
+    """Texts as an ASCII array: each character's code, each text ended by 0."""
+    codes = b"".join(text.encode("utf-8", "replace") + b"\0" for text in texts)
+    return (
+        f'<Array type="String" Name={quoteattr(name)} NumberOfTuples="{len(texts)}" '
+        f'format="ascii">{" ".join(map(str, codes))}</Array>\n'
+    )
+
+
+def _legal(text: str) -> str:
+    """A text without the characters that XML 1.0 forbids."""
+    return "".join(c for c in text if c in "\t\n\r" or ord(c) >= 32)
+
+
+def blocks_of(scene: Scene, frame: int) -> PolyData:
+    """Blocks as polygons with their data."""
+    count = len(scene.owner)
+    data = PolyData(scene.vertices(frame), "Polys", np.arange(count), scene.first[1:])
+    stress, now = scene.stress(frame), scene.coordinates(frame)
+    moved = scene.displacement(frame)
+    largest, smallest = principal_stresses(stress)
+    moved_vertices = scene.vertices(frame) - scene.vertices(0)
+    data.places = {"displacement (m)": _flat(moved_vertices)}
+    data.cells = {
+        "block": np.arange(scene.blocks, dtype="<i4"),
+        "material": scene.material.astype("<i4"),
+        "removed": scene.removed(frame).astype("<i4"),
+        "displacement of the centroid (m)": _flat(moved),
+        "rotation (degree)": np.degrees(now[:, 2] - scene.coordinates(0)[:, 2]),
+        "velocity (m/s)": _flat(scene.rates(frame)[:, :2]),
+        "largest principal stress (Pa)": largest,
+        "smallest principal stress (Pa)": smallest,
+    }
+    for k, axes in enumerate(("xx", "yy", "xy")):  # scalars: of a vector a magnitude is offered
+        data.cells[f"stress {axes} (Pa)"] = stress[:, k]
+        data.cells[f"strain {'gamma ' * (k == 2)}{axes}"] = now[:, 3 + k]
+    words = {
+        "stress_error": "error of stress (Pa)",
+        "plastic_strain": "largest plastic strain",
+        "damage": "largest damage of faces and joints",
+    }
+    for name in scene.own_quantities:
+        data.cells[words[name]] = scene.own_quantity(name, frame)
+    data.field = {"block names": scene.names, "material names": scene.material_names}
+    return data
+
+
+def contacts_of(scene: Scene, frame: int) -> PolyData:
+    """All contacts as lines along their force; of open ones, which have none, a point."""
+    contacts = scene.contacts(frame)
+    places, normal = scene.contact_points(frame, contacts)
+    along = np.column_stack([-normal[:, 1], normal[:, 0]])
+    force = contacts["normal_force"][:, None] * normal - contacts["shear_force"][:, None] * along
+    size = np.linalg.norm(force, axis=1).max(initial=0.0) or 1.0
+    length = float(np.sqrt(np.median(scene.areas())))
+    half = 0.5 * length * force / size
+    k = len(places)
+    points = np.empty((2 * k, 2))
+    points[0::2], points[1::2] = places - half, places + half
+    data = PolyData(points, "Lines", np.arange(2 * k), 2 * np.arange(1, k + 1))
+    data.cells = {
+        "force (N/m)": _flat(force),
+        "normal force (N/m)": contacts["normal_force"].astype("<f8"),
+        "shear force (N/m)": contacts["shear_force"].astype("<f8"),
+        "first block": scene.owner[contacts["vertex"]].astype("<i4"),
+        "second block": scene.owner[contacts["edge"]].astype("<i4"),
+        "gap (m)": contacts["gap"].astype("<f8"),
+        "state": contacts["state"].astype("<i4"),
+        "bonded": contacts["bonded"].astype("<i4"),
+    }
+    if "damage" in contacts:
+        data.cells["damage"] = contacts["damage"].astype("<f8")
+    return data
+
+
+def joints_of(scene: Scene, frame: int) -> PolyData:
+    """Segments shared by two blocks, moved with the first block, with their movement."""
+    faces = scene.interfaces
+    slip, opening = scene.joint_movement(frame)
+    ends = [scene.carried(faces.first, places, frame) for places in (faces.start, faces.end)]
+    k = len(faces)
+    points = np.stack(ends, axis=1).reshape(-1, 2)
+    data = PolyData(points, "Lines", np.arange(2 * k), 2 * np.arange(1, k + 1))
+    data.cells = {
+        "slip (m)": slip,
+        "sense of slip": scene.joint_sense(frame).astype("<i4"),
+        "opening (m)": opening,
+        "joint": scene.interface_joints.astype("<i4"),
+        "first block": faces.first.astype("<i4"),
+        "second block": faces.second.astype("<i4"),
+    }
+    data.field = {"joint names": scene.joint_names}
+    return data
+
+
+def _flat(vectors: np.ndarray) -> np.ndarray:
+    """Vectors of the plane with a third component of 0."""
+    return np.column_stack([vectors, np.zeros(len(vectors))])
+
+
+def bolts_of(scene: Scene, frame: int) -> PolyData:
+    """Bolts that are there as lines through all their points."""
+    bolts = scene.bolts(frame)
+    points = np.vstack([np.empty((0, 2)), *(one["places"] for one in bolts)])
+    ends = np.cumsum([len(one["places"]) for one in bolts], dtype=int)
+    data = PolyData(points, "Lines", np.arange(len(points)), ends)
+    data.cells = {
+        "force (N/m)": np.array([one["force"] for one in bolts], dtype="<f8"),
+        "state": np.array([one["state"] for one in bolts], dtype="<i4"),
+    }
+    data.field = {"bolt names": [one["name"] for one in bolts]}
+    return data
+
+
+def write_vtk(source, folder) -> Path:
+    """Write all frames for ParaView.
+
+    Parameters
+    ----------
+    source : path, Run, Simulation, xarray.Dataset or Scene
+    folder : path
+        Made if it is missing; gets ``blocks.pvd``, ``contacts.pvd``, ``joints.pvd``, of models
+        with bolts ``bolts.pvd``, and their frames; of measured points ``points.csv``.
+
+    Returns
+    -------
+    Path
+        ``blocks.pvd``.
+    """
+    scene = Scene.of(source, absolute=True)
+    folder = make_folder(folder)
+    digits = max(4, len(str(scene.frames - 1)))
+    kinds = {"blocks": blocks_of, "contacts": contacts_of, "joints": joints_of}
+    if scene.bolt_routes():
+        kinds["bolts"] = bolts_of
+    for name, made in kinds.items():
+        entries = []
+        for frame in range(scene.frames):
+            file = f"{name}_{frame:0{digits}d}.vtp"
+            made(scene, frame).write(folder / file)
+            entries.append(_entry(float(scene.time[frame]), file))
+        _write_collection(folder / f"{name}.pvd", scene.title, entries)
+    if "point" in scene.data.coords:
+        write(folder / "points.csv", _histories(scene), "a file of ParaView")
+    return folder / "blocks.pvd"
+
+
+def _histories(scene: Scene) -> str:
+    """Histories of the measured points as a table, a line for each sample."""
+    columns = {"time (s)": scene.data["time"].values}
+    for name, unit in (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s²")):
+        for i, point in enumerate(map(str, scene.data["point"].values)):
+            for axis, letter in enumerate("xy"):
+                head = f"{point} {name} {letter} ({unit})"
+                columns[head] = scene.data[name].values[:, i, axis]
+    text = io.StringIO(newline="")
+    lines = csv.writer(text)
+    lines.writerow(columns)
+    lines.writerows(np.column_stack(list(columns.values())).tolist())
+    return text.getvalue()
+
+
+def _entry(time: float, file: str) -> str:
+    return f'<DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>\n'
+
+
+def _write_collection(file: Path, title: str, entries: list[str]) -> None:
+    words = escape(_legal(title)).replace("--", "- -")
+    text = (
+        f'<?xml version="1.0"?>\n<!-- {words} -->\n<VTKFile type="Collection" version="0.1" '
+        f'byte_order="LittleEndian">\n<Collection>\n{"".join(entries)}</Collection>\n</VTKFile>\n'
+    )
+    write(file, text, "a file of ParaView")

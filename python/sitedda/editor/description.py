@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The input as JSON schema and as TextMate grammar, both from the schema of the input."""
+
+import re
+
+from ..input.schema import GROUPS, Variable
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?"
+_TYPES = {"real": "number", "integer": "integer", "logical": "boolean"}
+_RANGE = re.compile(rf"({_NUMBER}) to ({_NUMBER})")
+
+
+def json_schema() -> dict:
+    """JSON schema (draft 2020-12) of an input as an object: groups, and their variables.
+
+    A group that may repeat is an array of objects, another one object.
+    """
+    groups = {}
+    for group in GROUPS.values():
+        one = {
+            "description": group.meaning,
+            "type": "object",
+            "properties": {v.name: _property(v) for v in group.variables},
+            "required": [v.name for v in group.variables if v.default == "required" and not v.when],
+            "additionalProperties": False,
+        }
+        groups[group.name] = {"type": "array", "items": one} if group.repeats else one
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Input of sitedda",
+        "type": "object",
+        "properties": groups,
+        "additionalProperties": False,
+    }
+
+
+def _property(variable: Variable) -> dict:
+    one: dict = {"type": _TYPES.get(variable.kind, "string")}
+    if variable.kind == "points":
+        one = {"type": "number"}
+    if variable.kind == "word":
+        one["enum"] = [word.strip("'") for word in re.findall(r"'[^']*'", variable.values)]
+    if one["type"] in ("number", "integer"):
+        one |= _limits(variable.values) if variable.size == 0 or variable.kind == "real" else {}
+    if variable.size:
+        most = variable.size * (2 if variable.kind == "points" else 1)
+        one = {"anyOf": [one, {"type": "array", "items": one, "maxItems": most}]}
+    one["description"] = variable.meaning
+    for name, said in (("unit", variable.unit), ("default", variable.default)):
+        one |= {f"x-{name}": said} if said else {}
+    return one
+
+
+def _limits(values: str) -> dict:
+    if found := _RANGE.fullmatch(values):
+        return {"minimum": float(found[1]), "maximum": float(found[2])}
+    if found := re.fullmatch(rf"(above|at least) ({_NUMBER})", values):
+        return {"exclusiveMinimum" if found[1] == "above" else "minimum": float(found[2])}
+    return {}
+
+
+def text_mate_grammar() -> dict:
+    """TextMate grammar of inputs (scope ``source.sitedda``), which most editors read."""
+    patterns = {
+        "comment.line": r"!.*$",
+        "string.quoted": r"'[^']*'|\"[^\"]*\"",
+        "constant.language": r"(?i)\.(?:true|false)\.",
+        "constant.numeric": rf"(?<![\w.]){_NUMBER}(?![\w.])",
+    }
+    shared = [{"name": f"{name}.sitedda", "match": match} for name, match in patterns.items()]
+    groups = [
+        {
+            "begin": rf"(?i)(&{group.name})\b",
+            "end": "/",
+            "beginCaptures": {"1": {"name": "entity.name.section.sitedda"}},
+            "patterns": [
+                *shared,
+                {"name": "variable.parameter.sitedda",
+                 "match": rf"(?i)\b(?:{'|'.join(v.name for v in group.variables)})\b(?=[^=\n]*=)"},
+            ],
+        }
+        for group in GROUPS.values()
+    ]  # fmt: skip
+    return {
+        "name": "sitedda input",
+        "scopeName": "source.sitedda",
+        "fileTypes": ["nml"],
+        "patterns": [shared[0], *groups],
+    }

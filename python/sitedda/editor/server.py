@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The language server of inputs, by pygls: it speaks on standard input and output."""
+
+from ..base.core import version
+from ..base.errors import MissingLibrary
+from .language import hover, offers, problems
+
+try:
+    from lsprotocol import types
+    from pygls.lsp.server import LanguageServer
+    from pygls.uris import to_fs_path
+except ImportError as trouble:
+    raise MissingLibrary("the language server needs a library: pip install pygls") from trouble
+
+_KINDS = {
+    "group": types.CompletionItemKind.Module,
+    "variable": types.CompletionItemKind.Property,
+    "value": types.CompletionItemKind.Value,
+}
+
+
+def language_server() -> LanguageServer:
+    """A server whose `start_io` serves an editor until it ends."""
+    server = LanguageServer("sitedda", version())
+
+    def publish(uri: str) -> None:
+        text = server.workspace.get_text_document(uri).source
+        server.text_document_publish_diagnostics(
+            types.PublishDiagnosticsParams(uri, [_diagnostic(one) for one in
+                                                 problems(text, to_fs_path(uri) or "input.nml")])
+        )  # fmt: skip
+
+    @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
+    @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
+    @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
+    def changed(params) -> None:
+        publish(params.text_document.uri)
+
+    @server.feature(
+        types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=["&", "'", "="])
+    )
+    def complete(params: types.CompletionParams) -> list[types.CompletionItem]:
+        text = server.workspace.get_text_document(params.text_document.uri).source
+        found = offers(text, params.position.line, params.position.character)
+        return [types.CompletionItem(one.word, kind=_KINDS[one.kind], detail=one.meaning)
+                for one in found]  # fmt: skip
+
+    @server.feature(types.TEXT_DOCUMENT_HOVER)
+    def describe(params: types.HoverParams) -> types.Hover | None:
+        text = server.workspace.get_text_document(params.text_document.uri).source
+        words = hover(text, params.position.line, params.position.character)
+        return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, words)) if words else None
+
+    return server
+
+
+def _diagnostic(problem) -> types.Diagnostic:
+    start = types.Position(problem.line, problem.start)
+    end = types.Position(problem.line, problem.end)
+    return types.Diagnostic(types.Range(start, end), problem.message,
+                            severity=types.DiagnosticSeverity.Error, source="sitedda")  # fmt: skip

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Texts of figures: folded to the room that they have, keys stacked in a column beside their axes.
+
+Texts are measured before they are placed, so none lies over another or leaves the figure.
+"""
+
+from functools import lru_cache
+from textwrap import wrap
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import RendererAgg
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.transforms import ScaledTranslation
+from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
+
+from .style import FAINT, INK
+
+_MARGIN = 0.9  # inches of a panel left of its axes
+_SMALL = 8.5  # points of the letters of keys
+_LINE = 1.25 / 72  # inches of a line, for each point of its letters
+_BESIDE, _GAP = 0.12, 0.16  # inches beside the axes, and between two keys
+_BAR = (0.15, 1.0)  # inches of a colour bar
+_ROOM = 1.55  # inches of the words of a key
+_HANDLE = 0.4  # inches of the sign beside the words of a legend
+
+
+def plain(text: str) -> str:
+    """A user's text as it is: matplotlib takes pairs of $ as formulas, a leading _ as hidden."""
+    text = text.replace("$", r"\$")
+    return f"\u200b{text}" if text.startswith("_") else text
+
+
+@lru_cache(maxsize=4096)
+def _width(text: str, size: float, bold: bool) -> float:
+    """Inches of a line."""
+    font = FontProperties(size=size, weight="bold" if bold else "normal")
+    return RendererAgg(1, 1, 72.0).get_text_width_height_descent(text, font, False)[0] / 72.0
+
+
+def folded(text: str, room: float, size: float, bold: bool = False, most: int = 3) -> str:
+    """A text in lines that fit, the last one with … if there are more.
+
+    Parameters
+    ----------
+    text : str
+        As a user wrote it; its own lines are kept.
+    room : float
+        Inches of a line.
+    size : float
+        Points of the letters.
+    bold : bool
+    most : int
+        Lines.
+    """
+    lines: list[str] = []
+    for line in text.split("\n"):
+        columns = len(line) + 1
+        parts = [line]
+        while columns > 1 and max(_width(part, size, bold) for part in parts) > room:
+            widest = max(_width(part, size, bold) for part in parts)
+            columns = max(1, min(columns - 1, int(columns * max(room / widest, 0.5))))
+            parts = wrap(line, columns) or [line]
+        lines += parts
+    if len(lines) > most:
+        lines = [*lines[: most - 1], lines[most - 1][:-1].rstrip() + "…"]
+    return "\n".join(lines)
+
+
+def room_of(axes: Axes) -> float:
+    """Inches of the panel that axes are in, from their left side on."""
+    wide = axes.figure.bbox.width / axes.figure.dpi
+    place = axes.get_subplotspec()
+    if place is None:
+        return axes.get_position(original=True).width * wide
+    share = 1.0
+    for spec in {place, place.get_topmost_subplotspec()}:
+        shares = np.array(spec.get_gridspec().get_width_ratios(), dtype=float)
+        share *= shares[spec.colspan.start : spec.colspan.stop].sum() / shares.sum()
+    return wide * share - _MARGIN
+
+
+def headline(figure: Figure, title: str, words: str = "") -> None:
+    """A title over all panels, at the left, with a fainter text under it.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    title, words : str
+        As matplotlib reads texts.
+    """
+    room = figure.bbox.width / figure.dpi - 0.4
+    title = folded(title, room, 13, True, 2)
+    words = folded(words, room, 9.5)
+    down = (title.count("\n") + 1) * 13 * _LINE + 0.08
+    # Blank lines of the title keep the place of the words from the layout.
+    blank = "\n" * (words.count("\n") + 1) if words else ""
+    figure.suptitle(title + blank, x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
+    under = figure.transFigure + ScaledTranslation(0, -down, figure.dpi_scale_trans)
+    figure.text(0.01, 1.0, words, transform=under, va="top", fontsize=9.5, color=FAINT)
+
+
+class Head:
+    """A title over axes with fainter lines under it, flush with their left side.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    title : str
+    words : sequence of str
+        Texts of which one is shown at a time; all have room.
+    """
+
+    def __init__(self, axes: Axes, title: str, words=("",)):
+        self.room = room_of(axes)
+        self.lines = max(self._folded(one).count("\n") + 1 for one in words) if any(words) else 0
+        axes.set_title(plain(folded(title, self.room, 12, True, 2)), loc="left", fontsize=12,
+                       color=INK, fontweight="bold", pad=11 + 13 * self.lines)  # fmt: skip
+        self.note = axes.annotate("", (0, 1), xytext=(0, 8), xycoords="axes fraction",
+                                  textcoords="offset points", fontsize=9.5,
+                                  color=FAINT)  # fmt: skip
+        self.note.set_in_layout(False)
+        self.show(words[0])
+
+    def _folded(self, words: str, most: int = 6) -> str:
+        return folded(words, self.room, 9.5, most=most)
+
+    def show(self, words: str) -> None:
+        """Show a text; lines that have no room end with …."""
+        words = self._folded(words, self.lines) if self.lines else ""
+        self.note.set_text(plain(words) + "\n" * (self.lines - 1 - words.count("\n")))
+
+
+def legend_above(axes: Axes, columns: int = 3) -> None:
+    """The legend above the panel, where no data can be, in as many columns as have room."""
+    room = room_of(axes)
+    handles, labels = axes.get_legend_handles_labels()
+    labels = [folded(label, room - _HANDLE, _SMALL, most=2) for label in labels]
+    for count in range(columns, 0, -1):
+        legend = axes.legend(handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0),
+                             ncols=count, frameon=False, fontsize=_SMALL, borderaxespad=0.2,
+                             handlelength=1.6, columnspacing=1.2)  # fmt: skip
+        if legend.get_window_extent().width <= room * axes.figure.dpi:
+            return
+
+
+class Keys:
+    """Colour bars, lengths and signs with what they mean, in a column beside axes.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Its column begins at the upper right corner.
+
+    Attributes
+    ----------
+    down : float
+        Inches that the column takes.
+    """
+
+    def __init__(self, axes: Axes):
+        self.axes, self.down = axes, 0.0
+        self.place = axes.figure.dpi_scale_trans + ScaledTranslation(1.0, 1.0, axes.transAxes)
+
+    def bar(self, drawn, label: str, locator, shown) -> None:
+        """A colour bar of a mappable; ticks of a locator, written by a function of a value."""
+        words = folded(label, _ROOM + 0.3, _SMALL)
+        wide, tall = _BAR
+        self.down += (words.count("\n") + 1) * _SMALL * _LINE + 7 / 72 + tall
+        cax = self.axes.inset_axes((_BESIDE, -self.down, wide, tall), transform=self.place)
+        bar = self.axes.figure.colorbar(drawn, cax=cax)
+        bar.outline.set_visible(False)
+        cax.set_title(words, loc="left", fontsize=_SMALL, pad=7)
+        cax.tick_params(length=2.5, color=FAINT, labelcolor=INK, labelsize=_SMALL)
+        cax.yaxis.set_major_locator(locator)
+        cax.yaxis.set_major_formatter(lambda value, _: shown(value))
+        cax.minorticks_off()
+        self.down += _GAP
+
+    def length(self, size: float, label: str) -> None:
+        """A length of the picture (m) and the value that it represents."""
+        look = {"frameon": False, "borderpad": 0.0, "sep": 4, "color": INK, "label_top": False}
+        look["fontproperties"] = FontProperties(size=_SMALL)
+        words = folded(label, _ROOM + 0.3, _SMALL)
+        bar = AnchoredSizeBar(
+            self.axes.transData,
+            size,
+            words,
+            "upper left",
+            **look,
+            bbox_to_anchor=(_BESIDE, -self.down),
+            bbox_transform=self.place,
+        )
+        bar.size_bar.get_children()[0].set_linewidth(1.6)
+        self.axes.add_artist(bar)
+        self.down += 6 / 72 + (words.count("\n") + 1) * _SMALL * _LINE + _GAP
+
+    def legend(self, handles: list) -> None:
+        """Signs, each with its label."""
+        labels = [plain(folded(one.get_label(), _ROOM, _SMALL)) for one in handles]
+        legend = self.axes.legend(handles, labels, loc="upper left", frameon=False,
+                                  fontsize=_SMALL, bbox_to_anchor=(_BESIDE, -self.down),
+                                  bbox_transform=self.place, borderaxespad=0.0, borderpad=0.0,
+                                  handlelength=1.8)  # fmt: skip
+        self.down += legend.get_window_extent().height / self.axes.figure.dpi

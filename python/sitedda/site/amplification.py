@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Amplification of a suite over the intensity of the rock, as tables for hazard analyses."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.errors import InputError
+from ..base.files import write
+from .suite import Suite
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+G = 9.80665  # m/s²
+_FEWEST = 10  # cases at a period that a fit needs
+_KERNEL = 0.5  # width in ln Sa of the window of σ
+_CORNERS = np.geomspace(0.01, 10.0, 61)  # f₃ over the median Sa, which are tried
+
+
+@dataclass(frozen=True)
+class AmplificationTable:
+    """Median and σ of ln AF given Sa of the rock at the same period.
+
+    Attributes
+    ----------
+    table : xarray.Dataset
+        ``median`` and ``sigma_ln`` over ``level`` (Sa of the rock, m/s²) and ``period`` (s; 0 is
+        PGA); NaN where no case is near.  ``coefficients`` f₁, f₂, f₃ of each period, ``count``.
+    """
+
+    table: xr.Dataset
+
+    def hazard(self, period: float, levels, rates, wanted) -> NDArray[np.float64]:
+        """Rates of exceedance at the surface, by convolution with the curve of the rock.
+
+        Parameters
+        ----------
+        period : float
+            s, one of the table's.
+        levels, rates : array_like, shape (n,)
+            Sa of the rock (m/s²), and its rates of exceedance (1/year).
+        wanted : array_like, shape (m,)
+            Sa of the surface, m/s².
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            1/year.
+
+        References
+        ----------
+        Bazzurro, P. & Cornell, C. A. (2004). Nonlinear soil-site effects in probabilistic
+        seismic-hazard analysis. BSSA 94(6), 2110-2123.
+        """
+        from scipy.special import ndtr
+
+        part = self.table.sel(period=period)
+        good = np.isfinite(part["median"].values)
+        logs = np.log(part.level.values[good])
+        fine = np.geomspace(np.min(levels), np.max(levels), 2000)
+        rate = np.exp(np.interp(np.log(fine), np.log(levels), np.log(rates)))
+        middle, falls = np.sqrt(fine[1:] * fine[:-1]), -np.diff(rate)
+        median = np.interp(np.log(middle), logs, np.log(part["median"].values[good]))
+        sigma = np.interp(np.log(middle), logs, part.sigma_ln.values[good])
+        above = np.log(np.asarray(wanted, dtype=float)[:, None] / middle) - median
+        return (ndtr(-above / np.maximum(sigma, 1e-9)) * falls).sum(axis=1)
+
+    def to_openquake(self, file, code: str = "A", vs30: float = 760.0) -> Path:
+        """Write the amplification functions of OpenQuake: levels in g, PGA and SA(T), sigmas.
+
+        Parameters
+        ----------
+        file : path
+        code : str
+            ``ampcode`` of the site, at most 4 letters and digits.
+        vs30 : float
+            Of the rock, m/s: ``vs30_ref``.
+        """
+        if not re.fullmatch(r"[A-Za-z0-9]{1,4}", code):
+            raise InputError(f"code = {code!r}: give 1 to 4 letters and digits")
+        whole = self.table
+        good = np.isfinite(whole["median"]).all("period").values
+        if not good.any():
+            raise InputError("no level has cases near it at all periods: choose fewer levels, or "
+                             "scale the motions to more of them")  # fmt: skip
+        names = ["PGA" if p == 0 else f"SA({p:g})" for p in whole.period.values]
+        rows = [f'#,,"vs30_ref={vs30:g}"',
+                ",".join(["ampcode", "level", *names, *(f"sigma_{n}" for n in names)])]  # fmt: skip
+        for i in np.flatnonzero(good):
+            part = whole.isel(level=i)
+            numbers = [float(part.level) / G, *part["median"].values, *part.sigma_ln.values]
+            rows.append(",".join([code, *(f"{n:.6g}" for n in numbers)]))
+        return write(Path(file), "\n".join(rows) + "\n", "a table")
+
+
+def amplification_table(
+    suite: Suite, levels: Sequence[float], analysis: str = "equivalent-linear", pga: bool = True
+) -> AmplificationTable:
+    """Fit amplification over the intensity of the rock to a suite at several levels.
+
+    ln AF = f₁ + f₂ ln((Sa + f₃)/f₃) with Sa of the rock at the same period, by least squares
+    (Stewart et al. 2014); σ is the root of the mean square of the residuals in a window of ±0.5 in
+    ln Sa about a level.
+
+    Parameters
+    ----------
+    suite : Suite
+        With motions at several levels.
+    levels : sequence of float
+        Sa of the rock, m/s².  A level that the motions do not reach gets NaN.
+    analysis : str
+        One of the suite's.
+    pga : bool
+        The shortest period of the suite, at most 0.05 s, represents PGA.
+
+    Raises
+    ------
+    InputError
+        If the suite has too few cases.
+
+    References
+    ----------
+    Stewart, J. P., Afshari, K. & Hashash, Y. M. A. (2014). Guidelines for performing
+    hazard-consistent one-dimensional ground response analysis. PEER report 2014/16.
+    """
+    import xarray as xr
+
+    at = np.asarray(levels, dtype=float)
+    if at.ndim != 1 or not np.all(at > 0) or not np.all(np.diff(at) > 0):
+        raise InputError("levels must be above 0 and increase, m/s²")
+    if analysis not in suite.table.analysis.values:
+        raise InputError(f"analysis = {analysis!r}: the suite has "
+                         + ", ".join(suite.table.analysis.values))  # fmt: skip
+    part = suite.table.sel(analysis=analysis)
+    rock, factor = xr.broadcast(part.reference, part.amplification)
+    dims = [d for d in factor.dims if d != "period"]
+    rock = rock.transpose(*dims, "period").values.reshape(-1, part.sizes["period"])
+    factor = factor.transpose(*dims, "period").values.reshape(rock.shape)
+    periods = part.period.values.copy()
+    if pga and periods.min() <= 0.05:
+        periods[periods.argmin()] = 0.0
+    fits = [_fit(r, a, at) for r, a in zip(rock.T, factor.T, strict=True)]
+    median, sigma, numbers, count = (np.array(one) for one in zip(*fits, strict=True))
+    about = {"units": "m/s^2"}
+    return AmplificationTable(xr.Dataset(
+        {
+            "median": (("level", "period"), median.T),
+            "sigma_ln": (("level", "period"), sigma.T),
+            "coefficients": (("period", "coefficient"), numbers),
+            "count": ("period", count),
+        },
+        {"level": ("level", at, about), "period": periods, "coefficient": ["f1", "f2", "f3"]},
+    ))  # fmt: skip
+
+
+def _fit(rock, factor, levels):
+    """Median and σ at levels, coefficients and number of cases of one period."""
+    good = np.isfinite(factor) & (factor > 0)
+    x, y = rock[good], np.log(factor[good])
+    if x.size < _FEWEST:
+        raise InputError(f"{x.size} cases succeed at a period: a fit needs {_FEWEST}")
+    best, least = None, np.inf
+    spread = float(np.ptp(np.log(x)))
+    for corner in _CORNERS * np.median(x) if spread > 0.1 else (np.median(x),):
+        basis = np.column_stack([np.ones(x.size), np.log((x + corner) / corner)])
+        if spread <= 0.1:  # one level: no dependence can be found
+            basis[:, 1] = 0.0
+        share = np.linalg.lstsq(basis, y, rcond=None)[0]
+        off = float(((basis @ share - y) ** 2).sum())
+        if off < least:
+            best, least = (*map(float, share), float(corner)), off
+    median = best[0] + best[1] * np.log((levels + best[2]) / best[2])
+    residual = y - best[0] - best[1] * np.log((x + best[2]) / best[2])
+    near = np.abs(np.log(x[None, :] / levels[:, None])) <= _KERNEL
+    count = near.sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        free = max(x.size - 3, 1) / x.size  # two coefficients and a corner were fitted
+        sigma = np.sqrt((near * residual**2).sum(axis=1) / count / free)
+    few = count < _FEWEST
+    median, sigma = np.where(few, np.nan, median), np.where(few, np.nan, sigma)
+    return np.exp(median), sigma, best, x.size

@@ -1,0 +1,448 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Many motions through many columns by several analyses: medians and their scatter."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.errors import InputError
+from ..base.numbers import counted
+from ..engine.records import read_record
+from ..engine.signals import spectral_acceleration
+from .branches import Branches
+from .column import Column
+from .curves import SoilCurves
+from .equivalent_linear import DOUBTFUL_STRAIN, equivalent_linear, small_strain_column
+from .motion import Motion
+from .nonlinear import nonlinear
+from .profile import Profile
+from .randomization import Site
+from .response import ColumnResponse, SiteResponse
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ANALYSES = ("linear", "equivalent-linear", "nonlinear")
+PERIODS = np.geomspace(0.05, 5.0, 20)  # s
+MEASURES = {"scale": "", "pga": "m/s^2", "sa": "m/s^2"}
+_CONVERGED = 0.05  # relative difference of Sa between two resolutions
+_DIMS = ("profile", "motion")  # dimensions of the statistics
+
+
+@dataclass(frozen=True)
+class Suite:
+    """Response of columns under motions.
+
+    Attributes
+    ----------
+    table : xarray.Dataset
+        Over ``profile``, ``motion``, ``level`` and ``analysis``: ``sa`` (surface, m/s²),
+        ``amplification`` (its ratio to ``reference``, Sa of the motion) and ``converged`` (1 or 0)
+        over ``period`` too; ``pga`` (surface, m/s²), ``strain`` (largest), ``status``, ``message``.
+    """
+
+    table: xr.Dataset
+
+    @property
+    def statistics(self) -> xr.Dataset:
+        """Over ``analysis``, ``level``, ``period``: statistics of the successful cases.
+
+        ``median`` (exp of the mean logarithm) and ``sigma_ln`` of the amplification, ``sa_median``
+        and ``sa_sigma_ln`` of the surface's Sa, their number ``count``, and the share ``converged``
+        of them.
+        """
+        import xarray as xr
+
+        found = {"count": self.table.amplification.notnull().sum(_DIMS)}
+        for name, of in (("", "amplification"), ("sa_", "sa")):
+            logarithm = np.log(self.table[of])
+            found[f"{name}median"] = np.exp(logarithm.mean(_DIMS))
+            spread = logarithm.std(_DIMS, ddof=1) if found["count"].max() > 1 else np.nan
+            found[f"{name}sigma_ln"] = spread + 0 * found[f"{name}median"]
+        found["converged"] = self.table.converged.mean(_DIMS)
+        found["sa_median"].attrs["units"] = "m/s^2"
+        return xr.Dataset(found).transpose("analysis", "level", "period")
+
+    def __str__(self) -> str:
+        from ..study.table import counts
+
+        said = ", ".join(f"{n} {status}" for status, n in sorted(counts(self.table).items()))
+        sizes = self.table.sizes
+        lines = [
+            f"{counted(sizes['profile'], 'profile', 'profiles')}, "
+            f"{counted(sizes['motion'], 'motion', 'motions')}: {said}"
+        ]
+        for analysis, level, part in self._parts():
+            lines += [f"{analysis}, {level}" if sizes["level"] > 1 else analysis]
+            lines += [f"{'period (s)':>12}{'median AF':>11}{'σ_ln':>8}{'N':>6}{'converged':>11}"]
+            for one in np.arange(sizes["period"]):
+                row = part.isel(period=one)
+                lines.append(
+                    f"{float(row.period):12.4g}{float(row['median']):11.4g}"
+                    f"{float(row.sigma_ln):8.3f}{int(row['count']):6d}"
+                    f"{100 * float(row.converged):9.0f} %"
+                )
+        return "\n".join([*lines, *self.doubts])
+
+    @property
+    def doubts(self) -> list[str]:
+        """Doubts about the results, a sentence each."""
+        found = []
+        messages = self.table.message.values[self.table.status.values != "complete"]
+        if messages.size:
+            found.append(f"{counted(messages.size, 'case', 'cases')} failed and do not count; "
+                         f"the first: {messages[0]}")  # fmt: skip
+        if "equivalent-linear" in self.table.analysis.values:
+            strain = self.table.strain.sel(analysis="equivalent-linear").values
+            most, of = int((strain > DOUBTFUL_STRAIN).sum()), int(np.isfinite(strain).sum())
+            if most:
+                found.append(f"{most} of {of} equivalent-linear cases are strained beyond "
+                             f"{100 * DOUBTFUL_STRAIN:g} %, where the method is doubtful: "
+                             "compare with nonlinear ones")  # fmt: skip
+        for analysis, level, part in self._parts():
+            weak = part.period.values[part.converged.values < 0.9]
+            if weak.size:
+                found.append(f"{analysis}, {level}: more than a tenth of the cases do not converge "
+                             "at periods of " + ", ".join(f"{p:.3g}" for p in weak)
+                             + " s")  # fmt: skip
+        return found
+
+    def _parts(self):
+        """Analysis, level in words, and the statistics of each."""
+        statistics = self.statistics
+        for analysis in self.table.analysis.values:
+            for i, level in enumerate(self.table.level.values):
+                name = self.table.level.attrs.get("measure", "scale")
+                words = f"{name} {level:g} {self.table.level.attrs.get('units', '')}".strip()
+                yield str(analysis), words, statistics.sel(analysis=analysis).isel(level=i)
+
+    def to_netcdf(self, file) -> Path:
+        """Write the table and its statistics as netCDF.
+
+        Parameters
+        ----------
+        file : path
+        """
+        from ..base.files import written
+
+        whole = self.table.merge(self.statistics.rename(converged="converged_share"))
+        with written(Path(file), "a netCDF file") as beside:
+            whole.to_netcdf(beside, engine="netcdf4")
+        return Path(file)
+
+    def to_csv(self, file) -> Path:
+        """Write the statistics, a row for each analysis, level and period.
+
+        Parameters
+        ----------
+        file : path
+        """
+        from ..base.files import write
+
+        names = ("median", "sigma_ln", "count", "converged", "sa_median", "sa_sigma_ln")
+        found, rows = self.statistics, ["analysis,level,period_s," + ",".join(names)]
+        arrays = [found[name].values for name in names]
+        for place in np.ndindex(arrays[0].shape):
+            at = [found[d].values[i] for d, i in zip(found["median"].dims, place, strict=True)]
+            cells = [str(at[0]), *(f"{float(v):.6g}" for v in at[1:])]
+            rows.append(",".join([*cells, *(f"{float(a[place]):.6g}" for a in arrays)]))
+        write(Path(file), "\n".join(rows) + "\n", "a table")
+        return Path(file)
+
+    def plot(self, level: int = 0):
+        """Each case thin, the median thick and ± σ around it; a matplotlib Figure.
+
+        Parameters
+        ----------
+        level : int
+            Number of the level.
+        """
+        from .suite_report import suite_figure
+
+        return suite_figure(self, level)
+
+    def write_page(self, file) -> Path:
+        """Write a page in HTML with figures, tables and doubts.
+
+        Parameters
+        ----------
+        file : path
+        """
+        from .suite_report import write_suite_page
+
+        return write_suite_page(self, file)
+
+
+def suite(
+    profiles: Profile | Sequence[Site],
+    motions: Sequence | Mapping,
+    analyses: Sequence[str] = ANALYSES,
+    *,
+    periods: ArrayLike = PERIODS,
+    levels: Sequence[float] = (1.0,),
+    measure: str = "scale",
+    period: float | None = None,
+    kind: str = "outcrop",
+    folder=None,
+    workers: int | None = None,
+    retry: bool = False,
+    progress: bool = False,
+    **options,
+) -> Suite:
+    """Send motions through columns by several analyses, on all processors.
+
+    Parameters
+    ----------
+    profiles : Profile, or sequence of (Column, curves)
+        Such as those of :func:`randomized`; curves as for :func:`nonlinear`.
+    motions : sequence of path or xarray.Dataset, or mapping of these by name
+    analyses : sequence of {'linear', 'equivalent-linear', 'nonlinear'}
+    periods : array_like, shape (n,)
+        s.
+    levels : sequence of float
+        To which each motion is scaled.
+    measure : {'scale', 'pga', 'sa'}
+        Kind of level: a factor, or PGA or Sa at `period` of the motion, m/s².
+    period : float, optional
+        s, of the measure 'sa'.
+    kind : {'outcrop', 'within'}
+        Kind of motions.
+    folder : path, optional
+        Folder of the cases; existing ones are not computed again.
+    workers : int, optional
+        Processes.
+    retry : bool
+        Try cases again that have failed.
+    progress : bool
+        Show a bar.
+    **options
+        Of :func:`nonlinear`.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or a motion cannot be read.
+    InterruptedRun
+        If it was stopped; a call with the same folder continues.
+    """
+    import xarray as xr
+
+    sites = _sites(profiles)
+    named = _named(motions)
+    wanted = list(analyses)
+    if not wanted or not set(wanted) <= set(ANALYSES):
+        raise InputError(f"analyses = {wanted}: use {', '.join(ANALYSES)}")
+    grid = np.asarray(periods, dtype=float)
+    if grid.ndim != 1 or not grid.size or not np.all(np.isfinite(grid) & (grid > 0)):
+        raise InputError("periods must be a row of numbers above 0, s")
+    factors = _factors(list(named.values()), levels, measure, period)
+    cases = Cases(sites, list(named.values()), factors, grid, kind, options)
+    axes = {
+        "profile": range(len(sites)),
+        "motion": range(len(named)),
+        "level": range(len(levels)),
+        "analysis": wanted,
+    }
+    from ..study.api import study
+
+    table = study(cases, axes, folder=folder, workers=workers, retry=retry, progress=progress)
+    if not set(("sa", "strain")) <= set(table.data_vars):
+        raise InputError(f"no case succeeds; the first: {table.message.values.ravel()[0]}")
+    about: dict = {"measure": measure, "units": MEASURES[measure]}
+    about |= {"period": float(period)} if measure == "sa" else {}
+    table = table.assign_coords(
+        motion=list(named), level=("level", np.asarray(levels, dtype=float), about)
+    )
+    reference = np.array([cases.reference(i) for i in range(len(named))])
+    reference = reference[:, None] * factors[..., None]
+    table["reference"] = xr.DataArray(
+        reference, dims=("motion", "level", "period"), attrs={"units": "m/s^2"}
+    )
+    table["amplification"] = table.sa / table.reference
+    return Suite(table)
+
+
+@dataclass(frozen=True)
+class Cases:
+    """Results of each profile, motion, level and analysis.
+
+    Attributes
+    ----------
+    sites : list of (Column, curves)
+    motions : list of Motion
+    factors : ndarray, shape (motions, levels)
+    periods : ndarray, shape (n,)
+        s.
+    kind : str
+    options : dict
+        Of :func:`nonlinear`.
+    """
+
+    sites: list[Site]
+    motions: list[Motion]
+    factors: NDArray[np.float64]
+    periods: NDArray[np.float64]
+    kind: str
+    options: dict = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        """A name that another set of cases does not have."""
+        from ..study.store import checksum
+
+        parts: list[bytes | str] = [json.dumps([self.kind, self.options], default=repr)]
+        parts += [self.factors.tobytes(), self.periods.tobytes()]
+        for motion in self.motions:
+            parts += [motion.acceleration.tobytes(), repr(motion.time_step)]
+        for column, curves in self.sites:
+            parts.append(repr(column))
+            for one in curves:
+                arrays = vars(one) if one is not None else {}
+                parts += [v.tobytes() if hasattr(v, "tobytes") else repr(v)
+                          for v in arrays.values()]  # fmt: skip
+                parts.append("|")
+        return f"Cases_{checksum(*parts)}"
+
+    def reference(self, motion: int) -> NDArray[np.float64]:
+        """Sa of a motion at the periods, m/s²; 5 % damping."""
+        one = self.motions[motion]
+        return spectral_acceleration(one.acceleration, one.time_step, self.periods)
+
+    def __call__(self, profile: int, motion: int, level: int, analysis: str) -> dict:
+        """Sa of the surface over periods, flags of its convergence, PGA and largest strain."""
+        import xarray as xr
+
+        column, curves = self.sites[profile]
+        given, factor = self.motions[motion], float(self.factors[motion, level])
+        ground = Motion(factor * given.acceleration, given.time_step, given.length)
+        response, strain, sure = self._response(analysis, profile, column, curves, ground)
+        at = {"period": self.periods}
+        spectrum = response.spectrum(self.periods)
+        good = np.ones(self.periods.size) if sure is None else sure(spectrum)
+        return {
+            "sa": xr.DataArray(spectrum, at, ("period",), attrs={"units": "m/s^2"}),
+            "converged": xr.DataArray(good, at, ("period",)),
+            "pga": float(np.abs(response.acceleration()).max()),
+            "strain": strain,
+        }
+
+    def _response(self, analysis, profile, column, curves, ground):
+        """The response, its largest strain, and the resolution that checks Sa, or None."""
+        if analysis == "linear":
+            own = small_strain_column(column, curves)
+            response: SiteResponse = ColumnResponse.of(own, ground, kind=self.kind)
+            return response, float(response.profile().strain.max()), None
+        if analysis == "equivalent-linear":
+            fitted = equivalent_linear(column, curves, ground, kind=self.kind)
+            return fitted.response, float(fitted.largest_strain.max()), None
+        soils = curves
+        if self.options.get("damping_curve", "target") == "target":
+            soils = _branches(tuple(map(_Held, curves)), self.options.get("branches", 40),
+                              self.options.get("reference_frequency", 1.0))  # fmt: skip
+        stepped = nonlinear(column, soils, ground, kind=self.kind, **self.options)
+
+        def sure(spectrum):
+            if stepped.coarse is None:
+                return np.full(self.periods.size, np.nan)
+            coarse = stepped.coarse_spectrum(self.periods)
+            return (np.abs(coarse - spectrum) <= _CONVERGED * spectrum).astype(float)
+
+        return stepped, float(stepped.histories.largest_strain.max()), sure
+
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """Curves as the key of a cache; equal if their numbers are equal."""
+
+    curves: SoilCurves | Branches | None
+
+    @property
+    def key(self):
+        """Key of curves."""
+        one = self.curves
+        if not isinstance(one, SoilCurves):
+            return id(one)
+        return one.strain.tobytes(), one.reduction.tobytes(), one.damping.tobytes()
+
+    def __eq__(self, other) -> bool:
+        return self.key == other.key
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+
+@lru_cache(maxsize=64)
+def _branches(held: tuple[_Held, ...], branches: int, reference: float):
+    """Branches of each layer, fitted once for all motions that a process sees."""
+    found: dict[_Held, Branches | None] = {}
+    for one in held:
+        if one not in found:
+            curves = one.curves
+            if isinstance(curves, SoilCurves):
+                curves = Branches.of(curves, branches, reference_frequency=reference)
+            found[one] = curves
+    return [found[one] for one in held]
+
+
+def _sites(profiles) -> list[Site]:
+    if isinstance(profiles, Profile):
+        return [(profiles.column(), profiles.curves())]
+    found = list(profiles)
+    if not found:
+        raise InputError("profiles: give at least one")
+    for number, one in enumerate(found):
+        if not (isinstance(one, tuple) and len(one) == 2 and isinstance(one[0], Column)):
+            raise InputError(f"profile {number}: give a pair of a Column and the curves of its "
+                             "layers, or a Profile for all")  # fmt: skip
+        if len(one[1]) != len(one[0].layers):
+            raise InputError(f"profile {number}: {len(one[0].layers)} layers need as many curves, "
+                             f"not {len(one[1])}")  # fmt: skip
+    return found
+
+
+def _named(motions) -> dict[str, Motion]:
+    """Motions by distinct names."""
+    if not isinstance(motions, Mapping):
+        names = [_name(one, i) for i, one in enumerate(motions, 1)]
+        names = [f"{n} ({i})" if names.count(n) > 1 else n for i, n in enumerate(names, 1)]
+        motions = dict(zip(names, motions, strict=True))
+    if not motions:
+        raise InputError("motions: give at least one")
+    found = {}
+    for name, one in motions.items():
+        if not isinstance(one, Motion):
+            one = Motion.of(one if hasattr(one, "acceleration") else read_record(one))
+        found[str(name)] = one
+    return found
+
+
+def _name(motion, number: int) -> str:
+    if hasattr(motion, "attrs"):
+        return Path(motion.attrs.get("file", f"motion {number}")).stem
+    return f"motion {number}" if isinstance(motion, Motion) else Path(motion).stem
+
+
+def _factors(motions: list[Motion], levels, measure: str, period) -> NDArray[np.float64]:
+    """Factor of each motion at each level, shape (motions, levels)."""
+    at = np.asarray(levels, dtype=float)
+    if measure not in MEASURES:
+        raise InputError(f"measure = {measure!r}: use {', '.join(MEASURES)}")
+    if measure == "sa" and not period:
+        raise InputError("measure 'sa' needs the period, s")
+    if at.ndim != 1 or not at.size or not np.all(np.isfinite(at) & (at > 0)):
+        raise InputError("levels must be numbers above 0")
+    if measure == "scale":
+        return np.tile(at, (len(motions), 1))
+    from ..study.records import intensity
+
+    own = [intensity(measure, one.acceleration, None, one.time_step, period) for one in motions]
+    if not np.all(np.array(own) > 0):
+        raise InputError(f"a motion of zeros has no {measure} to scale")
+    return at[None, :] / np.array(own)[:, None]

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A suite of motions as a TOML file."""
+
+import inspect
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..base.files import is_below
+from ..base.reading import read_bounded
+from ..input.groups import nearest
+from .nonlinear import nonlinear
+from .profile import read_profile
+from .randomization import randomized
+from .suite import ANALYSES, PERIODS, Suite, suite
+
+_LARGEST = 2**20  # bytes of a file
+_ENDINGS = (".at2", ".smc", ".v2", ".v2c", ".esm", ".asc", ".ew", ".ns", ".knet")
+_KNOWN = ("profile", "motions", "analyses", "periods", "levels", "measure", "period", "kind",
+          "water_table", "pressure_at_rest", "fill", "folder", "randomize",
+          "nonlinear")  # fmt: skip
+_VARIED = ("count", "seed", "velocity", "sigma", "layering", "depth_to_rock", "curves", "clip")
+_STEPPED = tuple(
+    name for name, one in inspect.signature(nonlinear).parameters.items()
+    if one.kind is one.KEYWORD_ONLY and name != "kind"
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SuiteFile:
+    """Settings of a suite from a file.
+
+    Attributes
+    ----------
+    profiles : list of (Column, curves)
+    motions : list of Path
+    analyses : list of str
+    more : dict
+        Other arguments of `suite`.
+    folder : Path
+        Folder of cases, table and picture.
+    """
+
+    profiles: Sequence
+    motions: list[Path]
+    analyses: list[str]
+    more: dict
+    folder: Path
+
+    def run(self, workers: int | None = None, retry: bool = False, progress: bool = False) -> Suite:
+        """Compute the missing cases.
+
+        Parameters
+        ----------
+        workers : int, optional
+            Processes.
+        retry : bool
+            Try cases again that have failed.
+        progress : bool
+            Show a bar.
+        """
+        return suite(self.profiles, self.motions, self.analyses, folder=self.folder,
+                     workers=workers, retry=retry, progress=progress, **self.more)  # fmt: skip
+
+
+def read_suite(file, folder=None) -> SuiteFile:
+    """Read a suite; names of files in it are relative to its folder.
+
+    Parameters
+    ----------
+    file : path
+    folder : path, optional
+        Of the cases, instead of that in the file.
+
+    Raises
+    ------
+    InputError
+        If a name is not known or a value cannot be; the message names file and table.
+    """
+    file = Path(file)
+    try:
+        values = tomllib.loads(read_bounded(file, _LARGEST).decode("utf-8"))
+        return _suite(values, file, folder)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, InputError, TypeError) as trouble:
+        raise InputError(f"{file}: {trouble}") from None
+
+
+def _suite(values: dict, file: Path, folder) -> SuiteFile:
+    _check(values, "", _KNOWN)
+    for name in ("profile", "motions"):
+        if name not in values:
+            raise InputError(f"{name} is missing")
+    here, values = file.parent, dict(values)
+    name = values.pop("folder", f"{file.stem}_suite")
+    if folder is None and not (isinstance(name, str) and is_below(here, name)):
+        raise InputError(f"folder = {name!r} is not below the folder of the file")
+    water: dict = {
+        n: float(values.pop(n)) for n in ("water_table", "pressure_at_rest") if n in values
+    }
+    profile = read_profile(here / values.pop("profile"), values.pop("fill", ""))
+    varied = dict(values.pop("randomize", {}))
+    _check(varied, "randomize", _VARIED)
+    if varied:
+        profiles = randomized(profile, varied.pop("count", 1), **varied, **water)
+    else:
+        profiles = [(profile.column(), profile.curves(**water))]
+    stepped = dict(values.pop("nonlinear", {}))
+    _check(stepped, "nonlinear", _STEPPED)
+    motions = motion_files(values.pop("motions"), here)
+    analyses = values.pop("analyses", list(ANALYSES))
+    values["periods"] = _periods(values.get("periods", PERIODS))
+    return SuiteFile(profiles, motions, analyses, values | stepped, Path(folder or here / name))
+
+
+def motion_files(given, here: Path) -> list[Path]:
+    """Files that names, folders and patterns mean, each once.
+
+    Parameters
+    ----------
+    given : str or list of str
+        Names, patterns such as ``records/*.at2``, or folders, whose records are taken.
+    here : Path
+        To which they are relative.
+    """
+    found: dict[Path, None] = {}
+    for one in [given] if isinstance(given, str) else given:
+        path = here / one
+        if path.is_dir():
+            files = [f for f in sorted(path.iterdir()) if f.suffix.lower() in _ENDINGS]
+        elif any(mark in one for mark in "*?["):
+            pattern = Path(one)
+            base = Path(pattern.anchor) if pattern.is_absolute() else here
+            files = sorted(base.glob(str(pattern.relative_to(pattern.anchor))))
+        else:
+            files = [path]
+        if not files:
+            raise InputError(f"motions: {one!r} matches no record")
+        found |= dict.fromkeys(files)
+    return list(found)
+
+
+def _periods(given) -> np.ndarray:
+    """A list, or ``{from, to, count}`` at equal ratios."""
+    if not isinstance(given, Mapping):
+        return np.asarray(given, dtype=float)
+    _check(given, "periods", ("from", "to", "count"))
+    if len(given) < 3:
+        raise InputError("periods: give a list, or from, to and count")
+    return np.geomspace(given["from"], given["to"], int(given["count"]))
+
+
+def _check(values: Mapping, table: str, known) -> None:
+    for name in values:
+        if name not in known:
+            where = f"[{table}] " if table else ""
+            raise InputError(f"{where}there is no {name!r}{nearest(name, known)}")

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figure and page of a suite of motions."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..report import Bullets, Facts, Page, Picture, Table, provenance, write_html
+from ..report.layout import headline
+from ..report.style import BLUE, FAINT, RED, empty_figure
+
+_MOST = 400  # curves of cases in a panel
+
+
+def suite_figure(suite, level: int = 0) -> Figure:
+    """Amplification and Sa of each analysis: cases thin, median thick, ± σ as a band.
+
+    Parameters
+    ----------
+    suite : Suite
+    level : int
+    """
+    table = suite.table.isel(level=level)
+    statistics = suite.statistics.isel(level=level)
+    names = list(table.analysis.values)
+    figure = empty_figure((4.4 * len(names) + 0.6, 7.2))
+    axes = figure.subplots(2, len(names), sharex=True, sharey="row", squeeze=False)
+    rows = (("amplification", "", "surface/reference Sa"), ("sa", "sa_", "surface Sa (m/s²)"))
+    for column, name in enumerate(names):
+        for row, (of, mark, label) in enumerate(rows):
+            panel, at = axes[row, column], table.period.values
+            part = table[of].sel(analysis=name).transpose("profile", "motion", "period").values
+            _panel(panel, at, part.reshape(-1, at.size), statistics.sel(analysis=name), mark)
+            panel.set(xscale="log", yscale="log")
+            if column == 0:
+                panel.set_ylabel(label)
+        _mark_unconverged(axes[0, column], statistics.sel(analysis=name))
+        axes[0, column].set_title(name, loc="left", fontsize=11)
+        axes[1, column].set_xlabel("period (s)")
+    axes[0, 0].legend(frameon=False, fontsize=8)
+    counted = f"{table.sizes['profile']} profiles, {table.sizes['motion']} motions, 5 % damping"
+    headline(figure, "Suite of motions", counted)
+    return figure
+
+
+def _panel(axes, period, cases, statistics, mark: str) -> None:
+    """One analysis: its cases, median and band."""
+    every = max(1, len(cases) // _MOST)
+    axes.plot(period, cases[::every].T, color=FAINT, lw=0.4, alpha=0.35)
+    median = statistics[f"{mark}median"].values
+    factor = np.exp(np.nan_to_num(statistics[f"{mark}sigma_ln"].values))
+    axes.fill_between(
+        period, median / factor, median * factor, color=BLUE, alpha=0.2, lw=0, label="± σ"
+    )
+    axes.plot(period, median, color=BLUE, lw=2.2, label="median")
+
+
+def _mark_unconverged(axes, statistics) -> None:
+    """Periods at which more than a tenth of the cases do not converge."""
+    weak = statistics.converged.values < 0.9
+    if weak.any():
+        axes.plot(statistics.period.values[weak], statistics["median"].values[weak], "x",
+                  color=RED, label="not converged")  # fmt: skip
+        axes.legend(frameon=False, fontsize=8)
+
+
+def write_suite_page(suite, file) -> Path:
+    """Write the page of a suite.
+
+    Parameters
+    ----------
+    suite : Suite
+    file : path
+    """
+    table = suite.table
+    sizes = ", ".join(f"{table.sizes[d]} {d}" for d in ("profile", "motion", "level", "analysis"))
+    page = Page("Site response of a suite of motions", f"{table.status.size} cases ({sizes}).")
+    if suite.doubts:
+        page.add("Doubts", Bullets(suite.doubts))
+    unit = table.level.attrs.get("units", "")
+    for number, level in enumerate(table.level.values):
+        what = f"{table.level.attrs.get('measure', 'scale')} {level:g} {unit}".strip()
+        picture = Picture(suite.plot(number), f"Amplification and Sa, {what}", f"suite_{number}")
+        part = suite.statistics.isel(level=number)
+        tables = [_table(part.sel(analysis=name), str(name)) for name in part.analysis.values]
+        page.add(what[0].upper() + what[1:], picture, *tables)
+    shortest = float(table.period[0])
+    page.add("Motions", Facts([(str(n), f"Sa at {shortest:.3g} s: {value:.4g} m/s²")
+                               for n, value in _peaks(table)]))  # fmt: skip
+    page.provenance = provenance()
+    return write_html(page, file)
+
+
+def _peaks(table):
+    """Names of the motions and the shortest-period Sa of the reference at the first level."""
+    reference = table.reference.isel(level=0, period=0)
+    return [(name, float(reference.sel(motion=name))) for name in table.motion.values]
+
+
+def _table(part, title: str) -> Table:
+    heads = ["period (s)", "median AF", "σ_ln", "median Sa (m/s²)", "σ_ln of Sa", "N", "converged"]
+    rows = [
+        [
+            f"{float(one.period):.4g}",
+            f"{float(one['median']):.4g}",
+            f"{float(one.sigma_ln):.3f}",
+            f"{float(one.sa_median):.4g}",
+            f"{float(one.sa_sigma_ln):.3f}",
+            f"{int(one['count'])}",
+            f"{100 * float(one.converged):.0f} %",
+        ]
+        for one in (part.isel(period=i) for i in range(part.sizes["period"]))
+    ]
+    return Table(heads, rows, title)

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The performance point of a capacity curve: how far a spectrum moves what was pushed.
+
+With φ the mechanism, 1 at the point of the curve, and d = Γ d*, Γ = Σmφ/Σmφ², virtual work of
+mechanism, inertia and the load λ g m gives d̈* + a*(d*) = −ü_g, a* = λ g.  (The Italian code has
+λ g/e*, e* ≤ 1, which is more where masses move unequally.)
+
+- 'n2' (Fajfar 2000, Earthquake Spectra 16; EN 1998-1, annex B): an elastic and ideally plastic
+  oscillator through 0.6 of the peak, of the same energy up to 0.8 of the peak behind it.  Demand:
+  S_De(T*), multiplied for T* < T_C by (1 + (q − 1) T_C/T*)/q.
+- 'mechanism' (Italian code, Circolare 2019, C8.7.1.2): rocking on a falling curve.  Capacity
+  d_u = 0.4 d₀, d₀ where resistance ends; demand S_De(T_s), T_s = 2π √(d_s/a_s), d_s = 0.4 d_u.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..base.errors import InputError
+from .pushover import Pushover
+
+METHODS = ("n2", "mechanism")
+_ELASTIC, _LEFT = 0.6, 0.8  # of the peak: secant of the elastic branch, end of the capacity
+_CAPACITY, _SECANT = 0.4, 0.4  # d_u/d₀, d_s/d_u
+_LATE = 0.75  # of the way behind the peak, whose rest is extended to where resistance ends
+_PERIODS = np.geomspace(0.01, 10.0, 3001)  # s, of the corner period and the picture
+_LEAST = 0.1  # of the largest displacement of a block, that of the point
+_PLATEAU = 1e-3  # of the largest pseudo-velocity
+
+
+@dataclass(frozen=True)
+class Performance:
+    """Demand of a spectrum against the capacity of a curve.
+
+    Attributes
+    ----------
+    method : str
+        'n2' or 'mechanism'.
+    period : float
+        Of the equivalent oscillator, T* or T_s, s.
+    demand, capacity : float
+        Displacements d* of the oscillator, m.
+    at_point : float
+        The demand as displacement of the point of the curve, m.
+    curve, equivalent : ndarray, shape (k, 2)
+        d* (m) and a* (m/s²): of the pushover, and of the oscillator.
+    spectrum : ndarray, shape (periods, 2)
+        Elastic S_De (m) and S_Ae (m/s²).
+    """
+
+    method: str
+    period: float
+    demand: float
+    capacity: float
+    at_point: float
+    curve: np.ndarray = field(repr=False)
+    equivalent: np.ndarray = field(repr=False)
+    spectrum: np.ndarray = field(repr=False)
+
+    @property
+    def stands(self) -> bool:
+        """The demand is within the capacity."""
+        return self.demand <= self.capacity
+
+    @property
+    def margin(self) -> float:
+        """Capacity over demand."""
+        return self.capacity / self.demand if self.demand else math.inf
+
+    def __str__(self) -> str:
+        """The verdict in a sentence."""
+        return (
+            f"{'stands' if self.stands else 'fails'} ({self.method}): demand "
+            f"{1e3 * self.demand:.4g} mm, capacity {1e3 * self.capacity:.4g} mm at T = "
+            f"{self.period:.4g} s, margin {self.margin:.3g}; the point moves by "
+            f"{1e3 * self.at_point:.4g} mm"
+        )
+
+    def draw(self):
+        """Curve and spectrum over displacement, with the point; a matplotlib.figure.Figure."""
+        from .picture import performance_figure
+
+        return performance_figure(self)
+
+
+def performance_point(found: Pushover, spectrum, *, method: str = "n2") -> Performance:
+    """Where the demand of a spectrum meets a capacity curve.
+
+    Parameters
+    ----------
+    found : Pushover
+    spectrum : callable or (array_like, array_like)
+        Elastic acceleration S_Ae (m/s²) of periods (s); or periods and values, straight between.
+    method : {'n2', 'mechanism'}
+
+    Raises
+    ------
+    InputError
+        If the method is not known, the spectrum is not one, or the curve does not fall although
+        'mechanism' needs it to.
+
+    Examples
+    --------
+    >>> found = sitedda.pushover("wall.nml", "top")              # doctest: +SKIP
+    >>> performance_point(found, eurocode8(2.0, "B"))            # doctest: +SKIP
+    """
+    if method not in METHODS:
+        raise InputError(f"method = {method!r}: use one of {', '.join(METHODS)}")
+    acceleration = _spectrum(spectrum)
+    participation, displacement, resistance = _oscillator(found)
+    equivalent = _bilinear if method == "n2" else _falling
+    period, capacity, line, strength = equivalent(displacement, resistance)
+    demand = (period / (2 * math.pi)) ** 2 * float(acceleration(np.array([period]))[0])
+    values = acceleration(_PERIODS)
+    if method == "n2":
+        demand = _inelastic(demand, period, strength, values)
+    shown = np.column_stack([values * (_PERIODS / (2 * math.pi)) ** 2, values])
+    curve = np.column_stack([displacement, resistance])
+    return Performance(method, period, demand, capacity, participation * demand, curve, line, shown)
+
+
+def _spectrum(given) -> Callable:
+    """S_Ae as a function of periods."""
+    if callable(given):
+        return given
+    try:
+        periods, values = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        periods = values = np.zeros(0)
+    if len(periods) < 2 or not (np.diff(periods) > 0).all() or not (values >= 0).all():
+        raise InputError("spectrum must be a function of periods, or ascending periods (s) and "
+                         "accelerations (m/s²)")  # fmt: skip
+    return lambda wanted: np.interp(wanted, periods, values)
+
+
+def _oscillator(found: Pushover) -> tuple[float, np.ndarray, np.ndarray]:
+    """Γ, d* (m) and a* (m/s²) of a curve, up to where no resistance is left."""
+    peak = int(np.argmax(found.factor))
+    begin = peak if found.displacement[-1] != found.displacement[peak] else 0
+    way = found.displacement[-1] - found.displacement[begin]
+    if not way > _LEAST * found.largest[-1]:
+        raise InputError(
+            "the point of the curve hardly moves with the mechanism: choose another one"
+        )
+    shape = found.sense * found.mechanism[:, 0] / way
+    mass, square = float(found.masses @ shape), float(found.masses @ shape**2)
+    good = found.factor > 0.0
+    ways = found.displacement[good] * square / mass
+    return mass / square, ways, found.factor[good] * found.pull
+
+
+def _bilinear(displacement: np.ndarray, resistance: np.ndarray):
+    """Period, capacity, corners and strength of the ideally plastic oscillator."""
+    peak = int(np.argmax(resistance))
+    rising = slice(0, peak + 1)
+    secant = float(np.interp(_ELASTIC * resistance[peak], np.maximum.accumulate(resistance[rising]),
+                             displacement[rising]))  # fmt: skip
+    stiffness = _ELASTIC * resistance[peak] / max(secant, 1e-12 * displacement[-1])
+    beyond = np.flatnonzero(resistance[peak:] < _LEFT * resistance[peak])
+    last = peak + int(beyond[0]) if len(beyond) else len(resistance) - 1
+    capacity = float(displacement[last])
+    energy = float(np.trapezoid(np.append(0.0, resistance[: last + 1]),
+                                np.append(0.0, displacement[: last + 1])))  # fmt: skip
+    root = max(0.0, capacity**2 - 2 * energy / stiffness)
+    yielding = capacity - math.sqrt(root)
+    strength = stiffness * yielding
+    line = np.array([(0.0, 0.0), (yielding, strength), (capacity, strength)])
+    return 2 * math.pi / math.sqrt(stiffness), capacity, line, strength
+
+
+def _falling(displacement: np.ndarray, resistance: np.ndarray):
+    """The same of rocking on a falling curve; its secant at d_s."""
+    peak = int(np.argmax(resistance))
+    behind, falling = displacement[peak:], resistance[peak:]
+    if len(falling) < 3 or not falling[-1] < _LEFT * falling[0]:
+        raise InputError("method = 'mechanism' needs a curve that falls below 0.8 of its peak: "
+                         "push farther, or use 'n2'")  # fmt: skip
+    late = behind >= behind[0] + _LATE * (behind[-1] - behind[0])
+    slope, height = np.polyfit(behind[late], falling[late], 1)
+    end = -height / slope
+    capacity = _CAPACITY * end
+    at = _SECANT * capacity
+    strength = float(np.interp(at, behind, falling))
+    line = np.array([(0.0, 0.0), (at, strength), (end, 0.0)])
+    return 2 * math.pi * math.sqrt(at / strength), capacity, line, strength
+
+
+def _inelastic(elastic: float, period: float, strength: float, values: np.ndarray) -> float:
+    """Displacement of the plastic oscillator: the elastic one beyond T_C, else more."""
+    velocity = values * _PERIODS
+    corner = float(_PERIODS[np.argmax(velocity >= (1 - _PLATEAU) * velocity.max())])
+    reduction = elastic * (2 * math.pi / period) ** 2 / strength
+    if reduction <= 1.0 or period >= corner:
+        return elastic
+    return elastic / reduction * (1 + (reduction - 1) * corner / period)

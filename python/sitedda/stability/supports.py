@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Supports that move at rest: fixed points settle, spread or turn in increments of static steps.
+
+A step drops all velocities, so that what it leaves out of balance is M d/Δt²; Δt is so long that
+this is far below the weight.  The reaction is what the other blocks and gravity leave for the
+supports of the moved blocks.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..base.arguments import FINITE, Range
+from ..base.errors import ConvergenceError, InputError, SolverError
+from ..build.model import Model
+from ..engine.simulation import Simulation
+from ..output.scene import Scene
+from .strength import static_model
+
+_STEADY = 1e-6  # M/Δt² over the stiffness of contacts
+_FOLLOWS = 20.0  # times an increment, by which a block may fall in a step to follow it
+_EACH = 4  # static steps in an increment, which moves in the first
+_STEPS = Range(1, 1000, whole=True)  # an input has at most 4096 values of a motion
+
+
+@dataclass(frozen=True)
+class Movement:
+    """Reactions while supports move.
+
+    Attributes
+    ----------
+    share : ndarray, shape (increments,)
+        Of the movement, 0 to 1.
+    reaction : ndarray, shape (increments, 2)
+        Force of the supports on the moved blocks, N/m.
+    displacement : ndarray, shape (increments, blocks, 3)
+        x, y (m) and rotation (rad) of all blocks.
+    names : tuple of str
+        Of the blocks.
+    polygons : list of ndarray
+        Blocks at the end, shape (vertices, 2), m.
+    ending : str
+        Why it ended early; empty if it did not.
+    """
+
+    share: np.ndarray
+    reaction: np.ndarray
+    displacement: np.ndarray = field(repr=False)
+    names: tuple[str, ...] = field(repr=False)
+    polygons: list[np.ndarray] = field(repr=False)
+    ending: str = ""
+
+    def to_csv(self) -> str:
+        """The curve as lines of share and reaction (N/m)."""
+        rows = np.column_stack([self.share, self.reaction])
+        lines = [",".join(f"{value:.9g}" for value in row) for row in rows]
+        return "\n".join(["share (1),reaction x (N/m),reaction y (N/m)", *lines, ""])
+
+
+def move_supports(
+    source,
+    blocks: Sequence[str],
+    displacement=(0.0, 0.0),
+    *,
+    rotation: float = 0.0,
+    steps: int = 50,
+    changes: Mapping | None = None,
+) -> Movement:
+    """Move the fixed points of some blocks, at rest, and record the reaction.
+
+    Parameters
+    ----------
+    source : path or Model
+        It must come to rest under its weight; static stages act, motions do not.
+    blocks : sequence of str
+        Names of the blocks whose &fixed_point groups move.
+    displacement : (float, float)
+        At the end, m.
+    rotation : float
+        At the end, about the mean of these points, rad.
+    steps : int
+        Increments.
+    changes : mapping, optional
+        Variables to change first, see `Simulation`.
+
+    Raises
+    ------
+    InputError
+        If a block is not known or has no fixed point.
+    ConvergenceError
+        If the model does not come to rest under its weight.
+    """
+    _STEPS.check("steps", steps)
+    way = np.array([FINITE.check("displacement", one) for one in displacement])
+    FINITE.check("rotation", rotation)
+    model = static_model(source, changes)
+    with Simulation(model) as first:
+        scene, names = Scene.of(first), list(first.block_names)
+        stiffness, pull = first.normal_stiffness, float(np.linalg.norm(first.gravity))
+    density = [float(group["density"]) for group in scene.groups["material"]]
+    mass = np.array(density)[scene.material] * scene.areas()
+    moved = [_number(names, name) for name in blocks]
+    increment = (np.linalg.norm(way) + abs(rotation) * scene.size) / steps
+    time_step = math.sqrt(max(float(np.median(mass)) / (_STEADY * stiffness),
+                              _FOLLOWS * increment / max(pull, 1e-9)))  # fmt: skip
+    _set_motions(model, [names[i] for i in moved], way, rotation, steps, time_step)
+    model.control(time_step=time_step, dynamic_factor=0.0, integration="backward_euler",
+                  time_step_control="adaptive", max_displacement_ratio=0.1)  # fmt: skip
+    model.stage(name="supports move", steps=_EACH * steps, zero_displacements=True)
+    return _run(model, moved, mass, steps)
+
+
+def _number(names: list[str], name: str) -> int:
+    if name not in names:
+        raise InputError(f"blocks: {name!r} is not the name of a block")
+    return names.index(name)
+
+
+def _set_motions(model: Model, blocks, way, rotation: float, steps: int, time_step: float) -> None:
+    """Fixed points of the blocks follow the movement: of an increment in its first step."""
+    points = [one for one in model.of_kind("fixed_point") if one.block in blocks]
+    if missing := set(blocks) - {one.block for one in points}:
+        raise InputError(f"blocks: {min(missing)!r} has no &fixed_point with its name as block")
+    places = np.array([(one.x, one.y) for one in points], dtype=float)
+    share = np.append(0.0, np.repeat(np.arange(1, steps + 1) / steps, _EACH))[:, None]
+    angle = rotation * share
+    for i, (point, arm) in enumerate(zip(points, places - places.mean(0), strict=True), 1):
+        turned = np.hstack([np.cos(angle) * arm[0] - np.sin(angle) * arm[1] - arm[0],
+                            np.sin(angle) * arm[0] + np.cos(angle) * arm[1] - arm[1]])  # fmt: skip
+        values = share * way + turned
+        for axis in (0, 1):
+            if "xy"[axis] not in str(point.direction or "xy"):
+                continue
+            name = f"support {i} {'xy'[axis]}"
+            model.motion(name=name, quantity="displacement", values=values[:, axis].tolist(),
+                         time_step=time_step, after_end="hold")  # fmt: skip
+            point(**{f"motion_{'xy'[axis]}": name})
+
+
+def _run(model: Model, moved: list[int], mass: np.ndarray, steps: int) -> Movement:
+    """Step to the end, or to where the model no longer rests."""
+    shares, reactions, moves, ending = [], [], [], ""
+    with Simulation(model) as run:
+        start, begin = run.coordinates, run.time
+        weight = mass[moved].sum() * run.gravity
+        for i in range(steps + 1):
+            shares.append(i / steps)
+            reactions.append(-(_contact_force(run, moved) + weight))
+            moves.append(run.coordinates[:, :3] - start[:, :3])
+            if i == steps:
+                break
+            try:
+                goal = begin + (i + 1) * run.duration / steps
+                while run.time < goal * (1 - 1e-9):
+                    run.advance()
+            except (ConvergenceError, SolverError) as trouble:
+                ending = str(trouble)
+                break
+        return Movement(np.array(shares), np.array(reactions), np.array(moves),
+                        tuple(run.block_names), run.polygons, ending)  # fmt: skip
+
+
+def _contact_force(run: Simulation, blocks: list[int]) -> np.ndarray:
+    """Force of the other blocks on some, N/m."""
+    contacts, polygons = run.contacts, run.polygons
+    owner = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
+    along = np.concatenate([np.roll(polygon, -1, axis=0) - polygon for polygon in polygons])
+    along = along[contacts["edge"]] / np.linalg.norm(along[contacts["edge"]], axis=1)[:, None]
+    normal = np.column_stack([along[:, 1], -along[:, 0]])  # t = (−n₂, n₁) = along
+    force = contacts["normal_force"][:, None] * normal - contacts["shear_force"][:, None] * along
+    sides = [np.isin(owner[contacts[end]], blocks) for end in ("vertex", "edge")]
+    return (force * (sides[0].astype(float) - sides[1])[:, None]).sum(axis=0)

@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hard walls of every joint law: python tests/benchmarks/hard.py BUILD [--laws WORD …]
+
+BUILD is a Meson build folder, or any folder with an executable `sitedda-native`.  Walls of 20 to
+120 bricks are shaken by 1 g, meet gravity suddenly, or are brought to rest and shaken then, with
+friction of 12° to 70° and Δt of 1 to 20 ms.  Printed for each law: how many runs end, with a fixed
+Δt and with an adaptive one, their iterations, factors and applications, their processor time, and
+what those that do not end say.
+"""
+
+import argparse
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+from pathlib import Path
+
+import ablation
+import numpy as np
+from speed_models import GRAVITY, HEAD_JOINT, wall
+
+ANGLES = (12, 20, 30, 40, 55, 70)
+STEPS = {1: 60, 3: 40, 8: 25, 20: 15}  # ms: steps of a run
+STARTS = ("sudden", "shaken", "rest")
+SIZES = (20, 35, 60, 90, 120)
+PENALTY = 5.0e11  # N/m
+SAMPLE = 5.0e-3  # s, of the motion
+_AREA = "normal_stiffness_per_area = 1e11, shear_stiffness_per_area = 4e10"
+# What &joint says beside its friction angle, and groups beside it.
+LAWS = {
+    "coulomb": ("", ""),
+    "coulomb with cohesion": ("cohesion = 2e4, tensile_strength = 1e4", ""),
+    "stiffness per area": (_AREA, ""),
+    "3 points": ("contact_points = 3", ""),
+    "5 points": ("contact_points = 5", ""),
+    "mohr_coulomb": (
+        f"law = 'mohr_coulomb', residual_friction_angle = {{low}}, cohesion = 2e4, {_AREA}", ""
+    ),
+    "mohr_coulomb that weakens": (
+        f"law = 'mohr_coulomb', residual_friction_angle = {{low}}, weakening_slip = 2e-3, {_AREA}",
+        "",
+    ),
+    "mohr_coulomb that dilates": (
+        f"law = 'mohr_coulomb', dilation_angle = {{dilation}}, dilation_slip = 5e-3, {_AREA}", ""
+    ),
+    "barton_bandis": (
+        "law = 'barton_bandis', jrc = 10.0, jcs = 5e7, normal_stiffness_per_area = 1e11,"
+        " max_closure = 5e-4", ""
+    ),
+    "plesha": (
+        "law = 'plesha', asperity_angle = {asperity}, asperity_wear = 1e-4,"
+        " normal_stiffness_per_area = 4e10, shear_stiffness_per_area = 4e10", ""
+    ),
+    "cohesive": (
+        f"law = 'cohesive', cohesion = 3e5, tensile_strength = 2e5, fracture_energy = 50, {_AREA}",
+        "",
+    ),
+    "continuously_yielding": (
+        "law = 'continuously_yielding', initial_friction_angle = {high}, roughness = 2e-3,"
+        f" {_AREA}", ""
+    ),
+    "rate_state": (
+        "law = 'rate_state', direct_effect = 0.01, evolution_effect = 0.015, state_distance = 1e-3,"
+        f" reference_velocity = 1e-3, threshold_velocity = 1e-5, {_AREA}", ""
+    ),
+    "restitution": ("restitution = 0.0", ""),
+    "bolts": ("", "bolts"),
+}  # fmt: skip
+
+
+def cases(law: str, adaptive: bool = False) -> dict[str, str]:
+    """Inputs by name."""
+    found = {}
+    for i, (start, ms, angle) in enumerate(product(STARTS, STEPS, ANGLES)):
+        blocks = SIZES[i % len(SIZES)]
+        text = model(law, start, blocks, ms * 1e-3, STEPS[ms], angle, adaptive)
+        found[f"{law}: {start}, {blocks} at {ms} ms, {angle} degrees"] = text
+    return found
+
+
+def model(
+    law: str, start: str, blocks: int, step: float, steps: int, angle: int, adaptive: bool
+) -> str:
+    """The input of a wall."""
+    made = wall(blocks, 0.0 if start == "sudden" else HEAD_JOINT)
+    if start != "shaken":
+        made.stress[:] = 0.0
+    words, groups = LAWS[law]
+    said = words.format(
+        low=0.7 * angle,
+        high=0.5 * (89 + angle),
+        dilation=min(15, 0.5 * angle),
+        asperity=min(20, 0.3 * angle, 0.3 * (89 - angle)),
+    )
+    time = np.arange(0.0, steps * step + 2 * SAMPLE, SAMPLE)
+    acceleration = (start != "sudden") * GRAVITY * np.sin(2 * np.pi * 4.0 * time)
+    lines = [
+        f"&control time_step = {step!r}, steps = {steps}, gravity = 0.0, {-GRAVITY}",
+        f"   settle = .{'true' if start == 'rest' else 'false'}., base_motion_x = 'shaking'",
+        f"   time_step_control = '{'adaptive' if adaptive else 'fixed'}' /",
+        f"&contact normal_stiffness = {PENALTY!r} /",
+        "&output history_interval = 1 /",
+        f"&joint friction_angle = {float(angle)}{', ' if said else ''}{said} /",
+        f"&motion name = 'shaking', quantity = 'acceleration', time_step = {SAMPLE}",
+        f"   drift_order = 0, values = {', '.join(f'{a:.6f}' for a in acceleration)} /",
+    ]
+    for stress in np.unique(made.stress):
+        lines.append(
+            f"&material name = 'm{-stress:.0f}', density = 2500.0, young_modulus = 1e10"
+            f", poisson_ratio = 0.25, initial_stress = 0.0, {stress}, 0.0 /"
+        )
+    for i, (polygon, stress) in enumerate(zip(made.polygons, made.stress, strict=True)):
+        places = ", ".join(map(repr, polygon.ravel().tolist()))
+        name = f"brick_{i}" if i else "base"
+        lines.append(f"&block name = '{name}', material = 'm{-stress:.0f}', vertices = {places} /")
+    lines += [f"&fixed_point x = {x!r}, y = {y!r}, block = {b + 1} /" for x, y, b in made.fixed]
+    if groups == "bolts":
+        lines.append(bolts(made))
+    return "\n".join(lines) + "\n"
+
+
+def bolts(made) -> str:
+    """Vertical bolts with a pretension through the whole wall, which yield."""
+    width = made.polygons[0][1, 0] - 0.5
+    return "\n".join(
+        f"&bolt name = 'b{i}', from = {0.3 + i * 2.0}, -0.1, to = {0.3 + i * 2.0}, {made.top - 0.1}"
+        ", axial_stiffness = 1e8, pretension = 2e4, yield_force = 3e4 /"
+        for i in range(int(width // 2))
+    )
+
+
+def measured(program: Path, texts: dict[str, str], folder: Path, jobs: int) -> dict:
+    """Counts of each run, or the words that it ends with."""
+    files = {}
+    for i, (name, text) in enumerate(texts.items()):
+        files[name] = folder / f"{i}.nml"
+        files[name].write_text(text)
+    with ThreadPoolExecutor(jobs) as pool:
+        waited = {
+            name: pool.submit(ablation.run, program, file, {"seconds": 4})
+            for name, file in files.items()
+        }
+    return {name: one.result() for name, one in waited.items()}
+
+
+def row(law: str, fixed: dict, adaptive: dict | None) -> str:
+    """A row of the table."""
+    ended = [r for r in fixed.values() if isinstance(r, dict)]
+    sums = [sum(r[k] for r in ended) for k in ("iterations", "factors", "applications")]
+    words = f"| {law} | {len(ended)} of {len(fixed)} |"
+    if adaptive is not None:
+        words += f" {sum(isinstance(r, dict) for r in adaptive.values())} of {len(adaptive)} |"
+    return words + " {} / {} / {} | {:.1f} |".format(*sums, sum(r["seconds"] for r in ended))
+
+
+def main() -> None:
+    """Run all cases."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("build", type=Path)
+    parser.add_argument("--laws", nargs="*", default=[], metavar="WORD", help="laws with it")
+    parser.add_argument("--adaptive", action="store_true", help="with an adaptive step, too")
+    parser.add_argument("--keep", type=Path, help="folder for the inputs of runs that do not end")
+    parser.add_argument("--jobs", type=int, default=1, help="cases at once")
+    options = parser.parse_args()
+    print(f"| law | ends |{' adaptive |' * options.adaptive} it / F / S | s |")
+    for law in LAWS:
+        if options.laws and not any(word in law for word in options.laws):
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            own = Path(folder)
+            (own / "native").symlink_to(options.build.resolve() / "sitedda-native")
+            texts = cases(law)
+            fixed = measured(own / "native", texts, own, options.jobs)
+            adaptive = None
+            if options.adaptive:
+                adaptive = measured(own / "native", cases(law, True), own, options.jobs)
+        print(row(law, fixed, adaptive), flush=True)
+        for name, said in [*fixed.items(), *(adaptive or {}).items()]:
+            if isinstance(said, str):
+                print(f"    {name}: {said}", flush=True)
+                if options.keep:
+                    kept = options.keep / (name.replace(" ", "_").replace(":", "") + ".nml")
+                    kept.write_text(texts[name])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

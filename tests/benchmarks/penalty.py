@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Time and error against the penalty: python tests/benchmarks/penalty.py [--docs]
+
+A wall, a slope and a column of the examples run with normal stiffnesses from 1 to 400 E · 1 m.
+The error is what closed joints take off the first frequency with rigid ones; the time is the
+processor time of a run, the least of three, over that at 1 E.  --docs draws docs/howto/penalty.png.
+"""
+
+import argparse
+import re
+import time
+from pathlib import Path
+
+import sitedda
+
+ROOT = Path(__file__).parents[2]
+RATIOS = (1, 4, 10, 40, 100, 400)  # of the penalty to E · 1 m
+STEPS = {"wall": 2000, "slope": 600, "column": 2000}
+REPEATS = 3
+
+
+def main() -> None:
+    """Measure, print a row of the page for each penalty, draw."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--docs", action="store_true", help="draw the figure of the page")
+    options = parser.parse_args()
+    found = {name: [measured(name, ratio) for ratio in RATIOS] for name in STEPS}
+    for i, ratio in enumerate(RATIOS):
+        cells = (f"{found[name][i][0] / found[name][0][0]:.2f}, {100 * found[name][i][1]:.2f} %"
+                 for name in STEPS)  # fmt: skip
+        print(f"| {ratio} | {' | '.join(cells)} |", flush=True)
+    if options.docs:
+        draw(found)
+
+
+def measured(name: str, ratio: float) -> tuple[float, float]:
+    """Processor time, s, and share of the first frequency that the joints take."""
+    file = ROOT / "inputs" / f"{name}.nml"
+    text = file.read_text()
+    modulus = float(re.search(r"young_modulus = (\S+?)[,\s]", text)[1])
+    step = float(re.search(r"time_step = (\S+?)[,\s]", text)[1])
+    changes = {
+        "contact.normal_stiffness": ratio * modulus,
+        "control.duration": STEPS[name] * step,
+        "control.time_step_control": "fixed",
+    }
+    seconds = []
+    for _ in range(REPEATS):
+        before = time.process_time()
+        sitedda.run(file, output=False, changes=changes)
+        seconds.append(time.process_time() - before)
+    first = sitedda.modes(file, 1, "closed", changes).frequency[0]
+    return min(seconds), 1 - first / sitedda.penalty_for_shift(file, 1.0, "closed").limit
+
+
+def draw(found: dict[str, list[tuple[float, float]]]) -> None:
+    """Time and error over the penalty."""
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(1, 2, figsize=(8, 3.2), layout="constrained")
+    for name, values in found.items():
+        seconds, errors = zip(*values, strict=True)
+        axes[0].loglog(RATIOS, [one / seconds[0] for one in seconds], "o-", label=name)
+        axes[1].loglog(RATIOS, [100 * one for one in errors], "o-", label=name)
+    axes[1].axhline(1.0, color="0.6", linewidth=1)
+    for axis, label in zip(axes, ("time of a run / that at 1 E", "error of f₁, %"), strict=True):
+        axis.set(xlabel="penalty / (E · 1 m)", ylabel=label)
+        axis.legend(frameon=False)
+    figure.savefig(ROOT / "docs" / "howto" / "penalty.png", dpi=110)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,394 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Probable mistakes in a model: one line in run, native run and check; none that is not true."""
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+from model_text import changed, flying_block, group, namelist, rectangle, without
+
+import sitedda
+from sitedda.command import main
+from sitedda.errors import CostWarning
+
+ROCK = {"name": "rock", "density": 2500.0, "young_modulus": 1e9, "poisson_ratio": 0.2}
+GRAVITY = 9.81
+INPUTS = sorted((Path(__file__).parents[3] / "inputs").rglob("*.nml"))
+
+
+def pile(*blocks, supports="xy", **control) -> list:
+    """A floor of 4 m x 1 m that is held, and a brick of 1 m on it, or other blocks."""
+    bricks = blocks or (("brick", rectangle(0.0, 0.0, 1.0, 1.0)),)
+    timing = {} if "duration" in control else {"steps": 3}
+    return [
+        ("control", {"time_step": 1e-3, "gravity": [0.0, -GRAVITY], **timing, **control}),
+        group("contact", normal_stiffness=1e9),
+        ("material", dict(ROCK)),
+        group("joint", name="dry", friction_angle=30.0),
+        group("block", name="floor", vertices=rectangle(-2.0, -1.0, 4.0, 1.0)),
+        *(group("block", name=name, vertices=shape) for name, shape in blocks or bricks),
+        *(
+            group("fixed_point", x=x, y=-0.5, block="floor", direction=supports)
+            for x in (-1.5, 1.5)
+        ),
+    ]
+
+
+def notes_of(groups, write_input) -> list[str]:
+    with sitedda.Simulation(write_input(groups)) as run:
+        return run.notes.splitlines()
+
+
+TWINS = [("twin", rectangle(x, 0.0, 0.5, 0.5)) for x in (0.0, 1.0)]
+HEAP = {"left": (-1.0, 2.0), "right": (0.0, 2.0), "upper": (-0.5, 3.0)}
+FALLING = [(name, rectangle(*place, 1.0, 1.0)) for name, place in HEAP.items()]
+PILLAR = [(f"drum {i}", rectangle(0.0, float(i), 1.0, 1.0)) for i in range(4)]
+ODD = {
+    "strain": (
+        changed(pile(*PILLAR), "material", young_modulus=1e6),
+        r"the weight strains block 'drum 0' by about 8.584 %, beyond the 2 % .*: 85838 Pa over",
+    ),
+    "depth": (
+        changed(pile(), "contact", normal_stiffness=1e4),
+        r"the weight presses block 'brick' about 1.226 m into its support, 122\.6 %",
+    ),
+    "no stiffness": (
+        changed(pile(), "contact", normal_stiffness=1e-3),
+        r"the weight presses block 'brick' about 1.226e7 m into its support",
+    ),
+    "gravity": (pile(gravity=[0.0, GRAVITY]), r"gravity = 0, 9.81 m/s² points upwards"),
+    "radians": (
+        changed(pile(), "joint", friction_angle=0.52),
+        r"friction_angle = 0.52° of &joint 'dry': is it meant in radians\? .* 29.79°",
+    ),
+    "duration": (
+        pile(duration=7e-4),
+        r"duration = 7\S* s of stage 'run' is no whole number of steps .* 1 of them make 0.001 s",
+    ),
+    "no support": (
+        without(pile(), "fixed_point"),
+        r"nothing holds the blocks against gravity: no &fixed_point and no &boundary",
+    ),
+    "support across gravity": (pile(supports="x"), r"nothing holds the blocks against gravity"),
+    "beside the floor": (
+        pile(("brick", rectangle(5.0, 0.0, 1.0, 1.0)), ("tile", rectangle(7.0, 3.0, 1.0, 1.0))),
+        r"nothing holds block 'brick' \(and 1 more\) against gravity",
+    ),
+    "gravity in cm/s²": (
+        pile(gravity=[0.0, -981.0]),
+        r"gravity = 0, -981 m/s²: is it meant in cm/s",
+    ),
+    "gravity sideways": (
+        without(pile(gravity=[GRAVITY, 0.0], supports="xy"), "nothing"),
+        r"gravity = 9.81, 0 m/s² acts along x alone; weight is the second value",
+    ),
+    "unit weight": (
+        changed(pile(), "material", density=25.0),
+        r"density = 25 kg/m³ of &material 'rock': is it a unit weight in kN/m³\? .* 2548 kg/m³",
+    ),
+    "unit weight of soft rock": (
+        [
+            *without(pile(gravity=[0.0, 0.0]), "material"),
+            group("material", **(ROCK | {"density": 25.0, "young_modulus": 5e3})),
+        ],
+        r"density = 25 kg/m³ of &material 'rock': is it a unit weight",
+    ),
+    "lengths in mm": (
+        pile(("stone", rectangle(6000.0, 0.0, 1.0, 1.0)), gravity=[0.0, 0.0]),
+        r"the model measures 6003 m: lengths are in m, not in mm",
+    ),
+    "cohesion in kPa": (
+        changed(pile(), "joint", cohesion=50.0),
+        r"cohesion = 50 Pa of &joint 'dry' is almost zero: is it meant in kPa or MPa\?",
+    ),
+    "few samples": (
+        [*pile(), group("output", history_interval=500000)],
+        r"history_interval = 500000 of &output is more than the \d+ steps of the run",
+    ),
+    "water of another unit": (
+        [*pile(), group("water", surface=[-2.0, 5000.0, 2.0, 5000.0])],
+        r"&water stands up to 4999 m above the model, which is 2 m high: are its levels in m",
+    ),
+    "water that rises": (
+        [
+            *pile(),
+            group(
+                "water",
+                name="flood",
+                surface=[-2.0, 0.0, 2.0, 0.0],
+                time=[0.0, 1.0],
+                rise=[0.0, 300.0],
+            ),
+        ],
+        r"&water 'flood' stands up to 299 m above the model",
+    ),
+    "level of another unit": (
+        [*pile(), group("traction", side="top", level=600.0)],
+        r"&traction stands up to 599 m above the model",
+    ),
+    "water below all": (
+        [*pile(), group("water", surface=[-2.0, -3.0, 2.0, -3.0])],
+        r"&water wets nothing: it lies below the model",
+    ),
+    "soft bed": (
+        [
+            *without(pile(), "fixed_point"),
+            group("boundary", kind="springs", side="bottom", stiffness_per_area=5e4),
+        ],
+        r"the weight presses the model about 0.6131 m into its bed of springs",
+    ),
+    "speed": (
+        changed(pile(), "material", initial_velocity=[50.0, 0.0, 0.0]),
+        r"initial_velocity of &material 'rock' is 50 m/s: faster than rock falls",
+    ),
+    "turn": (
+        changed(pile(), "material", initial_velocity=[0.0, 0.0, 300.0]),
+        r"turns its blocks by 0.3 rad a step: the third value is in rad/s",
+    ),
+    "point on two blocks": (
+        [*pile(), group("measured_point", name="joint", x=0.5, y=0.0)],
+        r"measured point 'joint' lies on block 'floor' and block 'brick', and follows the first",
+    ),
+    "names": (
+        pile(*TWINS),
+        r"2 blocks are named 'twin': a list of names means all of them",
+    ),
+}
+
+
+@pytest.fixture(params=["python", "native"])
+def said(request, native, tmp_path, capsys, monkeypatch):
+    """What a command line says; that of Python within this process, which has no time."""
+
+    def call(*words: str) -> str:
+        if request.param == "native":
+            done = native(*words, folder=tmp_path)
+            return done.stdout + done.stderr
+        monkeypatch.chdir(tmp_path)
+        main([*map(str, words), *(["--no-plot"] if words[0] == "run" else [])])
+        return "".join(capsys.readouterr())
+
+    return call
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_what_is_seldom_meant_is_one_line(said, name, write_input):
+    groups, words = ODD[name]
+    file = write_input(groups)
+    rows = [
+        line
+        for line in said("run", file, "-q").replace("\n      ", " ").splitlines()
+        if line.startswith("note: ")
+    ]
+    assert len(rows) == 1 and re.search(words, rows[0]), rows
+    report = re.sub(r"\n {24}(?!->)", " ", said("check", file))  # its lines are wrapped
+    rows = [line for line in report.splitlines() if line.startswith("warn  input")]
+    assert len(rows) == 1 and re.search(words, rows[0]), rows
+    assert "nothing to do" not in report
+
+
+MEANT = {
+    "as drawn": pile(),
+    "no friction": changed(pile(), "joint", friction_angle=0.0),
+    "next to no friction": changed(pile(), "joint", friction_angle=0.01),
+    "little friction": changed(pile(), "joint", friction_angle=5.0),
+    "a falling block": pile(("brick", rectangle(0.0, 3.0, 1.0, 1.0))),
+    "a falling heap": pile(*FALLING),
+    "a pillar": pile(*PILLAR),
+    "whole steps": pile(duration=3e-3),
+    "many steps and a bit": pile(duration=0.2004),
+    "no weight": without(pile(gravity=[0.0, 0.0]), "fixed_point"),
+    "weight sideways": pile(gravity=[3.0, -GRAVITY]),
+    "held along gravity alone": pile(supports="y"),
+    "a flooded model": [*pile(), group("water", surface=[-2.0, 15.0, 2.0, 15.0])],
+    "water at the foot": [*pile(), group("water", surface=[-2.0, -0.9, 2.0, -0.9])],
+    "a bed": [
+        *without(pile(), "fixed_point"),
+        group("boundary", kind="springs", side="bottom", stiffness_per_area=1e7),
+    ],
+    "a hit": changed(pile(), "material", initial_velocity=[30.0, 0.0, 50.0]),
+    "a point of a named block": [
+        *pile(),
+        group("measured_point", name="joint", x=0.5, y=0.0, block="brick"),
+    ],
+    "a point inside": [*pile(), group("measured_point", name="top", x=0.5, y=1.0)],
+    "nameless twins": pile(*(("", shape) for _, shape in TWINS)),
+}
+
+
+@pytest.mark.parametrize("name", MEANT)
+def test_what_is_meant_is_not_spoken_of(name, write_input):
+    assert notes_of(MEANT[name], write_input) == []
+
+
+def test_what_hangs_on_a_bolt_is_held(write_input):
+    """The bolt joins the block to the floor, beside which it hangs; without it nothing does."""
+    hung = pile(("hung", rectangle(3.0, -1.0, 1.0, 1.0)))
+    bolt = group("bolt", name="bolt", from_=[1.5, -0.5], to=[3.5, -0.5], axial_stiffness=1e8)
+    assert "nothing holds block 'hung' against gravity" in notes_of(hung, write_input)[0]
+    assert notes_of([*hung, bolt], write_input) == []
+
+
+def test_a_point_that_begins_to_hold_later_counts(write_input):
+    groups = pile(supports="none")
+    for at, (name, values) in enumerate(groups):
+        if name == "fixed_point":
+            groups[at] = (name, values | {"name": "grip", "direction": "xy"})
+    groups[0][1].pop("steps")
+    stages = [
+        group("stage", name="fall", steps=2),
+        group("stage", name="hold", steps=2, hold="grip"),
+    ]
+    assert notes_of([*groups, *stages], write_input) == []
+
+
+def test_rollers_hold_along_their_normals(write_input):
+    """Upright edges carry no weight, an inclined one does."""
+    model = sitedda.Model(time_step=1e-3, steps=2, gravity=(0, -GRAVITY))
+    model.material("rock", density=2500.0, young_modulus=1e9, poisson_ratio=0.2)
+    model.joint("dry", friction_angle=30.0)
+    model.block([0, 0, 2, 0, 2, 1, 1, 1], name="wedge")
+    model.boundary("side", "roller", along=[2.0, 0.0, 2.0, 1.0])
+    with sitedda.Simulation(write_input(model.to_namelist())) as run:
+        assert "nothing holds the blocks against gravity" in run.notes
+    model.boundary("slope", "roller", along=[0.0, 0.0, 1.0, 1.0])
+    with sitedda.Simulation(write_input(model.to_namelist())) as run:
+        assert run.notes == ""
+
+
+def test_the_name_of_two_blocks_means_the_one_at_the_point(write_input):
+    twins = pile(*TWINS)
+    point = group("measured_point", name="right", x=1.25, y=0.25, block="twin")
+    with sitedda.Simulation(write_input([*twins, point])) as run:
+        assert run.notes.count("\n") == 0
+
+
+def test_the_reference_of_stop_is_one_block(write_input):
+    twins = pile(*TWINS)
+    stop = group("stop", displacement=1.0, reference="twin")
+    with pytest.raises(sitedda.InputError, match="'twin' is the name of 2 blocks"):
+        sitedda.Simulation(write_input([*twins, stop]))
+
+
+# --- What has happened ---------------------------------------------------------------------------
+
+
+def unwrapped(words: str) -> list[str]:
+    """Lines of a verdict, each whole."""
+    return re.sub(r"\n {7,}", " ", words).splitlines()
+
+
+def test_large_strains_and_deep_contacts_are_said_at_the_end(said, write_input):
+    """Rest by hand: a brick of weight W sinks W/2k into the floor."""
+    soft = changed(pile(settle=True), "contact", normal_stiffness=1e5)
+    words = said("run", write_input(soft), "-q")
+    row = next(line for line in unwrapped(words) if "deep in block" in line)
+    depth = float(re.search(r"is (\S+) m deep in block", row)[1])
+    assert depth == pytest.approx(2500 * GRAVITY / 2 / 1e5, rel=1e-3), row
+    assert re.search(r"12\.2\d* % of the size .* limit 5 %", row) and "strained by" not in words
+
+    weak = changed(pile(settle=True), "material", young_modulus=2e5)
+    words = said("run", write_input(weak), "-q")
+    strain = "block .* is strained by .* % at t = .* s, beyond the 2 % of small"
+    assert re.search(strain, " ".join(words.split()))
+    assert "deep in block" not in words
+
+
+def test_what_was_deep_on_the_way_is_said_with_its_time(said, write_input):
+    """A stone of mass m falls by h on two corners: 2kd²/2 = mg(h + d); it ends in the air."""
+    stiffness, height = 2e6, 0.2
+    groups = pile(("stone", rectangle(0.0, height, 1.0, 1.0)), duration=0.4,
+                  integration="backward_euler")  # fmt: skip
+    groups = changed(changed(groups, "contact", normal_stiffness=stiffness), "control",
+                     time_step=1e-4)  # fmt: skip
+    words = said("run", write_input(groups), "-q")
+    row = next(line for line in unwrapped(words) if "deep in block" in line)
+    weight = 2500 * GRAVITY
+    static = weight / (2 * stiffness)
+    depth = static * (1 + math.sqrt(1 + 2 * height / static))
+    found = re.search(r"is (\S+) m deep in block .* at t = (\S+) s", row)
+    assert depth > 0.05
+    assert float(found[1]) == pytest.approx(depth, rel=0.02), row
+    fall, omega = math.sqrt(2 * height / GRAVITY), math.sqrt(GRAVITY / static)
+    slowed = math.pi / 2 + math.atan(math.sqrt(static / (2 * height)))
+    assert float(found[2]) == pytest.approx(fall + slowed / omega, rel=0.02), row
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_a_gap_closed_by_static_steps_is_said(said, write_input, command):
+    """Displacements count from rest: the way to it is in no other figure."""
+    gap, sinks = 0.01, 2500 * GRAVITY / 2 / 1e9
+    file = write_input(pile(("brick", rectangle(0.0, gap, 1.0, 1.0)), settle=True))
+    words = " ".join(said(command, file).split())
+    found = re.search(r"from the model as drawn block 2 'brick' has moved by (\S+) m", words)
+    found = found or re.search(r"farthest moved block 2 'brick', by (\S+) m", words)
+    assert float(found[1]) == pytest.approx(gap + sinks, rel=1e-3)
+
+
+def test_small_strains_and_depths_are_not_said(said, write_input):
+    words = said("run", write_input(pile()), "-q")
+    assert "strained by" not in words and "deep in block" not in words
+
+
+@pytest.mark.parametrize("file", INPUTS, ids=lambda file: file.stem)
+def test_shipped_inputs_have_no_probable_mistakes(file):
+    with sitedda.Simulation(file) as run:
+        notes = [line for line in run.notes.splitlines() if "softens within a step" not in line]
+        assert not notes and "is it meant in" not in run.block_notes()
+
+
+def test_a_compliant_base_without_motion_is_said(write_input):
+    """The same model with a motion, or with a base that only absorbs, is not spoken of."""
+    model = sitedda.Model(time_step=1e-3, steps=2, analysis="plane_strain")
+    model.material("soil", density=2000.0, young_modulus=1e8, poisson_ratio=0.3)
+    model.joint("j", friction_angle=45.0)
+    model.block(rectangle(0.0, 0.0, 10.0, 1.0))
+    model.motion("m", values=[0.0, 1.0, 0.0], time_step=0.01, quantity="velocity")
+    for kind, motion, words in (("compliant", "", "has no motion"), ("compliant", "m", ""),
+                                ("viscous", "", "")):  # fmt: skip
+        one = sitedda.Model.from_namelist(model.to_namelist() if motion else without_motion(model))
+        one.boundary("base", kind, side="bottom", **({"motion_x": motion} if motion else {}))
+        with sitedda.Simulation(write_input(one.to_namelist())) as run:
+            assert words in run.notes and bool(run.notes) == bool(words), (kind, motion, run.notes)
+
+
+def without_motion(model) -> str:
+    """The text of a model without what moves it."""
+    return re.sub("(?s)&motion.*?/\n", "", model.to_namelist())
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("&joint_set angle = 30, spacing = 500 /", "spacing = 500 m is more than the 56.57 m"),
+        ("&mesh regions = '*', size = 2, fine_size = 4, fine_along = 0, 0, 9, 9 /",
+         "fine_size = 4 m is above size = 2 m"),
+        ("&joint_set angle = 30, spacing = 50 /", ""),
+        ("&mesh regions = '*', size = 4, fine_size = 2, fine_along = 0, 0, 9, 9 /", ""),
+    ],
+)  # fmt: skip
+def test_sizes_of_what_blocks_are_made_from(more, words, write_input):
+    groups = [one for one in pile() if one[0] not in ("block", "fixed_point")]
+    region = f"&region outline = 0, 0, 40, 0, 40, 40, 0, 40 /\n{more}\n"
+    with sitedda.Simulation(write_input(namelist(groups) + region)) as run:
+        assert words in run.block_notes()
+        assert words or "m is" not in run.block_notes()
+
+
+def test_many_cells_are_announced(monkeypatch):
+    monkeypatch.setattr("sitedda.build.meshing.meshed._MANY", 10)
+    model = sitedda.Model(time_step=1e-3, steps=1)
+    model.block(rectangle(0.0, 0.0, 10.0, 1.0), name="beam")
+    model.mesh(blocks="beam", size=0.5)
+    with pytest.warns(CostWarning, match="about 40 cells take minutes"):
+        model.build()
+
+
+def test_blocks_of_very_different_widths_have_notes(write_input, native):
+    """A width of 1e-9 of the model's ended the process: the number of columns was no integer."""
+    wall = {"brick_length": 6.5e-9, "brick_height": 0.5, "bricks": 2, "courses": 3}
+    groups = changed(flying_block(gravity=[0.0, -9.8]), "block", vertices=rectangle(-1, -1, 5, 1))
+    groups = [*without(groups, "measured_point"), ("wall", wall)]
+    groups.append(group("fixed_point", x=0.0, y=-0.5))
+    assert native("check", write_input(groups)).returncode >= 0  # no signal

@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A site in a CSV file: read, as a column, as blocks, from the command line."""
+
+import math
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda import InputError
+from sitedda.signals import spectral_acceleration
+from sitedda.site import beside, read_profile
+
+SITE = """# a comment
+depth (m), Vs (m/s), Vp (m/s), density (kg/m3), damping (%), curve
+0, 150, 1500, 1800, 2, darendeli 15
+4, 200, 1500, 1850, 2, hyperbolic 5e-4
+10, 280, 1600, 1900, 1.5,
+20, 760, 1900, 2200, 0.5, linear
+"""
+
+
+@pytest.fixture
+def site(tmp_path):
+    """A file with a text; by default three layers on a half-space."""
+
+    def write(text=SITE, name="vs.csv"):
+        file = tmp_path / name
+        file.write_text(text)
+        return file
+
+    return write
+
+
+def test_a_profile_and_its_mean_velocity(site):
+    found = read_profile(site())
+    assert [one.thickness for one in found.layers] == [4, 6, 10]
+    assert found.half_space.shear_velocity == 760
+    assert found.layers[0].damping == pytest.approx(0.02)
+    time = 4 / 150 + 6 / 200 + 10 / 280 + 10 / 760
+    assert found.mean_velocity() == pytest.approx(30 / time)
+    assert found.mean_velocity(8.0) == pytest.approx(8 / (4 / 150 + 4 / 200))
+    assert f"V_s30 = {30 / time:.4g} m/s" in str(found)
+    assert found.plot().axes
+
+
+def test_other_heads_units_and_separators_say_the_same(site):
+    foot, weight = 0.3048, 9.80665e-3
+    rows = ["thickness [ft]; v_s (km/s); nu; unit weight (kN/m³); damping (1)"]
+    given = read_profile(site())
+    for one in given.layers:
+        ratio = (one.pressure_velocity / one.shear_velocity) ** 2
+        nu = (ratio - 2) / (2 * ratio - 2)
+        numbers = (one.thickness / foot, one.shear_velocity / 1e3, nu, one.density * weight)
+        rows.append("; ".join(f"{n!r}" for n in (*numbers, one.damping)))
+    below = given.half_space
+    ratio = (below.pressure_velocity / below.shear_velocity) ** 2
+    nu = (ratio - 2) / (2 * ratio - 2)
+    rows.append(f"; 0.76; {nu!r}; {below.density * weight!r}; 0.005")
+    same = read_profile(site("\n".join(rows), "other.csv"))
+    for mine, theirs in zip((*same.layers, same.half_space), (*given.layers, below), strict=True):
+        for name in ("thickness", "shear_velocity", "pressure_velocity", "density", "damping"):
+            assert getattr(mine, name) == pytest.approx(getattr(theirs, name), rel=1e-9), name
+
+
+def test_depths_of_bottoms_and_a_file_without_half_space(site):
+    found = read_profile(site("depth (m),vs (m/s),density (kg/m3)\n4,150,1800\n10,200,1850\n"))
+    assert [one.thickness for one in found.layers] == [4, 6]
+    assert found.half_space is None
+    assert found.column().base == "rigid"
+    with pytest.raises(InputError, match="has no half-space"):
+        found.column("half_space")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "is empty"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n", "no layers"),
+        ("depth, Vs (m/s), density (kg/m3)\n0,1,1\n", "row 1: depth: the unit is missing"),
+        ("depth (m), Vs (mph), density (kg/m3)\n0,1,1\n", "unit 'mph' is not known"),
+        ("depth (m), speed (m/s)\n0,1\n", "there is no column 'speed'"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n0,fast,1800\n", "row 2: shear_velocity = 'fast'"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n4,150,\n", r"density \(kg/m3\) has a gap"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n4,-150,1800\n", r"Vs \(m/s\) is -150"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n4,150,1800\n3,150,1800\n", "-1 m thick"),
+        ("Vs (m/s), density (kg/m3)\n150,1800\n", "give one column of depth"),
+        ("depth (m), Vs (m/s), Vp (m/s), density (kg/m3)\n4,150,160,1800\n", "√\\(4/3\\)"),
+        ("depth (m), Vs (m/s), density (kg/m3), curve\n4,150,1800,seed 3\n", "curve = 'seed 3'"),
+        ("depth (m), Vs (m/s), density (kg/m3), Vs (m/s)\n4,150,1800,1\n", "two columns"),
+        ("depth (m), Vs (m/s), density (kg/m3), damping (%)\n4,150,1800,80\n", "damping = 0.8"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n4,nan,1800\n", "not a usable number"),
+    ],
+)
+def test_files_that_cannot_be_read(site, text, words):
+    with pytest.raises(InputError, match=words):
+        read_profile(site(text))
+
+
+def test_curves_have_the_stress_of_their_depth(site):
+    from sitedda.site import darendeli
+
+    dry, wet = (read_profile(site()).curves(*w) for w in ((), (2.0,)))
+    assert dry[2] is None
+    stress = 2.0 * 1800 * 9.80665 * 2 / 3
+    np.testing.assert_allclose(dry[0].reduction, darendeli(stress, 15.0).reduction)
+    middle = (4 * 1800 + 3 * 1850) * 9.80665
+    assert dry[1].reduction_at(5e-4) == pytest.approx(0.5, rel=1e-3)
+    assert middle > stress
+    np.testing.assert_allclose(wet[0].reduction, dry[0].reduction)  # at the water table
+    table = "strain,reduction,damping\n1e-5,1,0.01\n1e-3,0.5,0.1\n"
+    site(table, "clay.csv")
+    found = read_profile(site(SITE.replace("darendeli 15", "clay.csv"), "b.csv")).curves()
+    np.testing.assert_allclose(found[0].reduction, [1, 0.5])
+
+
+def model_of(file, **values) -> sitedda.Model:
+    """A model whose ground is that of a file."""
+    model = sitedda.Model("site", time_step=1e-4, steps=1, integration="midpoint")
+    model.control(analysis="plane_strain")
+    model.profile(str(file), **values)
+    return model
+
+
+@pytest.mark.parametrize("columns", [1, 3])
+def test_blocks_amplify_as_the_column(site, columns):
+    """Surface over outcrop, with the damping of the materials left out."""
+    lines = SITE.replace(", 2,", ", 0,").replace("1.5,", "0,").replace("0.5,", "0,")
+    file = site(lines)
+    frequencies = np.linspace(0.5, 8.0, 31)
+    exact = abs(read_profile(file).column().transfer(frequencies, kind="outcrop"))
+    errors = []
+    for highest in (10.0, 20.0):
+        model = model_of(file, columns=columns, highest_frequency=highest)
+        found = abs(sitedda.transfer(model, frequencies, surface="surface", base=None))
+        errors.append(np.max(abs(found - exact)) / exact.max())
+    assert errors[0] < 0.05
+    assert errors[1] < 0.4 * errors[0]
+
+
+def file_of_layers(folder, text):
+    """An input beside a profile of one layer on nothing."""
+    folder.mkdir()
+    head = "thickness (m), Vs (m/s), Vp (m/s), density (kg/m3)"
+    (folder / "vs.csv").write_text(f"{head}\n5, 200, 400, 1800\n")
+    (folder / "site.nml").write_text(text)
+    return folder / "site.nml"
+
+
+def test_a_profile_runs_from_both_programs_and_beside_its_column(tmp_path, site, native, same_bits):
+    site()
+    values = "values = 20*0.0, 1.0, 2.0, 0.0, -2.0, -1.0, 100*0.0"
+    text = f"""&control time_step = 2e-3, duration = 4, analysis = 'plane_strain' /
+    &motion name = 'quake', quantity = 'acceleration', time_step = 0.02, {values} /
+    &profile file = 'vs.csv', motion_x = 'quake', highest_frequency = 25 /
+    &amplification lowest = 0.5, highest = 8 /
+    """
+    file = tmp_path / "site.nml"
+    file.write_text(text)
+    run = sitedda.run(file, tmp_path / "a.nc")
+    assert run.history.point.values.tolist() == ["surface", "depth_4", "depth_10", "base"]
+    from sitedda.building import build_file
+
+    built, made = build_file(file)
+    assert any("curves of vs.csv do not act" in one for one in made.messages)
+    assert not any("half-space" in one for one in made.messages)
+    rigid = build_file(file_of_layers(tmp_path / "rigid", text), tmp_path / "rigid.nml")[1]
+    assert any("vs.csv ends without a half-space" in one for one in rigid.messages)
+    native.ok("run", built, "-o", tmp_path / "b.nc", "-q")
+    same_bits(tmp_path / "a.nc", tmp_path / "b.nc")
+    found = beside(run.history)
+    peak = abs(found.column_surface).max()
+    assert abs(found.surface - found.column_surface).max() < 0.05 * peak
+    same = sitedda.Model.read(file).build().run()
+    np.testing.assert_array_equal(same.history.velocity, run.history.velocity)
+
+
+@pytest.mark.parametrize("sides", ["tied", "free_field", "roller"])
+def test_sides_of_level_ground_move_alike(site, sides):
+    model = model_of(site(), columns=4, sides=sides, highest_frequency=8.0, motion_x="quake")
+    model.control(duration=0.6, time_step=2e-3)
+    model.motion("quake", [0.0, 1.0, -1.0, 0.0], 0.05, "acceleration", drift_order=0)
+    found = model.run().history.acceleration.sel(point="surface", axis="x").values
+    tied = model_of(site(), sides="tied", highest_frequency=8.0, motion_x="quake")
+    tied.control(duration=0.6, time_step=2e-3)
+    tied.motion("quake", [0.0, 1.0, -1.0, 0.0], 0.05, "acceleration", drift_order=0)
+    wanted = tied.run().history.acceleration.sel(point="surface", axis="x").values
+    bound = 0.03 if sides == "roller" else 1e-6  # rollers do not keep upright faces straight
+    assert abs(found - wanted).max() < bound * abs(wanted).max()
+
+
+@pytest.mark.filterwarnings("error::sitedda.PeakWarning")
+def test_layers_that_yield_follow_the_nonlinear_column(site, root):
+    """By each kind of curve, at strains where the linear column is far off."""
+    site("strain,reduction,damping\n1e-6,1,.01\n1e-4,.8,.03\n1e-3,.3,.12\n1e-2,.05,.2\n", "c.csv")
+    text = SITE.replace("1.5,", "1.5, c.csv")
+    model = model_of(site(text), law="hysteretic", water_table=2.0, highest_frequency=15.0,
+                     motion_x="quake")  # fmt: skip
+    model.control(duration=10.0, time_step=2e-3)
+    record = root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
+    model.motion("quake", file=str(record), scale=0.3)
+    model.amplification(lowest=0.5, highest=8.0)
+    found = beside(model.run().history)  # without a word of a linear peak
+    periods = [0.1, 0.2, 0.5, 1.0]
+    blocks, column, linear = (
+        spectral_acceleration(one, found.response.motion.time_step, periods)
+        for one in (found.surface, found.column_surface, found.columns["linear"].acceleration())
+    )
+    np.testing.assert_allclose(blocks, column, rtol=0.02)
+    assert np.max(abs(linear / column - 1)) > 0.2
+
+
+def test_curves_become_those_of_materials(site):
+    text = SITE.replace("hyperbolic 5e-4", "mkz 5e-4 1.2 0.9")
+    model = model_of(site(text), law="hysteretic", water_table=2.0).build()
+    first, second, third, base = model["material"]
+    assert (first.curve, first.plasticity_index) == ("darendeli", 15.0)
+    assert first.mean_stress == pytest.approx(2.0 * 1800 * 9.80665 * 2 / 3)
+    assert (second.curve, second.curve_factor, second.curve_power) == ("mkz", 1.2, 0.9)
+    assert third.law is base.law is None
+    deep = model_of(site(SITE.replace("1.5,", "1.5, darendeli 0")),
+                    law="hysteretic", water_table=2.0, pressure_at_rest=1.0).build()  # fmt: skip
+    total = 4 * 1800 + 6 * 1850 + 5 * 1900
+    assert deep["material"][2].mean_stress == pytest.approx((total - 13e3) * 9.80665)
+
+
+@pytest.mark.parametrize(
+    ("curve", "words"),
+    [
+        ("linear", "no layer of .* has a curve"),
+        ("hyperbolic", "row 2: curve = 'hyperbolic': hyperbolic has 1 numbers at most"),
+        ("darendeli 1 2 3 4", "at most: plasticity_index, ocr, reference_frequency"),
+        ("none.csv", "none.csv"),
+    ],
+)
+def test_curves_that_no_material_has(site, curve, words):
+    text = f"depth (m),vs (m/s),vp (m/s),density (kg/m3),curve\n4,150,400,1800,{curve}\n"
+    with pytest.raises(InputError, match=words):
+        model_of(site(text), law="hysteretic").build()
+
+
+def test_a_rigid_base(site):
+    text = "depth (m),vs (m/s),vp (m/s),density (kg/m3)\n4,150,400,1800\n"
+    model = model_of(site(text), highest_frequency=10.0)
+    built = model.build()
+    assert [group.kind for group in built["boundary"]] == ["fixed", "tied"]
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"base": "compliant"}, "needs a half-space"),
+        ({"columns": 0}, "columns"),
+        ({"base": "none", "motion_x": "quake"}, "leave out motion_x"),
+        ({"highest_frequency": 1e7}, "blocks exceed the limit of"),
+    ],
+)
+def test_ground_that_cannot_be_made(site, values, words):
+    text = "depth (m),vs (m/s),vp (m/s),density (kg/m3)\n4,150,400,1800\n"
+    with pytest.raises(InputError, match=words):
+        model_of(site(text), **values).build()
+    with pytest.raises(InputError, match="row 2: blocks need pressure_velocity"):
+        model_of(site(text.replace(",vp (m/s)", "").replace(",400", ""))).build()
+
+
+def test_the_command_prints_and_draws(tmp_path, site, main, root):
+    file = site()
+    done = main.ok("site", file)
+    assert "V_s30 = " in done.stdout
+    assert (tmp_path / "vs_profile.png").stat().st_size > 1e4
+    linear = site("\n".join(line.rsplit(",", 1)[0] for line in SITE.splitlines()), "linear.csv")
+    record = root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
+    done = main.ok("site", linear, "--record", record)
+    assert "outcrop motion" in done.stdout
+    assert (tmp_path / "linear_profile.png").exists()
+    (tmp_path / "linear_profile.png").write_bytes(b"another's")
+    main.ok("site", linear, "--record", record, "-o", tmp_path / "only.png")
+    assert (tmp_path / "only.png").exists()
+    assert (tmp_path / "linear_profile.png").read_bytes() == b"another's"
+    assert (tmp_path / "linear_site.png").exists()
+    assert main("site", tmp_path / "none.csv").returncode == 1
+    assert math.isfinite(read_profile(linear).mean_velocity())
+
+
+def test_strength_of_the_file_is_what_the_curves_end_at(site):
+    from sitedda.site import darendeli, gqh, strength_corrected
+
+    head = "depth (m), Vs (m/s), density (kg/m3), su (kPa), phi (deg), curve\n"
+    rows = "4, 150, 1800, 40, , darendeli 30\n10, 200, 1850, , 33, darendeli 0\n"
+    found = read_profile(site(head + rows, "strong.csv"))
+    friction = (4 * 1800 + 3 * 1850) * 9.80665 * math.tan(math.radians(33))
+    assert found.strengths() == pytest.approx([40e3, friction])
+    assert found.strengths(2.0)[1] < friction  # below water
+    plain = read_profile(
+        site((head + rows).replace("40, ,", ", ,").replace(", 33,", ", ,"), "b.csv")
+    )
+    for layer, one, other, strength in zip(
+        found.layers, found.curves(), plain.curves(), found.strengths(), strict=True
+    ):
+        modulus = layer.density * layer.shear_velocity**2
+        assert 0.85 * strength < one.implied_strength(modulus) <= strength
+        small = np.logspace(-6, -3.5, 20)
+        np.testing.assert_allclose(one.reduction_at(small), other.reduction_at(small), atol=0.03)
+        stress = one.strain * one.reduction
+        assert np.all(np.diff(stress) > 0)
+        np.testing.assert_allclose(one.damping_at(small), other.damping_at(small))
+    exact = gqh(1e-3, [0.3, 0.5, 1.0, 1.0, 0.9])
+    again = strength_corrected(exact, 1e8, 1e5)
+    np.testing.assert_allclose(again.reduction_at(exact.strain), exact.reduction, atol=0.01)
+    with pytest.raises(ValueError, match="% of the shear modulus"):
+        strength_corrected(darendeli(1e5), 1e8, 1e3)
+    row = "4, 150, 1800, , , gqh 1e-3 0.3 0.5 1 1 0.9\n"
+    np.testing.assert_allclose(
+        read_profile(site(head + row, "c.csv")).curves()[0].reduction, exact.reduction
+    )
+    with pytest.raises(InputError, match="row 2: shear_strength must be above 0"):
+        read_profile(site(head + "4, 150, 1800, -1, , linear\n", "d.csv"))
+
+
+def test_an_implied_strength_that_no_soil_has_is_said(site):
+    head = "depth (m), Vs (m/s), density (kg/m3), curve\n"
+    words = read_profile(site(head + "2, 400, 1900, hyperbolic 1e-2\n")).strength_words()
+    assert "row 2: the curves imply a shear strength of" in words
+    assert not read_profile(site(head + "2, 400, 1900, linear\n")).strength_words()

@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Stiffnesses from measured modes: derivatives, recovery, doubts, files."""
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda.calibration import MeasuredMode, calibrate, family_of, measured_modes, odds
+from sitedda.checking import matrices
+from sitedda.command import main
+from sitedda.errors import InputError
+
+NORMAL, SHEAR = (f"joint[bed].{kind}_stiffness_per_area" for kind in ("normal", "shear"))
+BED = "boundary[*].stiffness_per_area"
+
+
+def column(count=4, towers=1, shear=1.2e9, spring=2e9) -> sitedda.Model:
+    """Equal towers of blocks on beds of springs, which nothing connects."""
+    model = sitedda.Model("column", time_step=1e-3, steps=1)
+    model.contact(normal_stiffness=1e9)
+    model.material("stone", density=2200.0, young_modulus=2e9, poisson_ratio=0.2)
+    model.joint("bed", friction_angle=35.0, normal_stiffness_per_area=3e9,
+                shear_stiffness_per_area=shear)  # fmt: skip
+    for k in range(towers):
+        for i in range(count):
+            left, low = 3.0 * k, 0.5 * i
+            box = [left, low, left + 0.8, low, left + 0.8, low + 0.5, left, low + 0.5]
+            model.block(box, name=f"b{k}_{i}")
+            model.measured_point(f"p{k}_{i}", left + 0.4, low + 0.25, f"b{k}_{i}")
+        model.boundary(kind="springs", blocks=f"b{k}_0", side="bottom", stiffness_per_area=spring)
+    return model
+
+
+CENTRE = {NORMAL: 3e9, SHEAR: 1.2e9, BED: 2e9, "material[stone].young_modulus": 2e9}
+RANGES = {name: (value / 3, value * 3) for name, value in CENTRE.items()}
+
+
+def test_matrices_have_the_modes_of_the_model():
+    stiffness, mass, points, names = matrices(column())
+    found = sitedda.modes(column(), 4)
+    shapes = found.shapes.reshape(4, -1).T
+    assert np.allclose(shapes.T @ mass @ shapes, np.eye(4), atol=1e-9)
+    squares = (2 * np.pi * found.frequency) ** 2
+    assert np.allclose(shapes.T @ stiffness @ shapes, np.diag(squares), rtol=1e-9, atol=1e-6)
+    unit = np.zeros(mass.shape[0]).reshape(-1, 6)
+    unit[:, 0], unit[:, 2] = 1.0, 0.1  # about the centroid, where the points are
+    assert names == ["p0_0", "p0_1", "p0_2", "p0_3"]
+    assert np.allclose((points @ unit.ravel()).reshape(-1, 2), [1.0, 0.0])
+
+
+@pytest.mark.parametrize("towers", [1, 2], ids=["simple roots", "double roots"])
+def test_derivatives_of_eigenvalues(towers):
+    """To 1e-8 against differences of fourth order; equal towers have every ω² twice."""
+    family = family_of(column(towers=towers), CENTRE)
+    theta, count = np.array(list(CENTRE.values())), 4
+    squares, slopes = family.slopes(theta, count)
+    if towers == 2:
+        assert np.allclose(squares[::2], squares[1::2], rtol=1e-11)
+    for i in range(len(theta)):
+        h = 4e-3 * theta * (np.arange(len(theta)) == i)
+        f = [family.modes(theta + s * h, count)[0] for s in (-2, -1, 1, 2)]
+        slope = (f[0] - 8 * f[1] + 8 * f[2] - f[3]) / (12 * h[i])
+        assert slopes[:, i] * theta[i] == pytest.approx(slope * theta[i], abs=1e-8 * squares[0])
+
+
+def test_double_roots_that_part():
+    """Towers whose double ω² parts as one is stiffened: no derivative of one sorted vector."""
+    family = family_of(column(towers=2), {"boundary[2].stiffness_per_area": 2e9})
+    squares, slopes = family.slopes([2e9], 2)
+    assert np.ptp(squares) < 1e-10 * squares[0]
+    h = 1e5
+    ahead = [family.modes([2e9 + s * h], 2)[0] - squares for s in (1, 2)]
+    assert slopes[:, 0] == pytest.approx(
+        (4 * ahead[0] - ahead[1]) / (2 * h), rel=1e-5, abs=1e-5 * slopes[1, 0]
+    )
+    assert slopes[1, 0] > 1e3 * abs(slopes[0, 0])
+
+
+def seen(model, count=4, noise=0.0, seed=0, shapes=False) -> list[MeasuredMode]:
+    """Modes of a model as if they were measured."""
+    found, random = sitedda.modes(model, count), np.random.default_rng(seed)
+    *_, points, names = matrices(model)
+    at = [f"{name}.{axis}" for name in names for axis in "xy"] if shapes else []
+    rows = [dict(zip(at, points @ s.ravel(), strict=False)) for s in found.shapes]
+    return [MeasuredMode(f * np.exp(noise * random.standard_normal()), max(noise, 0.002) * f, row)
+            for f, row in zip(found.frequency, rows, strict=True)]  # fmt: skip
+
+
+def truth() -> sitedda.Model:
+    return column(shear=0.9e9, spring=3.1e9)
+
+
+def test_recovers_stiffnesses():
+    found = calibrate(column(), seen(truth()), {SHEAR: RANGES[SHEAR], BED: RANGES[BED]},
+                      discrepancy=0.0)  # fmt: skip
+    assert found.best == pytest.approx([0.9e9, 3.1e9], rel=0.02)
+    assert np.all((found.low < [0.9e9, 3.1e9]) & (found.high > [0.9e9, 3.1e9]))
+    assert np.all(abs(found.misfit) < 1) and found.reduction_error < 1e-5
+    assert len(found.doubts) == 1 and "friction" in found.doubts[0]
+    assert found.to_dataset().samples.shape == (1000, 2)
+
+
+def test_shapes_say_which_mode_it_is():
+    """A list of modes in another order, one of them left out, is met by their shapes."""
+    modes = seen(truth(), 5, shapes=True)
+    found = calibrate(column(), [modes[3], modes[0], modes[1]],
+                      {SHEAR: RANGES[SHEAR], BED: RANGES[BED]}, discrepancy=0.0)  # fmt: skip
+    assert found.number.tolist() == [4, 1, 2]
+    assert found.mac == pytest.approx(1.0, abs=1e-3)
+    assert found.best == pytest.approx([0.9e9, 3.1e9], rel=0.02)
+
+
+def test_gradient_of_the_posterior():
+    from sitedda.calibration.measured import Observations
+    from sitedda.calibration.posterior import Posterior
+
+    family = family_of(column(), CENTRE)
+    y = np.hstack([family.modes(np.array(list(CENTRE.values())) * s, 8)[1] for s in (0.5, 1, 2)])
+    *_, names = matrices(column())
+    observations = Observations.of(seen(truth(), 3, 0.02, shapes=True), names)
+    mean = np.append(np.log(list(CENTRE.values())), np.log(0.02))
+    posterior = Posterior(family.reduced(y), observations, mean, np.ones(5), None)
+    x = mean + [0.1, -0.2, 0.3, 0.05, 0.4]
+    _, slope = posterior.minus_log(x)
+    for i, h in enumerate(1e-5 * np.eye(5)):
+        high, low = posterior.log((x + h)[None]), posterior.log((x - h)[None])
+        assert slope[i] == pytest.approx(float((low - high)[0]) / 2e-5, rel=1e-5, abs=1e-5)
+
+
+def test_says_what_cannot_be_met_or_known():
+    modes = seen(truth(), noise=0.02)
+    wrong = [modes[0], MeasuredMode(1.5 * modes[0].frequency, 0.01 * modes[0].frequency)]
+    found = calibrate(column(), wrong, {SHEAR: RANGES[SHEAR]})
+    assert any("cannot be met" in words for words in found.doubts)
+    blind = {SHEAR: RANGES[SHEAR], "material[stone].young_modulus": (1e9, 1e12)}
+    found = calibrate(column(), modes[:1], blind)
+    assert any("do not determine" in words or "combination" in words for words in found.doubts)
+    right = calibrate(column(), modes, {SHEAR: RANGES[SHEAR], BED: RANGES[BED]})
+    poor = calibrate(column(), modes, {SHEAR: (1e7, 1e8), BED: RANGES[BED]})
+    assert odds({"right": right, "poor": poor})["right"] > 0.99
+
+
+def test_sampler_agrees_with_laplace():
+    pytest.importorskip("emcee")
+    modes, unknowns = seen(truth(), 3, 0.02), {SHEAR: RANGES[SHEAR], BED: RANGES[BED]}
+    one = calibrate(column(), modes, unknowns, discrepancy=0.0, samples=4000)
+    two = calibrate(column(), modes, unknowns, discrepancy=0.0, samples=4000, sampler="ensemble")
+    assert two.median == pytest.approx(one.median, rel=0.02)
+    assert two.deviation == pytest.approx(one.deviation, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("unknowns", "words"),
+    [
+        ({}, "at least one unknown"),
+        ({NORMAL: (2e9, 1e9)}, "0 < low < high"),
+        ({"joint[bed].friction_angle": (20, 40)}, "changes no stiffness"),
+        ({"material[stone].density": (2000, 3000)}, "changes masses"),
+        ({"contact.normal_stiffness": (1e8, 1e9)}, "changes no stiffness"),
+        ({"joint[bed].normal_stifness_per_area": (1e8, 1e9)}, "normal_stifness"),
+    ],
+)
+def test_refuses_unknowns(unknowns, words):
+    with pytest.raises(InputError, match=words.replace("(", r"\(")):
+        calibrate(column(), seen(column(), 2), unknowns)
+
+
+def test_refuses_what_is_not_linear():
+    model = column(shear=None)
+    with pytest.raises(InputError, match="not linear"):
+        calibrate(model, seen(model, 2), {NORMAL: RANGES[NORMAL], "contact.shear_ratio": (1, 4)})
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("frequency\n", "give a heading"),
+        ("frequency,width\n3,1\n", "line 1: column 'width' is not known"),
+        ("frequency,deviation\n3,0.1\n-1,0.1\n", "line 3: frequency = -1"),
+        ("# sensors\nfrequency\n3\n", "line 3: deviation is missing"),
+        ("low,high\n3,2\n", "low = 3 must be below"),
+        ("frequency,deviation\n3\n", "line 2: 1 values under 2"),
+    ],
+)
+def test_refuses_tables(tmp_path, text, words):
+    (tmp_path / "modes.csv").write_text(text)
+    with pytest.raises(InputError, match=words):
+        measured_modes(tmp_path / "modes.csv")
+
+
+def test_refuses_points_and_doubles():
+    with pytest.raises(InputError, match="measured points of the model"):
+        calibrate(column(), [MeasuredMode(3, 0.1, {"top.x": 1, "p0_0.x": 2})], {BED: (1e8, 1e9)})
+    twice = [MeasuredMode(3, 0.1, mode=1), MeasuredMode(4, 0.1, mode=1)]
+    with pytest.raises(InputError, match="same mode"):
+        calibrate(column(), twice, {BED: (1e8, 1e9)})
+
+
+def test_command_and_study(tmp_path, capsys, monkeypatch):
+    """The samples of the command are the sample of a study."""
+    monkeypatch.chdir(tmp_path)
+    model = truth()
+    model.write("column.nml")
+    rows = [f"{m.frequency},{m.deviation},{m.shape['p0_0.x']},{m.shape['p0_3.x']},0.02"
+            for m in seen(model, 2, shapes=True)]  # fmt: skip
+    (tmp_path / "modes.csv").write_text(
+        "\n".join(["frequency,deviation,p0_0.x,p0_3.x,damping", *rows])
+    )
+    command = ["calibrate", "column.nml", "modes.csv", "--samples", "50",
+               "--unknown", f"{SHEAR}=3e8:3e9", "--unknown", f"{BED}=1e9:1e10"]  # fmt: skip
+    assert main(command) == 0 and main(command) == 0  # it replaces its own files
+    printed = capsys.readouterr().out
+    assert "MAC 1.00" in printed and "ln evidence" in printed and "damping 2 %" in printed
+    assert (tmp_path / "column_calibration.png").exists()
+    (tmp_path / "study.toml").write_text(
+        'model = "column.nml"\nresults = ["displacement[p0_3].x.max"]\n'
+        "[fixed]\n'control.gravity' = [0.0, -9.81]\n"
+        '[sample]\nfile = "column_calibration.csv"\ncount = 3\n'
+        "[sample.parameters]\n"
+        '"joint[bed].friction_angle" = {distribution = "uniform", low = 20, high = 40}\n'
+    )
+    assert main(["study", "study.toml", "-q"]) == 0
+    import xarray as xr
+
+    with xr.open_dataset("study_study/table.nc") as table:
+        assert table.sizes["sample"] == 3 and np.ptp(table.friction_angle.values) > 0
+        read = np.loadtxt("column_calibration.csv", delimiter=",", skiprows=2, max_rows=3)
+        assert np.array_equal(table.shear_stiffness_per_area, read[:, 0])

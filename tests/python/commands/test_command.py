@@ -1,0 +1,437 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Both command lines: sitedda run and sitedda-native run."""
+
+import contextlib
+import fcntl
+import importlib.metadata
+import os
+import re
+import shutil
+import signal
+import struct
+import subprocess
+import termios
+import threading
+import time
+
+import pytest
+import xarray as xr
+from environment import DEADLINE, executable
+from model_text import DRY, changed, group, rectangle, tower, without
+
+from sitedda.errors import AuditWarning, CostWarning
+from sitedda.program import _print_warning
+
+NEVER_ENDING = 20_000_000  # steps; its output would still fit on a small disk
+OLDER = b"CDF\1 an older result"
+
+
+def dataset(file) -> xr.Dataset:
+    with xr.open_dataset(file, engine="netcdf4") as opened:
+        return opened.load()
+
+
+def stubborn() -> list:
+    """A brick thrown into a corner at an angle with hardly any iterations allowed."""
+    return [
+        group("control", time_step=1e-3, steps=400, gravity=[3.0, -9.81]),
+        group("contact", normal_stiffness=1e8, max_iterations=2, force_tolerance=1e-15),
+        group(
+            "material",
+            density=2000.0,
+            young_modulus=1e9,
+            poisson_ratio=0.2,
+            initial_velocity=[1.0, -3.0, 2.0],
+        ),
+        ("joint", dict(DRY)),
+        group("block", name="ground", vertices=rectangle(0, 0, 6, 1)),
+        group("block", name="brick", vertices=[2.0, 1.01, 3.0, 1.05, 2.9, 2.0, 2.0, 1.9]),
+        *(group("fixed_point", x=x, y=0.5, block="ground") for x in (1.0, 5.0)),
+    ]
+
+
+# --- What both say -------------------------------------------------------------------------------
+
+
+def test_version_is_that_of_the_package(program):
+    done = program.ok("--version")
+    assert done.stdout == f"{program.name} {importlib.metadata.version('sitedda')}\n"
+
+
+def test_help_names_the_command(program):
+    done = program.ok("--help")
+    assert "run" in done.stdout and "usage" in done.stdout.lower()
+
+
+def test_a_run_writes_its_output_and_says_where(program, write_input, tmp_path):
+    file = write_input(tower(steps=40))
+    done = program.ok("run", file, folder=tmp_path)
+    assert "40 steps" in done.stdout
+    assert "output: tower.nc" in done.stdout
+    found = dataset(tmp_path / "tower.nc")
+    assert found.sizes["time"] == 41 and found.attrs["complete"] == "yes"
+    assert not list(tmp_path.glob("*.partial"))
+
+
+def test_output_goes_where_it_is_asked_for(program, write_input, tmp_path):
+    done = program.ok("run", write_input(tower(steps=5)), "--output", tmp_path / "elsewhere.nc")
+    assert f"output: {tmp_path / 'elsewhere.nc'}" in done.stdout
+    assert dataset(tmp_path / "elsewhere.nc").sizes["time"] == 6
+
+
+def test_an_older_output_is_replaced_when_the_new_one_is_complete(program, write_input, tmp_path):
+    (tmp_path / "tower.nc").write_bytes(OLDER)
+    program.ok("run", write_input(tower(steps=5)), "-q", folder=tmp_path)
+    assert dataset(tmp_path / "tower.nc").sizes["time"] == 6
+
+
+def test_amplification_is_printed_in_the_same_words_by_both(
+    native, python_program, write_input, tmp_path
+):
+    asked = group("amplification", lowest=1.0, highest=200.0)
+    file = write_input([*tower(layers=4, steps=800), asked])
+    lines = []
+    for program in (native, python_program):
+        done = program.ok("run", file, "-o", tmp_path / f"{program.name}.nc", "-q")
+        lines.append(re.search(r"^amplification .*?\)$", done.stdout, re.M | re.S)[0])
+        assert all(len(line) <= 80 for line in lines[-1].splitlines())
+    assert lines[0] == lines[1]
+    words = " ".join(lines[0].split())
+    assert re.search(r'surface/base \("within"\): [\d.]+ at [\d.]+ Hz \(bin width', words)
+
+
+def test_a_picture_is_drawn_beside_the_output_unless_unwanted(
+    python_program, write_input, tmp_path
+):
+    asked = group("amplification", lowest=1.0, highest=200.0)
+    file = write_input([*tower(layers=2, steps=300), asked])
+    plain = python_program("run", file, "-o", tmp_path / "plain.nc", "--no-plot")
+    drawn = python_program("run", file, "-o", tmp_path / "drawn.nc")
+    assert (plain.returncode, drawn.returncode) == (0, 0), drawn.stderr
+    assert sorted(f.name for f in tmp_path.glob("*.png")) == ["drawn.png"]
+    assert (tmp_path / "drawn.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_set_changes_the_input(python_program, write_input, tmp_path):
+    file = write_input(tower(steps=40))
+    changes = ["--set", "time_step=5e-4", "--set", "steps=7", "--set", "title=Other"]
+    python_program.ok("run", file, "-o", tmp_path / "set.nc", *changes)
+    found = dataset(tmp_path / "set.nc")
+    assert found.time.values[-1] == 7 * 5e-4
+    assert found.attrs["title"] == "Other"
+
+
+def test_set_reaches_every_group(main, write_input, tmp_path):
+    file = write_input(tower(steps=3))
+    changes = ["output.file=other.nc", "joint[bedding].friction_angle=30"]
+    changes.append("material[*].density=2000")
+    words = [word for change in changes for word in ("--set", change)]
+    main.ok("run", file, "-q", *words, folder=tmp_path)
+    found = dataset(tmp_path / "other.nc")
+    assert set(found.block_density.values) == {2000.0}
+    assert "friction_angle = 30" in found.attrs["input_text"]
+
+
+@pytest.mark.parametrize("command", ["run", "resume", "check"])
+@pytest.mark.parametrize("change", ["file=x.smc", "output=x.nc", "progress=1", "time_stp=1"])
+def test_set_of_a_name_that_cannot_be_meant_is_one_line(main, write_input, command, change):
+    done = main(command, write_input(tower()), "--set", change)
+    assert done.returncode == 1
+    assert done.stderr.startswith("sitedda: ") and done.stderr.count("\n") == 1
+
+
+def test_check_sees_what_set_changes(main, write_input):
+    file = write_input(tower(time_step=1e-3, steps=3))
+    main.ok("check", file)
+    assert main("check", file, "--set", "time_step=0.05").returncode == 2
+    done = main("run", "--check", file, "--set", "time_step=0.05")
+    assert done.returncode == 2 and "the check fails" in done.stderr
+
+
+# --- Progress ------------------------------------------------------------------------------------
+
+
+def test_native_progress_states_time_share_and_time_left(native, write_input, tmp_path):
+    done = native("run", write_input(tower(steps=500)), folder=tmp_path)
+    line = [line for line in done.stdout.splitlines() if line.startswith("t = ")][-1]
+    assert re.fullmatch(r"t = 0?\.500 of 0?\.500 s, 100\.0 %, spent .* s, left .* s", line), line
+
+
+def test_the_bar_is_for_terminals_and_a_reader_that_leaves_is_no_error(write_input, tmp_path):
+    command = [executable("sitedda"), "run", write_input(tower(steps=500)), "--no-plot"]
+    ours, theirs = os.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 24, 99, 0, 0))
+    parts = []
+    reading = threading.Thread(target=_read_all, args=(ours, parts), daemon=True)
+    reading.start()  # a terminal that nobody reads stops who writes
+    subprocess.run(command, stdout=subprocess.DEVNULL, stderr=theirs, cwd=tmp_path, check=True)
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, cwd=tmp_path, check=False)
+    os.close(writer)
+    assert done.returncode == 128 + signal.SIGPIPE and not done.stderr
+    os.close(theirs)
+    reading.join(10)
+    shown = b"".join(parts).decode()
+    assert "0.5/0.5 s" in shown and "100%" in shown
+
+
+def _read_all(end: int, parts: list[bytes]) -> None:
+    with contextlib.suppress(OSError):  # of a terminal whose other end is closed
+        while part := os.read(end, 4096):
+            parts.append(part)
+
+
+def test_warnings_are_those_of_the_program_alone(capsys, monkeypatch):
+    """What a verdict has among its doubts, and what libraries say, is not repeated."""
+    monkeypatch.setattr("sys.warnoptions", [])
+    place = ("site-packages/some.py", 3)
+    for one in (CostWarning("slow"), AuditWarning("energy"), RuntimeWarning("of a library")):
+        _print_warning(one, type(one), *place)
+    assert capsys.readouterr().err == "sitedda: slow\n"
+    said = []
+    monkeypatch.setattr("sys.warnoptions", ["default"])
+    monkeypatch.setattr("sitedda.program._plain_showwarning", lambda *words: said.append(words))
+    _print_warning("of a library", RuntimeWarning, *place)
+    assert said == [("of a library", RuntimeWarning, *place)]
+
+
+def test_quiet_shows_no_progress(program, write_input, tmp_path):
+    done = program.ok("run", write_input(tower(steps=500)), "--quiet", folder=tmp_path)
+    assert done.stderr == ""
+    assert "t = " not in done.stdout
+
+
+# --- Notes ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_what_is_seldom_meant_is_said(program, command, write_input, tmp_path):
+    words = [] if command == "check" else ["-q"]
+    begin = "warn  input" if command == "check" else "note: "
+    good = program(command, write_input(tower(steps=3)), *words, folder=tmp_path)
+    assert begin not in good.stdout
+    odd = changed(tower(steps=3, gravity=[0.0, -9.81]), "material", density=2.5)
+    odd = without(odd, "fixed_point")
+    said = program(command, write_input(odd), *words, folder=tmp_path).stdout
+    said = re.sub(r"\n( {24}| {6})", " ", said)  # lines are wrapped
+    notes = [line for line in said.splitlines() if line.startswith(begin)]
+    assert len(notes) == 3, said
+    assert "density = 2.5" in notes[0] and "g/cm³?" in notes[0]
+    assert "nothing holds the blocks" in notes[1] and "'pulse' moves nothing" in notes[2]
+
+
+# --- Exit statuses -------------------------------------------------------------------------------
+
+
+def test_bad_input_is_status_1(program, tmp_path):
+    done = program("run", tmp_path / "nowhere.nml")
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"{program.name}: ") and "nowhere.nml" in done.stderr
+
+
+def test_a_step_that_does_not_close_is_status_3_and_located(program, write_input, tmp_path):
+    done = program("run", write_input(stubborn()), "-o", tmp_path / "out.nc", "-q")
+    assert done.returncode == 3, (done.stdout, done.stderr)
+    assert re.search(r"step \d+ at t = .*does not converge.*block .*'brick'", done.stderr)
+    assert "try" in done.stderr
+    assert not (tmp_path / "out.nc").exists()
+    kept = dataset(tmp_path / "out.nc.partial")
+    assert kept.attrs["complete"] == "no" and kept.sizes["time"] > 1
+
+
+def test_an_output_that_cannot_be_written_is_status_5(program, write_input, tmp_path):
+    done = program("run", write_input(tower()), "-o", tmp_path / "no/such/folder/out.nc")
+    assert done.returncode == 5
+    assert "no/such/folder/out.nc" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_an_output_never_replaces_the_input(program, write_input, tmp_path):
+    file = write_input(tower(steps=3))
+    text = file.read_bytes()
+    done = program("run", file, "-q", "-o", tmp_path / "model.nml")
+    assert file.read_bytes() == text
+    assert done.returncode in (1, 5) and "model.nml" in done.stderr
+
+
+def test_an_output_never_replaces_the_record(program, write_input, tmp_path):
+    record = tmp_path / "record.txt"
+    record.write_text("".join(f"{0.01 * i} {(-1) ** i}\n" for i in range(20)))
+    shaken = changed(
+        tower(steps=3),
+        "motion",
+        values=None,
+        time_step=None,
+        file="record.txt",
+        format="text",
+        unit="m/s2",
+    )
+    text = record.read_bytes()
+    done = program("run", write_input(shaken), "-q", "-o", tmp_path / "record.txt")
+    assert record.read_bytes() == text
+    assert done.returncode in (1, 5) and "record.txt" in done.stderr
+
+
+def test_an_output_that_is_a_folder_is_refused_before_the_run(program, write_input, tmp_path):
+    (tmp_path / "folder.nc").mkdir()
+    done = program("run", write_input(tower(steps=50)), "-q", "-o", tmp_path / "folder.nc")
+    assert done.returncode in (1, 5)
+    assert "folder.nc" in done.stderr
+    assert not list(tmp_path.glob("*.partial"))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("walk", "a.nml"), ("run",), ("run", "a.nml", "b.nml"), ("run", "a.nml", "--colour")],
+)
+def test_a_wrong_command_line_fails_with_a_message(program, arguments):
+    """Not with status 2, which argparse would take: that is a check that refuses a run."""
+    done = program(*arguments)
+    assert done.returncode == 1
+    assert done.stderr.strip() and "Traceback" not in done.stderr
+
+
+def test_an_option_without_its_value_fails_with_a_message(program, write_input):
+    done = program("run", write_input(tower(steps=1)), "--output")
+    assert done.returncode == 1
+    assert "--output" in done.stderr
+
+
+# --- Ctrl-C --------------------------------------------------------------------------------------
+
+
+def start(program, file, folder) -> subprocess.Popen:
+    """Start a run in the background and wait until it has written something."""
+    running = subprocess.Popen(
+        [program.path, "run", file],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    partial = folder / "tower.nc.partial"
+    deadline = time.monotonic() + DEADLINE
+    while not (partial.exists() and partial.stat().st_size > 100_000):
+        assert running.poll() is None, running.communicate()
+        assert time.monotonic() < deadline, "nothing was written"
+        time.sleep(0.02)
+    return running
+
+
+def test_ctrl_c_keeps_what_was_computed(python_program, write_input, tmp_path):
+    final = tmp_path / "tower.nc"
+    final.write_bytes(OLDER)
+    running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running.send_signal(signal.SIGINT)
+    out, err = running.communicate(timeout=DEADLINE)
+    assert running.returncode == 6, err
+    assert "Traceback" not in err
+    assert "interrupted" in err and "tower.nc.partial" in out
+    kept = dataset(tmp_path / "tower.nc.partial")
+    assert kept.attrs["complete"] == "no"
+    assert kept.sizes["time"] > 100
+    assert (kept.time.diff("time") > 0).all()
+    assert bool(kept.displacement.notnull().all())
+    assert final.read_bytes() == OLDER
+
+
+def test_the_kept_part_is_the_beginning_of_the_whole(
+    python_program, write_input, tmp_path, same_bits
+):
+    running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running.send_signal(signal.SIGINT)
+    running.communicate(timeout=DEADLINE)
+    kept = dataset(tmp_path / "tower.nc.partial")
+    steps = kept.sizes["time"] - 1
+    whole = changed(tower(steps=steps), "output", file="whole.nc", block_interval=0)
+    python_program.ok("run", write_input(whole, "whole.nml"), folder=tmp_path)
+    history = dataset(tmp_path / "whole.nc")
+    for name in ("time", "displacement", "velocity", "acceleration", "energy_balance"):
+        assert kept[name].values.tobytes() == history[name].values.tobytes(), name
+
+
+def test_a_second_run_on_the_same_output_does_not_disturb_the_first(program, write_input, tmp_path):
+    running = start(program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    second = program("run", write_input(tower(steps=3), "second.nml"), "-q", folder=tmp_path)
+    assert second.returncode == 5
+    assert "tower.nc" in second.stderr
+    assert running.poll() is None
+    running.send_signal(signal.SIGINT)
+    running.communicate(timeout=DEADLINE)
+    kept = dataset(tmp_path / "tower.nc.partial")
+    assert kept.attrs["complete"] == "no" and kept.sizes["time"] > 100
+
+
+def test_a_killed_run_leaves_the_older_output_alone(program, write_input, tmp_path):
+    final = tmp_path / "tower.nc"
+    final.write_bytes(OLDER)
+    running = start(program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running.kill()
+    running.communicate(timeout=DEADLINE)
+    assert final.read_bytes() == OLDER
+
+
+def test_ctrl_c_on_the_executable_keeps_what_was_computed(native, write_input, tmp_path):
+    """The usage of sitedda-native promises status 6 for an interrupted run."""
+    if "6 interrupted" not in native("--help").stdout:
+        pytest.skip("the executable makes no promise about Ctrl-C")
+    running = start(native, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running.send_signal(signal.SIGINT)
+    running.communicate(timeout=DEADLINE)
+    assert running.returncode == 6
+    assert dataset(tmp_path / "tower.nc.partial").attrs["complete"] == "no"
+
+
+def test_a_batch_log_is_alive_and_in_order(native, write_input, tmp_path):
+    """Each line is in the log when it happens, errors behind the lines that came before them."""
+    log = tmp_path / "log"
+    with log.open("wb") as stream:
+        running = subprocess.Popen(
+            [native.path, "resume", write_input(tower(steps=NEVER_ENDING))],
+            cwd=tmp_path,
+            stdout=stream,
+            stderr=subprocess.STDOUT,
+        )
+    deadline = time.monotonic() + DEADLINE
+    while not log.read_text().endswith("begun at the start\n"):
+        assert running.poll() is None and time.monotonic() < deadline, log.read_text()
+        time.sleep(0.02)
+    running.send_signal(signal.SIGINT)
+    assert running.wait(timeout=DEADLINE) == 6
+    lines = log.read_text().splitlines()
+    assert lines[0].startswith("analysis: ") and "interrupted" in lines[-1]
+    assert "begun at the start" in "\n".join(lines[:-1])
+
+
+def test_help_of_the_executable_names_every_option(native):
+    said = native("--help").stdout
+    for option in ("-o, --output", "--check", "-q, --quiet", "-h, --help", "--version"):
+        assert option in said
+    assert "6 interrupted" in said
+
+
+# --- The environment -----------------------------------------------------------------------------
+
+
+def test_the_executable_needs_no_python(native, write_input, tmp_path):
+    linked = subprocess.run([shutil.which("ldd"), native.path], capture_output=True, text=True)
+    assert "libpython" not in linked.stdout
+    bare = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+    done = subprocess.run(
+        [native.path, "run", write_input(tower(steps=5)), "-q"],
+        cwd=tmp_path,
+        env=bare | {"PATH": "/nowhere"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("words", [("draw",), ("view", "--no-open"), ("report",)])
+def test_a_picture_or_page_that_cannot_be_written_is_named(main, write_input, tmp_path, words):
+    target = tmp_path / "no" / "such.png"
+    done = main(*words, write_input(tower(steps=2)), "-o", target)
+    assert done.returncode == 5
+    assert done.stderr == f"sitedda: {target}: the folder {target.parent} does not exist\n"

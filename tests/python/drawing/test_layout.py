@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Layout of pictures: no text over another one or outside, in models of random content."""
+
+import re
+from itertools import combinations
+
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+from random_content import random_model
+
+import sitedda
+from sitedda.plot import run_picture
+from sitedda.style import new_figure
+
+_TOUCH = 1.0  # pixels that boxes of letters may share
+_MODELS = 30
+_VARIABLE = re.compile(r"[a-z]+_[a-z]+")  # names of the models have none
+_LOOKS = [{"color": color, "contacts": contacts, "arrows": arrows}
+          for color in ("material", "displacement", "rotation", "compression", "velocity")
+          for contacts in (None, "force", "chain", "slip", "opening")
+          for arrows in (None, "displacement", "velocity")]  # fmt: skip
+
+
+def overlaps(figure) -> list[str]:
+    """Pairs of texts that share an area, and texts that leave the figure."""
+    figure.draw_without_rendering()
+    boxes = [(text.get_text().strip(), _box(text)) for text in _shown(figure)]
+    page = figure.bbox.padded(_TOUCH)
+    found = [f"{name!r} leaves the figure" for name, box in boxes
+             if not (page.contains(box.x0, box.y0) and page.contains(box.x1, box.y1))]  # fmt: skip
+    for (name, one), (other_name, other) in combinations(boxes, 2):
+        shared = Bbox.intersection(one, other)
+        if shared and min(shared.width, shared.height) > _TOUCH:
+            found.append(f"{name!r} over {other_name!r}")
+    return found
+
+
+def raw_words(figure) -> list[str]:
+    """Labels of axes and colour bars without a unit, and texts with names of variables."""
+    quantities = [words for axes in figure.findobj(Axes) for words in
+                  (axes.get_xlabel(), axes.get_ylabel(),
+                   axes.get_title(loc="left") if hasattr(axes, "_colorbar") else "")]  # fmt: skip
+    found = [words for words in quantities if words and not re.search(r" ?\(.+\)$", words)]
+    texts = (text.get_text() for text in _shown(figure))
+    return list(dict.fromkeys([words for words in texts if _VARIABLE.search(words)] + found))
+
+
+def _box(text: Text) -> Bbox:
+    """The pixels of a text without blank lines behind it."""
+    box = Text.get_window_extent(text)  # of a name beside a point without its line
+    lines = text.get_text().split("\n")
+    below = len(lines) - len(text.get_text().rstrip().split("\n"))
+    return Bbox.from_extents(box.x0, box.y0 + below / len(lines) * box.height, box.x1, box.y1)
+
+
+def _shown(figure) -> list[Text]:
+    """Texts that are drawn: axes keep those of ticks beyond their ends."""
+    hidden: set[Text] = set()
+    for axes in figure.findobj(Axes):
+        for axis in (axes.xaxis, axes.yaxis):
+            labels = {label for tick in axis.get_major_ticks() + axis.get_minor_ticks()
+                      for label in (tick.label1, tick.label2)}  # fmt: skip
+            drawn = {label for tick in axis._update_ticks() for label in (tick.label1, tick.label2)}
+            seen = axes.get_visible() and axes.axison and axis.get_visible()
+            hidden |= labels - drawn if seen else labels
+    return [text for text in figure.findobj(Text)
+            if text.get_visible() and text.get_text().strip() and text not in hidden]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory) -> list:
+    folder, found = tmp_path_factory.mktemp("layout"), []
+    for seed in range(_MODELS):
+        file = folder / f"model_{seed}.nml"
+        file.write_text(random_model(seed), encoding="utf-8")
+        found.append(sitedda.run(file, output=False))
+    return found
+
+
+def test_no_text_of_a_picture_is_over_another_or_outside(runs):
+    for seed, run in enumerate(runs):
+        look = _LOOKS[seed * 7 % len(_LOOKS)]
+        axes = run.draw(**look)
+        for figure in (run_picture(run.history), axes.figure):
+            assert overlaps(figure) == [], (seed, look)
+            assert raw_words(figure) == [], (seed, look)
+            assert not any("Pa…" in text.get_text() for text in _shown(figure)), (seed, look)
+        for bar in (one._colorbar for one in axes.child_axes if hasattr(one, "_colorbar")):
+            values = bar.mappable.get_array()  # none is beyond an end
+            assert values is None or bar.vmin <= values.min() <= values.max() <= bar.vmax, seed
+
+
+def test_a_layout_that_fails_is_seen():
+    figure, axes = new_figure(size=(3.0, 2.0))
+    axes.set(xlabel="largest_tilt_rad", ylabel="displacement")
+    for place in ((0.5, 0.5), (0.52, 0.5), (0.9, 0.9)):
+        axes.annotate("a long name", place, annotation_clip=False).set_in_layout(False)
+    assert len(overlaps(figure)) == 2 and "leaves the figure" in "".join(overlaps(figure))
+    assert raw_words(figure) == ["largest_tilt_rad", "displacement"]

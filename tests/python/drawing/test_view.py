@@ -1,0 +1,517 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The interactive view and reports in the system's Chromium, headless and without a network."""
+
+import re
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from environment import DEADLINE
+from model_text import DRY, ROCK, group, namelist, rectangle
+
+import sitedda
+from sitedda.drawing.view import view
+from sitedda.drawing.view.encode import encode
+from sitedda.facade.page import report_page
+from sitedda.report import write_html
+from sitedda.scene import Scene
+from sitedda.view import write_view
+
+EVIL = "</script><img src=x onerror=alert(1)>"
+TITLE = f"{EVIL} \"&'< ]]> --> `$x$` **b**"
+
+
+def sliding_blocks(steps: int = 120) -> list:
+    """Two blocks on a table that is thrown sideways; every name is hostile."""
+    rock, joint = dict(ROCK, name="&<'\"m"), dict(DRY, name="<b>j</b>", friction_angle=5.0)
+    return [
+        group("run", title=TITLE),
+        group("control", time_step=2e-3, steps=steps, gravity=[0.0, -9.81]),
+        group("contact", normal_stiffness=1e9),
+        ("material", rock),
+        ("joint", joint),
+        group("block", name="table", vertices=rectangle(0, 0, 8, 1)),
+        group("block", name=EVIL, vertices=[1, 1, 3, 1, 3, 2, 2, 1.6, 1, 2]),
+        group("block", name="right", vertices=rectangle(5, 1, 1, 1)),
+        *(group("fixed_point", x=x, y=0.5, block="table", motion_x="throw") for x in (1, 7)),
+        group(
+            "motion",
+            name="throw",
+            quantity="displacement",
+            time_step=0.05,
+            values=[0.0, 0.0, 0.05, 0.15, 0.25, 0.3, 0.3],
+        ),
+        group("measured_point", name="top<&", x=5.5, y=2.0, block="right"),
+        group("output", block_interval=10),
+    ]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> sitedda.Run:
+    file = tmp_path_factory.mktemp("view") / "a&'b<i>.nml"
+    file.write_text(namelist(sliding_blocks()), encoding="utf-8")
+    return sitedda.run(file)
+
+
+@pytest.fixture(scope="module")
+def pages(run, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("pages")
+    write_html(report_page(run), folder / "report.html")
+    write_view(run, folder / "view.html")
+    return folder
+
+
+@pytest.fixture
+def opened(new_page):
+    """Open a page, which requires nothing but itself."""
+
+    def open_page(file: Path, **options):
+        page = new_page(("file:", "data:", "blob:"), **options)
+        page.goto(file.as_uri())
+        deadline = time.monotonic() + DEADLINE
+        while not page.evaluate("window.blockViews.every(v => v.state.decoded || v.state.trouble)"):
+            assert time.monotonic() < deadline, page.evaluate("window.blockViews[0].state")
+            time.sleep(0.05)
+        return page
+
+    return open_page
+
+
+def wait_until_decoded(page) -> None:
+    """Until the first view of a page has all frames."""
+    deadline = time.monotonic() + DEADLINE
+    while not page.evaluate("window.blockViews?.[0]?.state.decoded"):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def wait_until(page, done) -> None:
+    deadline = time.monotonic() + DEADLINE
+    while not done():
+        assert time.monotonic() < deadline
+        page.wait_for_timeout(20)
+
+
+def place_in_view(page, x: float, y: float) -> list[float]:
+    """Pixels of a point of the model."""
+    return page.evaluate(
+        """([x, y]) => { const v = blockViews[0], c = v.camera, [ox, oy] = v.meta.origin;
+        const box = v.stage.getBoundingClientRect(), k = box.width / c.width;
+        return [box.left + k * (c.width / 2 + c.scale * (x - ox - c.x)),
+                box.top + k * (c.height / 2 - c.scale * (y - oy - c.y))]; }""",
+        [x, y],
+    )
+
+
+def drawn(page) -> list[int]:
+    """Sums of red, green, blue of the canvas, drawn again."""
+    return page.evaluate(
+        """() => { const v = blockViews[0]; v.draw(); const gl = v.painter.gl;
+        const [w, h] = [v.camera.width, v.camera.height], p = new Uint8Array(4 * w * h);
+        gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, p); const sums = [0, 0, 0];
+        for (let i = 0; i < p.length; i++) if (i % 4 < 3) sums[i % 4] += p[i]; return sums; }"""
+    )
+
+
+def test_a_report_shows_names_as_they_are_and_runs_none_of_them(pages, opened):
+    page = opened(pages / "report.html", viewport={"width": 1280, "height": 900})
+    assert page.complaints == []
+    assert page.title() == page.inner_text("h1") == " ".join(TITLE.split())
+    assert page.evaluate("document.querySelectorAll('main img:not(.picture img)').length") == 0
+    assert page.evaluate("document.querySelectorAll('b').length") == page.evaluate(
+        "document.querySelectorAll('.chart b').length"
+    )
+    text = page.inner_text("main")
+    assert "&<'\"m" in text and "<b>j</b>" in text and "top<&" in text
+    page.evaluate("blockViews[0].pick(1)")
+    page.wait_for_timeout(200)
+    assert page.inner_text(".info h3") == EVIL
+    assert page.complaints == []
+
+
+def test_the_view_plays_and_a_block_is_picked_by_a_click(pages, opened, run):
+    page = opened(pages / "view.html", viewport={"width": 1000, "height": 900})
+    assert page.evaluate("blockViews[0].state.renderer") == "WebGL 2"
+    page.evaluate("blockViews[0].show(0)")
+    first = drawn(page)
+    page.click("button.play")
+    deadline = time.monotonic() + DEADLINE
+    while page.evaluate("blockViews[0].frame") < 2:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    page.evaluate("blockViews[0].play(false)")
+    assert drawn(page) != first
+
+    last = page.evaluate("blockViews[0].model.frames") - 1
+    page.evaluate(f"blockViews[0].show({last})")
+    x, y = run.history.block_coordinates[-1, 2, :2].values
+    x, y = place_in_view(page, float(x), float(y))
+    page.mouse.click(x, y)
+    page.wait_for_timeout(300)
+    assert page.evaluate("blockViews[0].state.picked") == "right"
+    assert page.inner_text(".info h3") == "right"
+    assert page.locator(".block-chart canvas").bounding_box()["width"] > 200
+    scene = Scene.of(run)
+    assert page.evaluate("blockViews[0].state.area") == pytest.approx(
+        scene.areas(last)[2], rel=1e-5
+    )
+    assert page.complaints == []
+
+
+def test_places_in_the_view_are_those_of_the_output(pages, opened, run):
+    """Within 1 mm per 100 m, in every frame, at the factor 1; the same for forces."""
+    page = opened(pages / "view.html")
+    scene = Scene.of(run)
+    for frame in range(scene.frames):
+        places = page.evaluate(
+            f"""() => {{ const m = blockViews[0].model; m.put({frame}, 1);
+            return Array.from(m.places); }}"""
+        )
+        seen = np.reshape(places, (-1, 2)) + page.evaluate("blockViews[0].meta.origin")
+        assert abs(seen - scene.vertices(frame)).max() <= 1e-5 * scene.size
+    largest = page.evaluate("blockViews[0].meta.largest_force")
+    assert largest == pytest.approx(run.history.contact_normal_force.values.max(), rel=1e-6)
+
+
+def test_bolts_in_the_view_are_those_of_the_output(bolted, opened, tmp_path):
+    """Places, forces and states in every frame, and the largest force in the legend."""
+    page = opened(write_view(bolted, tmp_path / "bolts.html"))
+    scene = Scene.of(bolted)
+    for frame in range(scene.frames):
+        seen = page.evaluate(f"blockViews[0].model.bolts({frame}, 1)")
+        known = scene.bolts(frame)
+        assert [one["state"] for one in seen] == [one["state"] for one in known]
+        for one, other in zip(seen, known, strict=True):
+            places = one["points"] + np.array(page.evaluate("blockViews[0].meta.origin"))
+            assert abs(places - other["places"]).max() <= 1e-5 * scene.size
+            assert one["force"] == pytest.approx(other["force"], rel=1e-3)
+    page.evaluate(f"blockViews[0].show({scene.frames - 1})")
+    page.wait_for_timeout(300)
+    largest = max(one["force"] for one in scene.bolts(scene.frames - 1))
+    assert f"bolt, largest force: {largest / 1e3:.4g} kN/m" in page.inner_text(".legend")
+    assert page.complaints == []
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_phone_shows_everything_below_each_other(pages, opened, dark):
+    scheme = "dark" if dark else "light"
+    page = opened(
+        pages / "report.html", viewport={"width": 390, "height": 844}, color_scheme=scheme
+    )
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    boxes = [
+        page.locator(name).first.bounding_box() for name in (".stage", ".bar", ".side", ".charts")
+    ]
+    assert all(
+        above["y"] + above["height"] <= below["y"] + 1
+        for above, below in zip(boxes[:-1], boxes[1:], strict=True)
+    )
+    assert all(box["x"] >= 0 and box["x"] + box["width"] <= 390 for box in boxes)
+    ink, paper = page.evaluate(
+        """['color', 'backgroundColor'].map((name) =>
+        getComputedStyle(document.body)[name].match(/\\d+/)[0])"""
+    )
+    assert (int(ink) > int(paper)) is dark
+
+
+def test_canvas_2d_draws_where_webgl_is_refused_and_says_why(run, pages, chromium):
+    context = chromium.new_context()
+    context.add_init_script(
+        "const get = HTMLCanvasElement.prototype.getContext;"
+        "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
+        "return kind === 'webgl2' ? null : get.call(this, kind, ...more); };"
+    )
+    page = context.new_page()
+    page.goto((pages / "view.html").as_uri())
+    while not page.evaluate("blockViews[0].state.decoded"):
+        time.sleep(0.05)
+    page.wait_for_timeout(200)
+    assert page.evaluate("blockViews[0].state.renderer") == "Canvas 2D"
+    assert "refuses WebGL 2" in page.inner_text(".note")
+    colors = page.evaluate(
+        """() => { const v = blockViews[0]; v.draw(); const c = v.canvas;
+        const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+        return new Set(new Uint32Array(p.buffer)).size; }"""
+    )
+    assert colors > 3
+    context.close()
+
+
+def test_the_page_lets_nothing_in_and_nothing_out(pages, opened):
+    """No network, no script that came in with a text, no evaluation of texts."""
+    page = opened(pages / "report.html")
+    policy = page.get_attribute("meta[http-equiv='Content-Security-Policy']", "content")
+    assert policy.startswith("default-src 'none'") and "unsafe" not in policy
+    refused = page.evaluate(
+        """async () => { const found = [];
+        try { await fetch('https://example.org/'); } catch { found.push('network'); }
+        const script = document.createElement('script'); script.textContent = 'window.bad = 1';
+        document.body.append(script); if (!window.bad) found.push('script');
+        const image = document.createElement('img');
+        image.setAttribute('onerror', 'window.bad = 1');
+        image.src = 'data:image/png;base64,AA'; document.body.append(image);
+        await new Promise((next) => setTimeout(next, 100));
+        if (!window.bad) found.push('handler');
+        return found; }"""
+    )
+    assert refused == ["network", "script", "handler"]
+
+
+def test_the_view_page_fits_wide_and_narrow_windows(pages, opened):
+    for width, height in ((1280, 900), (390, 844)):
+        page = opened(pages / "view.html", viewport={"width": width, "height": height})
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        stage, bar = (page.locator(name).bounding_box() for name in (".stage", ".bar"))
+        assert stage["y"] + stage["height"] <= bar["y"] + 1
+        side = page.locator(".side").bounding_box()
+        beside = side["x"] >= stage["x"] + stage["width"] - 1
+        assert beside is (width == 1280)
+
+
+def test_the_view_of_a_model_has_nothing_to_play(write_input, tmp_path, opened):
+    page = opened(write_html(report_page(write_input(sliding_blocks())), tmp_path / "model.html"))
+    shown = page.evaluate(
+        """() => [...document.querySelectorAll('.bar > *')].filter((node) =>
+        node.getClientRects().length).map((node) => node.textContent)"""
+    )
+    assert shown == ["picture", "fit"]
+    assert page.complaints == []
+
+
+def test_a_removed_block_is_gone_from_the_view(write_input, tmp_path, opened):
+    from test_pictures import excavated
+
+    groups = [pair for pair in excavated() if pair[0] != "output"]
+    run = sitedda.run(write_input([*groups, group("output", block_interval=10)]))
+    page = opened(write_view(run, tmp_path / "dug.html"))
+    areas = page.evaluate(
+        """() => [0, blockViews[0].model.frames - 1].map((f) => { const m = blockViews[0].model;
+        m.put(f, 1); return [0, 1, 2].map((b) => m.area(b)); })"""
+    )
+    assert areas[0] == pytest.approx([15.0] * 3, rel=1e-3)
+    assert areas[1] == pytest.approx([15.0, 15.0, 0.0], rel=1e-3)
+    assert page.evaluate("blockViews[0].plots[0].stages.map((s) => s[0])")[0] == "shake, low"
+    assert page.complaints == []
+
+
+# --- Without a browser ----------------------------------------------------------------------------
+
+
+def shaken_grid(blocks: int, frames: int) -> xr.Dataset:
+    """Square blocks beside each other, 1 m, that shake at random: nothing to compress."""
+    random = np.random.default_rng(2)
+    centre = np.column_stack([np.arange(blocks), np.zeros(blocks)]) + 0.5
+    corners = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    q = np.zeros((frames, blocks, 6))
+    q[..., :2] = centre + np.cumsum(random.normal(size=(frames, blocks, 2)), axis=0) * 0.01
+    q[0, :, :2] = centre
+    contact = {f"contact_{n}": ("contact", np.zeros(0)) for n in
+               ("frame", "state", "bonded", "gap", "normal_force", "shear_force")}  # fmt: skip
+    contact |= {f"contact_{n}": ("contact", np.zeros(0, dtype=int)) for n in ("vertex", "edge")}
+    return xr.Dataset(
+        {
+            "vertices": (
+                ("frame", "vertex", "axis"),
+                (q[:, :, None, :2] + corners).reshape(frames, -1, 2),
+            ),
+            "block_coordinates": (("frame", "block", "coordinate"), q),
+            "block_rates": (("frame", "block", "coordinate"), random.normal(size=q.shape)),
+            "block_stress": (
+                ("frame", "block", "component"),
+                1e5 * random.normal(size=(frames, blocks, 3)),
+            ),
+            "frame_time": ("frame", np.arange(frames) / 100),
+            "vertex_block": ("vertex", np.repeat(np.arange(blocks), 4)),
+        }
+        | contact
+    )
+
+
+def test_frames_are_thinned_to_the_budget_and_the_page_knows():
+    scene = Scene.of(shaken_grid(400, 200))
+    whole, thin = encode(scene, 10_000_000), encode(scene, 300_000)
+    assert len(whole.meta["time"]) == whole.meta["all_frames"] == 200
+    assert thin.size <= 300_000
+    assert 10 < len(thin.meta["time"]) < 200 and thin.meta["all_frames"] == 200
+    assert (thin.meta["time"][0], thin.meta["time"][-1]) == (0.0, 1.99)
+
+
+def test_joints_tell_slip_and_opening(run):
+    """The right block slides on the table by what its centroid moves against the table's."""
+    scene = Scene.of(run)
+    slip, gap = scene.joint_movement(scene.frames - 1)
+    moved = scene.displacement(scene.frames - 1)
+    pair = [
+        set(p) == {0, 2} for p in zip(scene.interfaces.first, scene.interfaces.second, strict=True)
+    ]
+    assert sum(pair) == 1
+    expected = abs(moved[2, 0] - moved[0, 0])
+    assert expected > 0.05
+    assert slip[pair][0] == pytest.approx(expected, rel=0.02)
+    assert gap[pair][0] < 1e-3
+
+
+def test_charts_have_ticks_and_units_and_scales_are_those_of_pictures(pages, opened, run):
+    from sitedda.drawing.quantities import OWN_QUANTITIES, QUANTITIES, limits_of, some_of
+
+    page = opened(pages / "view.html")
+    for chart in page.evaluate(
+        "blockViews[0].plots.map((p) => [p.state.ticks, p.title.innerText])"
+    ):
+        assert len(chart[0]) >= 3 and chart[1].endswith(")")
+    page.evaluate("blockViews[0].draw()")
+    told = page.evaluate("""blockViews[0].plots.flatMap((p) => p.lines.map((l) =>
+        [l.value.textContent.replaceAll("−", "-"), l.y[l.y.length - 1] / p.scale]))""")
+    for shown, last in told:  # at the end, which the page opens with
+        assert float(shown.split(" ")[0]) == pytest.approx(last, rel=1e-3, abs=1e-4), told
+    scene = Scene.of(run)
+    for name in QUANTITIES.keys() - set(OWN_QUANTITIES):
+        own = page.evaluate(f"blockViews[0].model.range('{name}', {scene.frames - 1})")
+        known = limits_of(scene, name, [scene.frames - 1])
+        least = 1.0 if QUANTITIES[name].unit == "Pa" else 1e-9
+        assert own["high"] == pytest.approx(known.high, rel=2e-3, abs=least), name
+        assert own["usual"] == pytest.approx(known.usual, rel=2e-3, abs=least), name
+        every = page.evaluate(f"blockViews[0].model.range('{name}', -1)")
+        assert every["high"] == limits_of(scene, name, some_of(range(scene.frames))).high
+
+
+def test_histories_that_are_no_more_than_rounding_have_no_chart(run):
+    history = run.history.copy()
+    titles = []
+    for factor in (1.0, 1e-12):
+        for name in ("displacement", "base_displacement", "acceleration"):
+            history[name] = factor * run.history[name]
+        charts = view(Scene.of(history)).meta["charts"]
+        titles.append([one["title"] for one in charts if "measured points" in one["title"]])
+    assert len(titles[0]) == 2 and titles[1] == []
+
+
+def test_everything_can_be_done_by_keys_and_a_joint_has_a_history(pages, opened, run):
+    page = opened(pages / "view.html", viewport={"width": 1280, "height": 900})
+    page.evaluate("blockViews[0].canvas.focus()")
+    state = "(() => { const v = blockViews[0]; return [v.color, v.contacts, v.camera.x, v.frame,"
+    state += " v.picked, v.span && v.span[1] - v.span[0], v.camera.scale]; })()"
+    before = page.evaluate(state)
+    for key in ("c", "x", "Shift+ArrowRight", "Home", "ArrowRight", "]", ".", "+"):
+        page.keyboard.press(key)
+    after = page.evaluate(state)
+    assert all(a != b for a, b in zip(before, after, strict=True))
+    page.keyboard.press("f")
+    pick = "v.pickJoint(v.model.faceBlocks.indexOf(2) >> 1)"
+    show = "v.setContacts('slip'); v.show(v.model.frames - 1)"
+    page.evaluate(f"(v => {{ {show}; {pick}; v.draw(); }})(blockViews[0])")
+    assert page.inner_text(".info h3") == "table – right"
+    last = page.evaluate("(l => l[0].y[l[0].y.length - 1])(blockViews[0].blockChart.lines)")
+    scene = Scene.of(run)
+    assert last == pytest.approx(scene.joint_movement(scene.frames - 1)[0].max(), rel=1e-3)
+    assert page.complaints == []
+
+
+def test_picture_data_and_state_leave_the_page(pages, opened, tmp_path):
+    from PIL import Image
+
+    page = opened(pages / "view.html", viewport={"width": 1000, "height": 900})
+    with page.expect_download() as saved:
+        page.click("button.save")
+    saved.value.save_as(tmp_path / "view.png")
+    assert np.asarray(Image.open(tmp_path / "view.png").convert("RGB")).std() > 10
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="data").click()
+    saved.value.save_as(tmp_path / "view.csv")
+    head, *rows = (tmp_path / "view.csv").read_text(encoding="utf-8").splitlines()
+    assert head == "chart,line,time (s),value" and len(rows) > 100
+    page.evaluate("blockViews[0].setColor('rotation')")
+    page.wait_for_url(re.compile("color=rotation"), wait_until="commit")
+    again = opened(pages / "view.html")
+    again.goto("about:blank")  # an address alone that changes loads no page
+    again.goto(page.url.replace("rotation", "velocity"))
+    wait_until_decoded(again)
+    assert again.evaluate("blockViews[0].color") == "velocity"
+
+
+def test_two_runs_have_one_cursor_and_a_difference_only_where_they_agree(run, opened, tmp_path):
+    page = opened(write_view(run, tmp_path / "two.html", other=run, difference=True))
+    page.evaluate("blockViews[0].show(3)")
+    assert page.evaluate("blockViews.map((v) => v.frame)") == [3, 3]
+    page.evaluate("blockViews[1].show(5)")
+    assert page.evaluate("blockViews.map((v) => v.frame)") == [5, 5]
+    page.evaluate("blockViews[0].draw()")
+    assert "at rest" in page.locator(".legend").first.inner_text()  # no difference at all
+    assert page.complaints == []
+    with pytest.raises(sitedda.InputError, match="no difference of 3 and 4 blocks"):
+        write_view(run, tmp_path / "x.html", other=shaken_grid(4, 5), difference=True)
+
+
+def test_modes_are_played_as_they_are_computed(write_input, opened, tmp_path):
+    from model_text import tower
+
+    from sitedda.drawing.modes import draw_modes, mode_scene
+
+    file = write_input(tower())
+    scene, found = mode_scene(file, 2)
+    known = sitedda.modes(file, 2)
+    assert found.frequency == pytest.approx(known.frequency)
+    for mode in (0, 1):
+        peak = scene.displacement(24 * (mode + 1))
+        shape = known.shapes[mode][:, :2]
+        share = peak / np.linalg.norm(peak, axis=1).max()
+        shape = shape / np.linalg.norm(shape, axis=1).max()
+        assert abs(share) == pytest.approx(abs(shape), abs=1e-6)
+    page = opened(write_view(scene, tmp_path / "modes.html", color="displacement"))
+    assert page.evaluate("blockViews[0].loopEnd()") == [25, 48]
+    assert "arbitrary" in page.inner_text(".note")
+    titles = [axes.get_title(loc="left") for axes in draw_modes(file, 2).axes]
+    assert titles[0] == f"mode 1: {known.frequency[0]:.4g} Hz"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_on_report_and_view(pages, chromium, scheme):
+    axe = pytest.importorskip("axe_playwright_python.base")
+    script = Path(axe.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
+    for name in ("report.html", "view.html"):
+        for width in (1280, 400):
+            look = {"viewport": {"width": width, "height": 900}, "color_scheme": scheme}
+            context = chromium.new_context(bypass_csp=True, **look)
+            page = context.new_page()
+            page.goto((pages / name).as_uri())
+            wait_until_decoded(page)
+            page.evaluate("(v => { v.setContacts('slip'); v.pick(1); })(blockViews[0])")
+            page.wait_for_timeout(200)
+            page.evaluate(script)
+            found = page.evaluate("axe.run().then((r) => r.violations.map((v) => v.id))")
+            assert found == [], (name, width)
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            context.close()
+
+
+NOTEBOOK = """async ([source, state]) => {
+    const {default: widget} = await import("data:text/javascript," + encodeURIComponent(source));
+    const heard = {};
+    window.model = {get: (name) => state[name], set: (name, value) => { state[name] = value; },
+        on: (event, act) => { heard[event] = act; }, save_changes: () => save(state),
+        put: (name, value) => { state[name] = value; heard[`change:${name}`](); }};
+    widget.render({model, el: document.body}); }"""
+
+
+def test_a_block_that_is_picked_in_a_notebook_is_a_value_in_python(run, new_page):
+    """The widget's own module, in a page that has the model of a notebook."""
+    pytest.importorskip("anywidget")
+    widget = run.widget(color="material")
+    names = ("page", "picked", "time")
+    page = new_page(("about:", "data:"), viewport={"width": 1000, "height": 900})
+    page.expose_function("save", lambda state: widget.set_state({n: state[n] for n in names}))
+    page.evaluate(NOTEBOOK, [widget._esm, {name: getattr(widget, name) for name in names}])
+    frame = page.wait_for_selector("iframe").content_frame()
+    wait_until_decoded(frame)
+    page.evaluate("model.put('time', 0)")
+    x, y = place_in_view(frame, 5.5, 1.5)
+    left, top = (page.locator("iframe").bounding_box()[one] for one in "xy")
+    page.mouse.click(left + x, top + y)
+    wait_until(page, lambda: widget.picked == "right")
+    page.evaluate("model.put('picked', 'table')")
+    assert frame.inner_text(".info h3") == "table"
+    page.evaluate("model.put('time', 0.1)")
+    wait_until(page, lambda: widget.time == 0.1)
+    assert page.complaints == []

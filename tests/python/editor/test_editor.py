@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Help for editors: diagnostics in the engine's words, completion, hover, schema and grammar."""
+
+import json
+import re
+import subprocess
+import sys
+
+import jsonschema
+import numpy as np
+import pytest
+from test_bad_input import CASES
+
+from sitedda import check
+from sitedda.editor.description import json_schema, text_mate_grammar
+from sitedda.editor.language import hover, offers, problems
+from sitedda.input.input_text import UNSET, find_groups
+from sitedda.input.schema import GROUPS
+
+TEXT = """&control
+  time_step = 1e-3  ! &joint
+  time_step_control = 'f
+"""
+
+
+@pytest.mark.parametrize(
+    ("groups", "group", "words"), [case for case in CASES if isinstance(case.values[0], list)][:40]
+)
+def test_mistakes_are_diagnostics_in_the_words_of_the_engine(groups, group, words, write_input):
+    file = write_input(groups)
+    text = file.read_text()
+    with pytest.raises(Exception) as failure:
+        check(file)
+    (found,) = problems(text, file)
+    assert found.message == str(failure.value)
+    row = text.split("\n")[found.line]
+    assert 0 <= found.start < found.end <= len(row)
+    assert row[found.start : found.end] in found.message or row.startswith(group)
+
+
+def test_a_sound_input_has_no_problem_whether_saved_or_not(write_input):
+    from model_text import tower
+
+    file = write_input(tower())
+    assert problems(file.read_text(), file) == []
+    file.write_text("nonsense")
+    assert problems("&control time_step = 1e-3, steps = 1 /", file)[0].message
+
+
+def test_completion_offers_every_group_and_variable_once():
+    assert {one.word for one in offers("", 0, 0)} == {f"&{name}" for name in GROUPS}
+    for name, group in GROUPS.items():
+        text = f"&{name} "
+        assert [one.word for one in offers(text, 0, len(text))] == [v.name for v in group.variables]
+        for v in group.variables:
+            words = hover(f"&{name} {v.name} = ", 0, len(name) + 2)
+            assert v.meaning in words and v.unit in words and v.default in words
+
+
+def test_completion_knows_where_it_is():
+    assert not offers(TEXT, 1, len("  time_step = 1e-3  ! &jo"))  # a comment
+    assert [one.word for one in offers(TEXT, 2, 24)] == ["fixed", "adaptive"]
+    left = {one.word for one in offers("&control time_step = 1, ", 0, 24)}
+    assert "steps" in left and "time_step" not in left
+    assert offers("&run title = 'a / b' / ", 0, 23)[0].kind == "group"  # a slash in a text
+    assert hover("! time_step", 0, 4) == ""
+    assert "&control time_step" in hover("&control /", 0, 3)
+
+
+def values_of(file) -> dict:
+    """An input as the object that the JSON schema describes."""
+    whole: dict = {}
+    for one in find_groups(file.read_text(), file):
+        values = {k: np.asarray(v).ravel().tolist() if np.ndim(v) else v
+                  for k, v in one.values.items()}  # fmt: skip
+        values = {k: [x for x in v if x != UNSET] if isinstance(v, list) else v
+                  for k, v in values.items()}  # fmt: skip
+        if GROUPS[one.name].repeats:
+            whole.setdefault(one.name, []).append(values)
+        else:
+            whole[one.name] = values
+    return whole
+
+
+def test_shipped_inputs_meet_the_json_schema_and_mistakes_do_not(request):
+    schema = json_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validator = jsonschema.Draft202012Validator(schema)
+    files = sorted(request.config.rootpath.glob("inputs/*.nml"))
+    assert files
+    for file in files:
+        assert not list(validator.iter_errors(values_of(file))), file
+    good = values_of(files[0])
+    for group, name, value in [
+        ("control", "time_step", -1.0), ("control", "time_step_control", "free"),
+        ("control", "stepps", 3), ("gone", "x", 1),
+    ]:  # fmt: skip
+        bad = good | {group: good.get(group, {}) | {name: value}}
+        assert list(validator.iter_errors(bad)), (group, name)
+
+
+def test_the_grammar_colours_groups_variables_and_comments():
+    grammar = text_mate_grammar()
+    of = {p["begin"]: p for p in grammar["patterns"] if "begin" in p}
+    assert len(of) == len(GROUPS)
+    control = next(p for begin, p in of.items() if "&control" in begin)
+    names = next(p for p in control["patterns"] if p["name"].startswith("variable"))
+    assert re.search(names["match"], "  time_step = 1")
+    assert not re.search(names["match"], "  time_stop = 1")
+
+
+def test_the_language_server_answers():
+    """Over its pipe, as an editor speaks with it."""
+    pytest.importorskip("pygls")
+    server = subprocess.Popen([sys.executable, "-m", "sitedda", "editor", "server"],
+                              stdin=subprocess.PIPE, stdout=subprocess.PIPE)  # fmt: skip
+
+    def send(method, params, number=None):
+        body = {"jsonrpc": "2.0", "method": method, "params": params}
+        data = json.dumps(body | ({} if number is None else {"id": number})).encode()
+        server.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(data), data))
+        server.stdin.flush()
+
+    def receive(wanted):
+        while True:
+            head = b""
+            while not head.endswith(b"\r\n\r\n"):
+                head += server.stdout.read(1)
+            size = int(re.search(rb"Content-Length: (\d+)", head)[1])
+            answer = json.loads(server.stdout.read(size))
+            if wanted(answer):
+                return answer
+
+    document = {"uri": "file:///tmp/model.nml", "languageId": "nml", "version": 1}
+    send("initialize", {"processId": None, "rootUri": None, "capabilities": {}}, 1)
+    assert receive(lambda a: a.get("id") == 1)["result"]["capabilities"]["hoverProvider"]
+    send("initialized", {})
+    text = "&control time_step = -1, steps = 1 /\n"
+    send("textDocument/didOpen", {"textDocument": document | {"text": text}})
+    said = receive(lambda a: a.get("method") == "textDocument/publishDiagnostics")["params"]
+    (one,) = said["diagnostics"]
+    assert "time_step = -1 must be" in one["message"]
+    assert one["range"]["start"] == {"line": 0, "character": 9}
+    at = {"textDocument": {"uri": document["uri"]}, "position": {"line": 0, "character": 9}}
+    send("textDocument/completion", at, 2)
+    words = [item["label"] for item in receive(lambda a: a.get("id") == 2)["result"]]
+    assert "time_step" in words or "steps" in words
+    send("shutdown", None, 3)
+    receive(lambda a: a.get("id") == 3)
+    send("exit", None)
+    assert server.wait(20) == 0
+
+
+def test_shells_complete_commands_and_options(main):
+    pytest.importorskip("shtab")
+    done = main("editor", "bash")
+    assert done.returncode == 0 and "--set" in done.stdout and "pushover" in done.stdout
+    assert subprocess.run(["bash", "-n"], input=done.stdout, text=True).returncode == 0
+    assert json.loads(main("editor", "schema").stdout) == json_schema()

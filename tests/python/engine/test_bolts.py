@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bolts against closed forms: stiffness, pretension, yield, rupture, joints that they cross."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import sitedda
+from sitedda.model import Model
+from sitedda_evidence.model import residual
+
+STIFFNESS, MASS = 1.0e6, 2000.0  # N/m, kg/m
+
+
+def hanging(steps=2000, gravity=10.0, **bolt) -> Model:
+    """A block of 2000 kg/m that hangs on a bolt from a held one, 2 m above."""
+    model = Model("Hanging block", time_step=1e-4, steps=steps, gravity=(0.0, -gravity))
+    model.output(history_interval=10)
+    model.contact(normal_stiffness=1e10)
+    model.material("rock", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
+    model.joint("joint", friction_angle=30.0)
+    model.block([(0, 3), (1, 3), (1, 4), (0, 4)], name="above")
+    model.block([(0, 0), (1, 0), (1, 1), (0, 1)], name="below")
+    for x in (0.0, 1.0):
+        model.fixed_point(x, 4.0, "above")
+    values = {"axial_stiffness": STIFFNESS, "compression": True} | bolt
+    model.bolt("tie", (0.5, 3.5), (0.5, 0.5), **values)
+    return model
+
+
+def test_force_and_elongation_at_rest():
+    """F = W, s = (W − pretension)/k; the other end does not turn."""
+    model = hanging(steps=1, pretension=5e3)
+    model.control(settle=True)
+    history = model.run().history
+    assert history.bolt_force[-1, 0] == pytest.approx(20e3, rel=1e-6)
+    assert history.bolt_elongation[-1, 0] == pytest.approx(15e3 / STIFFNESS, rel=1e-5)
+    assert history.bolt_state[-1, 0] == 1
+    assert history.bolt.values.tolist() == ["tie"]
+
+
+def test_a_loop_reads_the_bolts():
+    """The weight hangs on the bolt; a model without bolts has none."""
+    model = hanging(steps=1, pretension=5e3)
+    model.control(settle=True)
+    with sitedda.Simulation(model) as run:
+        run.advance(1)
+        bolts = run.bolts
+    assert bolts["force"] == pytest.approx([20e3], rel=1e-6)
+    assert bolts["elongation"] == pytest.approx([15e3 / STIFFNESS], rel=1e-5)
+    assert bolts["shear_force"].tolist() == [0.0]
+    assert bolts["state"].tolist() == [1]
+    model.clear("bolt")
+    model.control(settle=None)
+    with sitedda.Simulation(model) as run:
+        assert [len(values) for values in run.bolts.values()] == [0, 0, 0, 0]
+
+
+def test_a_mass_on_a_bolt_swings():
+    """s = (g/ω²)(1 − cos ωt) under sudden gravity, less the damping ωΔt/4 of the scheme."""
+    history = hanging(steps=3000).run().history
+    omega = math.sqrt(STIFFNESS / MASS)
+    expected = 10.0 / omega**2 * (1.0 - np.cos(omega * history.time))
+    damped = 1.0 - math.exp(-0.25 * omega * 1e-4 * omega * 0.3)
+    assert abs(history.bolt_elongation[:, 0] - expected).max() < 1.5 * damped * 20e3 / STIFFNESS
+    assert history.bolt_force.max() == pytest.approx(40e3, rel=2.0 * damped)
+    assert residual(history) < 1e-9
+
+
+def bouncing(*bolt) -> Model:
+    """A block that falls by 0.5 m, with half of its velocity left after an impact."""
+    model = Model("Bouncing block", time_step=1e-3, steps=800, gravity=(0.0, -10.0))
+    model.contact(normal_stiffness=1e9)
+    model.material("rock", density=2000.0, young_modulus=1e10, poisson_ratio=0.0)
+    model.joint("joint", friction_angle=30.0, restitution=0.5)
+    model.block([(-1, -1), (2, -1), (2, 0), (-1, 0)], name="floor")
+    model.block([(0, 0.5), (1, 0.5), (1, 1.5), (0, 1.5)], name="block")
+    for x in (-0.9, 1.9):
+        model.fixed_point(x, -0.5, "floor")
+    model.measured_point("top", 0.5, 1.5)
+    for values in bolt:
+        model.bolt("tie", (0.5, -0.5), (0.5, 1.0), **values)
+    return model
+
+
+def test_a_bolt_without_force_leaves_impacts_as_they_are():
+    """A step that is solved again for a bolt that yields begins again, with nothing hit."""
+    free = bouncing().run().history
+    bolted = bouncing({"axial_stiffness": 10.0, "yield_force": 1e-3}).run().history
+    assert abs(bolted.bolt_force).max() <= 1e-3
+    for name in ("displacement", "energy_impact", "energy_algorithmic"):
+        assert_allclose(bolted[name].values[-1], free[name].values[-1], atol=1e-3)
+
+
+def test_yield():
+    """A bolt that yields at 1.5 W stops the block when (F_y − W) x = the energy it had then."""
+    history = hanging(steps=4000, yield_force=30e3).run().history
+    elastic = 30e3 / STIFFNESS  # W x = ½ k x² + ½ m v² there, then F_y − W brakes
+    most = elastic + (20e3 * elastic - 0.5 * STIFFNESS * elastic**2) / (30e3 - 20e3)
+    assert history.bolt_force.max() == pytest.approx(30e3, rel=1e-12)
+    assert history.bolt_elongation.max() == pytest.approx(most, rel=5e-3)
+    plastic = float(history.energy_yield[-1]) / 30e3
+    assert plastic == pytest.approx(most - elastic, rel=5e-3)
+    assert set(np.unique(history.bolt_state)) == {1, 2}
+    assert residual(history) < 1e-9
+
+
+def test_rupture_lets_the_block_fall():
+    history = hanging(steps=3000, rupture_elongation=0.025).run().history
+    assert history.bolt_state[-1, 0] == 4
+    assert history.bolt_force[-1, 0] == 0.0
+    lost = math.sqrt(float(history.energy_yield[-1]) / (0.5 * STIFFNESS))  # elongation when broken
+    omega = math.sqrt(STIFFNESS / MASS)
+    speed = 10.0 / omega * math.sqrt(1.0 - (1.0 - 0.025 * omega**2 / 10.0) ** 2)
+    assert 0.025 <= lost < 0.025 + speed * 1e-4  # it breaks in the step that stretches it so far
+    speed = history.energy_kinetic.diff("time")[-3:] > 0.0
+    assert speed.all()
+    assert residual(history) < 1e-9
+
+
+def test_a_cable_takes_no_compression():
+    """Thrown up against gravity the block is free until it comes back."""
+    model = hanging(steps=600, gravity=0.0, compression=False)
+    model["material"][0](initial_velocity=(0.0, 0.1, 0.0))
+    history = model.run().history
+    assert (history.bolt_force[1:, 0] == 0.0).all()
+    assert (history.bolt_state[1:, 0] == 3).all()
+    assert residual(history) < 1e-9
+
+
+DIP, FRICTION = math.radians(30.0), math.radians(20.0)
+SHEAR_STIFFNESS = 1e7  # N/m
+# N/m, what friction leaves of the weight of a layer of 4 m²
+LEFT = 80e3 * (math.sin(DIP) - math.cos(DIP) * math.tan(FRICTION))
+
+
+def grouted(**bolt) -> Model:
+    """Three layers on a 30° slope, in its axes, with a bolt grouted across both joints."""
+    model = Model("Grouted bolt", time_step=1e-3, steps=1, settle=True)
+    model.control(gravity=(10.0 * math.sin(DIP), -10.0 * math.cos(DIP)))
+    model.contact(normal_stiffness=1e11, shear_ratio=1.0)
+    model.material("rock", density=2000.0, young_modulus=1e13, poisson_ratio=0.0)
+    model.joint("joint", friction_angle=math.degrees(FRICTION))
+    model.block([(-5, -2), (9, -2), (9, 0), (-5, 0)], name="base")
+    model.block([(0, 0), (4, 0), (4, 1), (0, 1)], name="lower")
+    model.block([(0, 1), (4, 1), (4, 2), (0, 2)], name="upper")
+    for x in (-5.0, 9.0):
+        model.fixed_point(x, -2.0)
+    values = {"axial_stiffness": 1e7, "shear_stiffness": SHEAR_STIFFNESS} | bolt
+    model.bolt("dowel", (2.0, 1.5), (2.0, -0.5), grouted=True, **values)
+    return model
+
+
+def test_a_grouted_bolt_carries_what_friction_leaves():
+    """Its shear force at a joint is W sin α − W cos α tan φ of the blocks above."""
+    history = grouted().run().history
+    assert history.bolt.values.tolist() == ["dowel", "dowel"]
+    assert history.bolt_block.values.tolist() == [[2, 1], [1, 0]]
+    got = abs(history.bolt_shear_force[-1].values)
+    assert got == pytest.approx([LEFT, 2.0 * LEFT], rel=1e-3)
+    assert abs(history.bolt_force[-1].values).max() < 1e-2 * LEFT
+
+
+def test_a_grouted_bolt_turns_with_its_blocks():
+    """Rigid rotation of both blocks together stretches neither component."""
+    model = Model("Spin", time_step=1e-3, steps=200)
+    model.contact(normal_stiffness=1e10)
+    model.material("rock", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
+    model.joint("joint", friction_angle=30.0, cohesion=1e9, tensile_strength=1e9)
+    model.material("spinning", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
+    model.block([(0, 0), (1, 0), (1, 1), (0, 1)], name="a")
+    model.block([(1, 0), (2, 0), (2, 1), (1, 1)], name="b")
+    model.bolt("dowel", (0.5, 0.5), (1.5, 0.5), grouted=True, axial_stiffness=1e6,
+               shear_stiffness=1e6, pretension=0.0, compression=True)  # fmt: skip
+    with sitedda.Simulation(model) as run:
+        rates = np.zeros((2, 6))
+        rates[:, 1] = (-0.5, 0.5)
+        rates[:, 2] = 1.0
+        run.rates = rates
+        run.advance(200)
+        assert run.coordinates[0, 2] == pytest.approx(0.2, rel=1e-3)
+        stored = run.energies["support"]
+    assert stored < 1e-6 * 0.5 * 2 * 2000.0
+
+
+@pytest.mark.parametrize("limit", ["shear_yield_force", "rupture_slip"])
+def test_shear_yield_and_rupture_of_a_grouted_bolt(limit):
+    """The lower joint carries what both blocks leave: the bolt holds just above that, not below."""
+    most = 2.0 * LEFT if limit == "shear_yield_force" else 2.0 * LEFT / SHEAR_STIFFNESS
+    held = grouted(**{limit: 1.02 * most}).run().history
+    assert abs(held.bolt_shear_force[-1, 1]) == pytest.approx(2.0 * LEFT, rel=1e-3)
+    with pytest.raises(sitedda.ConvergenceError, match="does not settle"):
+        grouted(**{limit: 0.98 * most}).run()
+
+
+def test_stages_add_and_drop_bolts():
+    """Put in late, a bolt has its pretension; taken away, nothing."""
+    model = hanging(pretension=20e3)
+    model.control(settle=None, steps=None)
+    model.stage(name="hold", kind="static")
+    model.stage(name="hang", kind="static", add="tie", remove="prop")
+    model.stage(name="wait", steps=50)
+    model.stage(name="fall", steps=1000, drop="t*")
+    model.block([(0, -1), (1, -1), (1, 0), (0, 0)], name="prop")
+    model.fixed_point(0.0, -1.0, "prop")
+    model.fixed_point(1.0, -1.0, "prop")
+    history = model.run().history
+    assert history.bolt_state[:, 0].values[[0, 1, 3, -1]].tolist() == [0, 1, 1, 0]
+    assert history.bolt_force[1, 0] == pytest.approx(20e3, rel=1e-3)
+    assert history.bolt_force[-1, 0] == 0.0
+    assert float(history.energy_kinetic[-1]) == pytest.approx(
+        0.5 * MASS * (10.0 * 0.1) ** 2, rel=2e-2
+    )
+    assert residual(history) < 1e-6
+
+
+def test_bits_of_both_programs_and_of_a_resumed_run(tmp_path, same_everywhere):
+    model = hanging(steps=1200, yield_force=30e3)
+    model.output(block_interval=400)
+    same_everywhere(model.write(tmp_path / "model.nml"), 800)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"to": (0.5, 2.0)}, "the point (0.5, 2) lies outside every block"),
+        ({"from": (0.2, 0.5)}, "all points of the bolt are in the same block, 'below'"),
+        ({"axial_stiffness": -1.0}, "axial_stiffness"),
+        ({"shear_stiffness": 1e6}, "grouted = .true."),
+        ({"pretension": 2e4, "yield_force": 1e4}, "is above yield_force"),
+        ({"name": None}, "name is missing"),
+    ],
+)
+def test_bad_bolts_are_refused(changes, words):
+    model = hanging()
+    model["bolt"][0](**changes)
+    with pytest.raises(sitedda.InputError, match=r"^Model\.bolt\(…\), ") as caught:
+        sitedda.Simulation(model)
+    assert words in str(caught.value)
+
+
+def test_a_stage_names_what_is_there():
+    model = hanging()
+    model.stage(name="one", steps=5, add="nothing")
+    model.control(steps=None)
+    with pytest.raises(sitedda.InputError, match="add: nothing is named 'nothing'"):
+        sitedda.Simulation(model)
+
+
+def leaning(**bolt) -> np.ndarray:
+    """Frequencies at rest of a block that leans on its friction and on a bolt, Hz."""
+    model = Model("Leaning block", time_step=1e-3, steps=1, gravity=(2.0, -10.0), settle=True)
+    model.contact(normal_stiffness=1e9)
+    model.material("rock", density=2000.0, young_modulus=1e10, poisson_ratio=0.0)
+    model.joint("joint", friction_angle=30.0)
+    model.block([(-1, -1), (2, -1), (2, 0), (-1, 0)], name="floor")
+    model.block([(0, 0), (1, 0), (1, 1), (0, 1)], name="block")
+    for x in (-0.9, 1.9):
+        model.fixed_point(x, -0.5, "floor")
+    if bolt:
+        model.bolt("tie", (-0.5, -0.1), (0.5, 0.5), axial_stiffness=1e8, **bolt)
+    return sitedda.modes(model, contacts="settled").frequency
+
+
+def test_a_bolt_that_breaks_on_the_way_to_rest_is_no_part_of_the_modes():
+    """All contacts are: frequencies are those without the bolt."""
+    assert_allclose(leaning(rupture_elongation=1e-7), leaning(), rtol=1e-9)
+    assert leaning(yield_force=1e9)[0] > 1.05 * leaning()[0]

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shipped tests of bonded grains: a disc that splits, a sample that is crushed."""
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda.examples import copy_example
+
+R = 0.05  # radius of the disc, m
+WHOLE = {f"joint[bond].{name}": value for name, value in
+         (("tensile_strength", 1e9), ("cohesion", 1e9), ("fracture_energy", 1e5))}  # fmt: skip
+
+
+@pytest.fixture
+def disc(tmp_path):
+    return copy_example("studies/brazilian", tmp_path)[0].with_suffix(".nml")
+
+
+def areas(polygons):
+    return np.array([
+        0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+        for x, y in (polygon.T for polygon in polygons)
+    ])  # fmt: skip
+
+
+def disc_stress(x, y):
+    """Stresses across and along an elastic disc under forces of 1 N/m at (0, ±R), Pa."""
+    first, second = R - y, R + y
+    a, b = np.hypot(x, first) ** 4, np.hypot(x, second) ** 4
+    across = -2 / np.pi * (first * x**2 / a + second * x**2 / b - 1 / (2 * R))
+    along = -2 / np.pi * (first**3 / a + second**3 / b - 1 / (2 * R))
+    return across, along
+
+
+def test_whole_bonds_carry_the_stresses_of_an_elastic_disc(disc):
+    """Their mean over 20 or more grains; forces of both platens agree, so that inertia is small."""
+    changes = WHOLE | {"control.duration": 8e-4}
+    history = sitedda.run(disc, output=False, changes=changes).history
+    with sitedda.Simulation(disc, changes=changes) as start:
+        places, polygons = start.coordinates[:, :2], start.polygons
+    force = history.joint_normal_force.values[-1, 0]
+    middle = (np.hypot(*places.T) < 0.018) & (np.abs(places[:, 1]) < 0.04)
+    assert middle.sum() >= 20
+    share = areas(polygons)[middle] / areas(polygons)[middle].sum()
+    across, along, _ = share @ history.block_stress.values[-1][middle] / force
+    wanted = [share @ one for one in disc_stress(*places[middle].T)]
+    assert across == pytest.approx(wanted[0], rel=0.2)
+    assert along == pytest.approx(wanted[1], rel=0.1)
+
+
+def test_the_disc_splits_at_its_middle_and_bears_nothing_then(disc):
+    changes = {"voronoi.size": 0.01, "stop.tilt": 20.0, "control.duration": 3e-3}
+    history = sitedda.run(disc, output=False, changes=changes).history
+    start = history.block_coordinates.values[0, :, 0]
+    moved = history.block_coordinates.values[-1, :, 0] - start
+    force = history.joint_normal_force.values[:, 0]
+    strength = 2 * force.max() / (np.pi * 2 * R)
+    assert 2e6 < strength < 20e6
+    assert force[-1] < 0.3 * force.max()
+    right, left = start > 0.02, start < -0.02
+    assert moved[right].mean() - moved[left].mean() > 1e-4
+
+
+def test_lateral_pressure_makes_the_sample_stronger(tmp_path):
+    sample = copy_example("studies/biaxial", tmp_path)[0].with_suffix(".nml")
+    strength = []
+    for pressure in (0.0, 10e6):
+        changes = {f"traction[{side}].normal": pressure for side in ("left", "right")}
+        changes |= {"voronoi.size": 0.01, "stop.fallen": 1}
+        history = sitedda.run(sample, output=False, changes=changes).history
+        strength.append(history.joint_normal_force.values.max() / 0.05)
+    least = 10e6 * np.tan(np.radians(45 + 15)) ** 2  # what friction of 30° alone adds
+    assert strength[1] > strength[0] + 0.5 * least
+
+
+def test_of_two_vertices_the_nearer_continues_a_bond(write_input):
+    """Beside an arch a stone has an edge of 8 mm: its other end took over the bond, 6 mm apart."""
+    text = """&control time_step = 0.0005, steps = 10, gravity = 0, -9.81, integration = 'theta',
+       analysis = 'plane_strain' /
+    &material name = 'rock', density = 1779.4, young_modulus = 3.762e8, poisson_ratio = 0.024 /
+    &joint name = 'j', law = 'mohr_coulomb', friction_angle = 59.6, cohesion = 6.98e3,
+       residual_friction_angle = 31.6, weakening_slip = 0.00342, dilation_angle = 2.2,
+       tensile_strength = 1.79e4 /
+    &layers name = 'base', left = -1, bottom = -0.5, width = 7.44, thickness = 0.5 /
+    &masonry_wall width = 5.44, height = 3.7, courses = 10, stone = 0.76, seed = 10 /
+    &opening name = 'door', left = 2.06, bottom = 0.8, width = 1.0, height = 1.09, head = 'arch',
+       rise = 0.249 /
+    &boundary kind = 'springs', side = 'bottom', blocks = 'base*', stiffness_per_area = 3.42e9 /
+    """
+    history = sitedda.run(write_input(text), output=False).history
+    given = abs(history.energy_geometric.values).max()
+    assert given < 1e-3 * abs(history.energy_gravity.values).max()

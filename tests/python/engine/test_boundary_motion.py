@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What comes in through boundaries and how they move; pictures; edges taken twice."""
+
+import numpy as np
+import pytest
+from lattices import DENSITY, MODULUS, POISSON, SPEED, lattice
+from test_boundaries import grid, stack
+
+import sitedda
+from sitedda.boundary_marks import draw_boundaries
+from sitedda.pictures import draw
+from sitedda.plot import run_picture
+from sitedda.scene import Scene
+
+STEP = 1e-3
+SHARE = np.arange(61) / 60
+PULSE = np.sin(np.pi * SHARE) ** 2 * np.sin(2 * np.pi * SHARE)  # ends at rest
+MOTIONS = [f"{who}_{what}" for who in ("incoming", "boundary")
+           for what in ("displacement", "velocity", "acceleration")]  # fmt: skip
+
+
+@pytest.mark.parametrize(("motion_is", "share"), [("outcrop", 0.5), ("incoming", 1.0)])
+@pytest.mark.parametrize("along", ["x", "y"])
+def test_the_wave_that_comes_in_is_that_of_the_record(motion_is, share, along):
+    model = stack(4, motion=PULSE, along=along, duration=0.1)
+    model["boundary"][0](motion_is=motion_is)
+    history = model.run().history.sel(boundary="base")
+    record = np.interp(history.time, STEP * np.arange(PULSE.size), PULSE, right=0.0)
+    felt = history.incoming_acceleration.sel(axis=along).values
+    np.testing.assert_allclose(felt, share * record, atol=1e-12)
+    assert not np.any(history.incoming_acceleration.sel(axis="xy".strip(along)))
+    velocity = np.cumsum(felt[1:] + felt[:-1]) * STEP / 2
+    np.testing.assert_allclose(history.incoming_velocity.sel(axis=along)[1:], velocity, atol=1e-12)
+
+
+def test_the_motion_of_a_base_is_the_mean_of_its_edges():
+    history = stack(4, motion=PULSE, duration=0.05).run().history
+    for name in ("displacement", "velocity", "acceleration"):
+        own = history[f"boundary_{name}"].sel(boundary="base").values
+        middle = history[name].sel(point="base").values
+        np.testing.assert_allclose(own, middle, atol=1e-8 * abs(middle).max())
+
+
+def test_a_matched_base_moves_as_the_wave_that_comes_in_and_the_one_that_comes_back():
+    """v(t) = v_in(t) + v_in(t − 2H/V_s), in layers of the half-space's own stuff."""
+    height = 10.0
+    model = stack(40, height, motion=PULSE, duration=0.25, integration="midpoint", penalty=2e4)
+    model["boundary"][0](
+        density=DENSITY, shear_velocity=SPEED, pressure_velocity=None, motion_is="incoming"
+    )
+    history = model.run().history.sel(boundary="base", axis="x")
+    time, wave = history.time.values, history.incoming_velocity.values
+    back = np.interp(time - 2 * height / SPEED, time, wave, left=0.0)
+    assert abs(history.boundary_velocity.values - wave - back).max() < 0.01 * abs(wave).max()
+
+
+def test_level_ground_moves_as_the_free_field_that_comes_in():
+    history = lattice("free_field").run().history
+    assert list(history.boundary.values) == ["base", "free field left", "free field right"]
+    surface = lattice("tied", columns=1)
+    for side, x in (("left", 0.0), ("right", 1.0)):
+        surface.measured_point(side, x, 3.0)
+    column = surface.run().history
+    for side in ("left", "right"):
+        both = history.sel(boundary=f"free field {side}")
+        for name in ("displacement", "velocity", "acceleration"):
+            expected = column[name].sel(point=side).values
+            bound = 1e-8 * abs(expected).max()
+            np.testing.assert_allclose(both[f"incoming_{name}"], expected, atol=bound)
+            np.testing.assert_allclose(both[f"boundary_{name}"], expected, atol=bound)
+
+
+def test_displacements_count_from_the_stage_that_sets_them_to_zero():
+    sunk = {}
+    for zero in (False, True):
+        model = lattice("free_field", duration=None, gravity=(0.0, -9.81))
+        model.stage("rest", kind="static")
+        model.stage("shaken", duration=0.02, zero_displacements=zero)
+        end = model.run().history.isel(time=-1).sel(boundary="free field left", axis="y")
+        sunk[zero] = [float(end[f"{who}_displacement"]) for who in ("boundary", "incoming")]
+    np.testing.assert_allclose(sunk[False], -0.5 * DENSITY * 9.81 * 3.0**2 / MODULUS, rtol=0.5)
+    np.testing.assert_allclose(sunk[True], 0.0, atol=1e-3 * abs(sunk[False][0]))
+
+
+def test_the_same_bits_from_both_programs_and_after_a_resume(tmp_path, same_everywhere):
+    model = lattice("free_field", hill=(4, 5), gravity=(0.0, -9.81), settle=True)
+    history = same_everywhere(model.write(tmp_path / "hill.nml"), 70)
+    assert all(np.any(history[name].values) for name in MOTIONS)
+
+
+def test_models_without_boundaries_have_none_of_it():
+    history = lattice("free", columns=2).run().history
+    assert "boundary_edge" in history
+    bare = sitedda.Model("bare", time_step=STEP, steps=2)
+    bare.material("rock", density=DENSITY, young_modulus=MODULUS, poisson_ratio=POISSON)
+    bare.joint("dry", friction_angle=30.0)
+    bare.block([0, 0, 1, 0, 1, 1, 0, 1])
+    history = bare.run().history
+    assert not [name for name in history.variables if "boundary" in name or "incoming" in name]
+
+
+def every_kind() -> sitedda.Model:
+    """A lattice with a piece of each kind of boundary that edges can have, and half an edge."""
+    model = lattice("free", columns=4, rows=4)
+    model["boundary"][0](side=None, blocks="b_0_0", edges=[1])
+    model.boundary("still", "fixed", blocks="b_1_0", edges=[1])
+    model.boundary("moved", "fixed", blocks="b_2_0", edges=[1], motion_x="rock")
+    model.boundary("roller", "roller", along=[0.0, 0.0, 0.0, 2.5])
+    model.boundary("viscous", "viscous", along=[0.0, 2.5, 0.0, 4.0])
+    model.boundary("ground", "free_field", side="right")
+    return model
+
+
+def test_boundaries_are_drawn_where_they_are(tmp_path):
+    """Every kind has its words, lines on its edges, and signs outside the blocks."""
+    model = every_kind()
+    scene = Scene.of(model.write(tmp_path / "kinds.nml"))
+    found = scene.boundaries(0)
+    pieces = [(one["kind"], len(one["start"])) for one in found]
+    kinds = ["compliant", "fixed", "fixed", "roller", "viscous", "free_field"]
+    assert pieces == list(zip(kinds, (1, 1, 1, 3, 2, 4), strict=True))
+    assert [one["moved"] for one in found] == [True, False, True, False, False, False]
+    for one, length in zip(found, (1, 1, 1, 2.5, 1.5, 4), strict=True):
+        assert np.linalg.norm(one["end"] - one["start"], axis=1).sum() == pytest.approx(length)
+    axes = draw(scene)
+    words = [text.get_text().replace("\n", " ") for text in axes.get_legend().get_texts()]
+    expected = ["compliant, a wave comes in", "fixed", "fixed, moved", "roller", "viscous"]
+    assert [w for w in words if w in expected] == expected and "free field beyond" in words
+    before = len(axes.collections)
+    assert len(draw_boundaries(axes, scene, 0)) == 6
+    added = [np.concatenate(c.get_segments()) for c in axes.collections[before:]]
+    for edges, signs in zip(added[::2], added[1::2], strict=True):
+        assert np.all((edges >= -1e-9) & (edges <= 4 + 1e-9))
+        assert np.all(((signs <= 1e-9) | (signs >= 4 - 1e-9)).any(axis=1))
+    run = model.run()
+    after = Scene.of(run).boundaries(0)
+    np.testing.assert_allclose(after[3]["end"], found[3]["end"])
+    labels = [line.get_label() for axes in run_picture(grid(duration=0.05).run().history).axes
+              for line in axes.get_lines()]  # fmt: skip
+    assert "incoming: base, x" in labels
+
+
+def twice(first: dict, second: dict) -> sitedda.Model:
+    model = lattice("free", columns=3)
+    for values in (first, second):
+        model.boundary(**values)
+    return model
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ({"kind": "viscous", "side": "left"}, {"kind": "viscous", "blocks": "b_0_1"}),
+        ({"kind": "viscous", "side": "left"}, {"kind": "roller", "side": "left"}),
+        ({"kind": "fixed", "side": "bottom"}, {"kind": "roller", "side": "top"}),
+        ({"kind": "roller", "side": "left"},
+         {"kind": "roller", "side": "left", "direction": "x"}),
+        ({"kind": "roller", "along": [0, 0, 0, 1.5]}, {"kind": "fixed", "along": [0, 1.4, 0, 3]}),
+        ({"kind": "free_field", "side": "left"}, {"kind": "fixed", "side": "left"}),
+        ({"kind": "viscous", "side": "right"}, {"kind": "tied"}),
+    ],
+)  # fmt: skip
+def test_an_edge_with_two_boundaries_is_refused(first, second):
+    with pytest.raises(sitedda.InputError) as refusal:
+        twice(first, second).check()
+    words = str(refusal.value)
+    assert "edge " in words and "of block 'b_0_" in words or "of block 'b_2_" in words
+    assert words.count("Model.boundary(…), ") == 2 and "line" not in words
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ({"kind": "roller", "side": "left"},
+         {"kind": "roller", "side": "left", "direction": "y"}),
+        ({"kind": "roller", "along": [0, 0, 0, 1.5]}, {"kind": "fixed", "along": [0, 1.5, 0, 3]}),
+    ],
+)  # fmt: skip
+def test_boundaries_of_other_directions_or_other_parts_of_an_edge_go_together(first, second):
+    twice(first, second).check()

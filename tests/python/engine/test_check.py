@@ -1,0 +1,310 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What `check` says before a run: the same from both programs, and no number that is none."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from model_text import ROCK, changed, flying_block, group, rectangle, tower
+
+import sitedda
+from sitedda.commands.parser import folded
+from sitedda.scheme import Scheme
+
+
+def finding(text: str, what: str) -> str:
+    """One finding of a report as one line, with its verdict."""
+    joined = re.sub(r"\n {24}", " ", text)
+    return next(line for line in joined.splitlines() if line[6:].startswith(what))
+
+
+def numbers_of(report) -> np.ndarray:
+    """All numbers that a report holds."""
+    return np.array(
+        [report.omega_max, *report.bracket, report.residual, report.shift, *report.band]
+    )
+
+
+# --- Damping over the band of the record ---------------------------------------------------------
+
+
+def check_tower(write_input, time_step: float) -> sitedda.Report:
+    """The report of the tower at a step; its pulse has energy from 14 to 29 Hz."""
+    report = sitedda.check(write_input(tower(time_step=time_step)))
+    assert np.all(np.isfinite(numbers_of(report)))
+    assert not re.search(r"Infinity|NaN|\*\*", report.text)
+    return report
+
+
+def test_damping_over_the_band_is_that_of_the_closed_form(write_input):
+    report = check_tower(write_input, 1e-3)
+    said = re.search(r"([\d.]+) … ([\d.]+) % over", finding(report.text, "damping"))
+    expected = [50 * math.tan(math.pi * f * 1e-3) for f in report.band]
+    assert [float(value) for value in said.groups()] == pytest.approx(expected, rel=5e-4)
+
+
+def test_a_band_that_reaches_beyond_the_steps_has_damping_at_one_end(write_input):
+    report = check_tower(write_input, 0.02)
+    assert report.band[0] < 1 / (2 * 0.02) < report.band[1]
+    line = finding(report.text, "damping")
+    assert line.startswith("warn") and "beyond 1/(2 dt) = 25 Hz" in line
+    said = re.search(r"([\d.]+) % at 14.29 Hz; the band of the record reaches 28.57 Hz", line)
+    expected = 50 * math.tan(math.pi * report.band[0] * 0.02)
+    assert float(said[1]) == pytest.approx(expected, rel=5e-4)
+    advised = float(re.search(r"time_step below ([\d.]+) s", line)[1])
+    assert advised == pytest.approx(1 / (2 * report.band[1]), rel=5e-4)
+
+
+@pytest.mark.parametrize("time_step", [0.05, 1e3])
+def test_a_band_beyond_the_steps_is_said_in_words(write_input, time_step):
+    report = check_tower(write_input, time_step)
+    assert 1 / (2 * time_step) < report.band[0]
+    line = finding(report.text, "damping")
+    assert line.startswith("warn") and "% over" not in line
+    assert "the band of the record, 14.29 … 28.57 Hz, lies beyond 1/(2 dt)" in line
+
+
+def test_a_record_of_nanoseconds_is_told_in_short_numbers(write_input):
+    report = sitedda.check(write_input(changed(tower(), "motion", time_step=1e-9)))
+    assert "1.429e8 … 2.857e8 Hz, lies beyond" in finding(report.text, "damping")
+
+
+# --- Other findings -------------------------------------------------------------------------------
+
+
+def test_a_first_mode_that_does_not_swing_fails(write_input):
+    file = write_input(tower())
+    first = sitedda.modes(file).frequency[0]
+    least = 4 / (2 * math.pi * first)  # s, paper eq. 13
+    line = finding(sitedda.check(file, time_step=1.01 * least).text, "first mode")
+    assert line.startswith("FAIL") and "does not oscillate" in line
+    line = finding(sitedda.check(file, time_step=0.99 * least).text, "first mode")
+    assert line.startswith("warn")
+
+
+def test_the_time_step_is_held_against_the_highest_frequency(write_input):
+    file = write_input(tower())
+    limit = 4 / sitedda.check(file).omega_max
+    text = sitedda.check(file, time_step=0.99 * limit).text
+    assert finding(text, "time step").startswith("ok") and "lie beyond" not in text
+    line = finding(sitedda.check(file, time_step=1.01 * limit).text, "time step")
+    assert re.search(r"; \d+ of 24 modes lie beyond", line)
+
+
+def test_blocks_that_touch_nothing_are_told(write_input):
+    apart = [*flying_block(), group("block", vertices=rectangle(5.0, 0.0, 2.0, 1.0))]
+    line = finding(sitedda.check(write_input(apart)).text, "contacts")
+    assert line.startswith("warn") and "no contact is closed" in line
+
+
+@pytest.mark.parametrize(("ratio", "kind"), [(1e3, "normal"), (1e-3, "shear")])
+def test_the_spring_that_governs_is_named(write_input, ratio, kind):
+    """Springs of a kind that is a thousand times stiffer than all others hold the highest mode."""
+    stiff = changed(
+        tower(), "contact", normal_stiffness=1.5e12, shear_ratio=ratio, fixed_point_ratio=1e-3
+    )
+    line = finding(sitedda.check(write_input(stiff)).text, "highest frequency")
+    assert f"governed by the {kind} contact spring between" in line
+
+
+# --- Members of the time integration --------------------------------------------------------------
+
+MEMBERS = ("dda", "midpoint", "theta", "backward_euler")
+
+
+def test_ringing_is_told_in_steps(write_input):
+    report = sitedda.check(write_input(tower()))
+    line = finding(report.text, "ringing")
+    assert "normal contact springs" in line  # supports have a dashpot and do not ring
+    turn, steps = map(float, re.search(r"dt = ([\d.]+)\).* in ([\d.]+) steps", line).groups())
+    assert report.ringing == pytest.approx(steps, rel=1e-3)  # four digits are printed
+    expected = Scheme().vibration(turn / (2 * math.pi * 1e-3), 1e-3).ringing
+    assert report.ringing == pytest.approx(float(expected), rel=2e-3)
+
+
+def test_ringing_of_other_members(write_input):
+    file = write_input(tower())
+    endless = sitedda.check(file, integration="midpoint")
+    assert endless.ringing > 1e12 and finding(endless.text, "ringing").startswith("warn")
+    assert 0.0 < sitedda.check(file, integration="theta").ringing < 1.0  # root -1/3
+    # roots 1/(1 ± iΩ) have a real part that stays positive
+    assert sitedda.check(file, integration="backward_euler").ringing == 0.0
+
+
+@pytest.mark.parametrize("integration", MEMBERS)
+def test_modes_have_damping_and_period_of_the_member(write_input, integration):
+    found = sitedda.modes(write_input(tower()), 3, integration=integration)
+    expected = Scheme.named(integration).vibration(found.frequency, 1e-3)
+    assert found.damping == pytest.approx(expected.damping, rel=1e-9, abs=1e-12)
+    assert found.elongation == pytest.approx(expected.elongation, rel=1e-9)
+
+
+# --- The commands ---------------------------------------------------------------------------------
+
+
+def test_both_programs_say_what_the_package_says(program, write_input):
+    file = write_input(tower())
+    done = program.ok("check", file)
+    with sitedda.Simulation(file) as simulation:
+        said = f"{folded(simulation.description)}\n{sitedda.check(simulation).text}"
+    told, own = (
+        re.sub(r"\S+ s at the pace", "", re.sub(r"\n {24}", " ", text)).splitlines()
+        for text in (done.stdout, said)
+    )
+    assert told[: len(own)] == own
+
+
+def test_a_check_that_fails_is_status_2(program, write_input):
+    done = program("check", write_input(tower(time_step=0.05)))
+    assert done.returncode == 2
+    assert "FAIL  first mode" in done.stdout and "the check fails" in done.stderr
+
+
+def test_a_run_is_refused_by_a_check_that_fails(program, write_input, tmp_path):
+    refused = write_input(tower(time_step=0.05, steps=3), "refused.nml")
+    done = program("run", "--check", refused, "-o", tmp_path / "refused.nc")
+    assert done.returncode == 2 and not list(tmp_path.glob("refused.nc*"))
+    started = write_input(tower(steps=3))
+    done = program("run", "--check", started, "-o", tmp_path / "started.nc", "-q")
+    assert done.returncode == 0 and (tmp_path / "started.nc").exists()
+    assert "damping" in done.stdout
+
+
+def test_a_check_of_bad_input_is_status_1(program, write_input):
+    done = program("check", write_input(tower(time_step=-1.0)))
+    assert done.returncode == 1 and "time_step" in done.stderr
+
+
+def test_a_block_that_a_stage_removes_is_no_part_of_what_is_checked(root):
+    """Its mass of 0 made all modes NaN, block sizes over speeds 0 s, and no bounds of a penalty."""
+    text = str(sitedda.check(root / "inputs" / "tunnel_roof.nml"))
+    modes = finding(text, "lowest modes")
+    assert modes.startswith("ok") and "move freely" not in modes
+    assert "dx/v = 0 s" not in finding(text, "CFL")
+    assert finding(text, "penalty bounds").startswith("ok")
+
+
+# --- Limits ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("ratio", "verdict"), [(0.08, "ok"), (0.15, "warn")])
+def test_the_scheme_may_damp_the_first_mode_by_a_tenth(write_input, ratio, verdict):
+    modes = finding(check_tower(write_input, 1e-3).text, "lowest modes")
+    frequency = float(re.search(r"lowest modes +([\d.]+)", modes)[1])
+    report = check_tower(write_input, float(sitedda.time_step_for_damping(ratio, frequency)))
+    line = finding(report.text, "damping")
+    found = float(re.search(r"by the scheme ([\d.]+) %", line)[1])
+    assert line.startswith(verdict) and found == pytest.approx(100 * ratio, rel=0.1)
+
+
+@pytest.mark.parametrize(("percent", "verdict"), [(0.8, "ok"), (1.2, "warn")])
+def test_contacts_may_penetrate_by_a_hundredth_of_a_block(write_input, percent, verdict):
+    line = finding(sitedda.check(write_input(standing(percent))).text, "penalty bounds")
+    assert line.startswith(verdict) and f"penetrate by {percent} %" in line
+
+
+def test_the_penalty_has_its_cost_beside_the_compression_that_it_saves(write_input):
+    """A layer has two contacts on either side; softer joints add to 1/f² in proportion to 1/k_n."""
+    model = write_input(tower())
+    mass, pattern = 15.0 * ROCK["density"], r"iteration ([\d.e+]+); 1 % .* ([\d.e+]+) N/m .* (\S+),"
+    line = finding(sitedda.check(model).text, "penalty ").replace(" [", ", [")
+    cost, advised, its_cost = (float(one) for one in re.search(pattern, line).groups())
+    assert cost == pytest.approx(1 + 4 * 1.5e12 * 1e-3**2 / (2 * mass), rel=1e-3)
+    assert (its_cost - 1) / (cost - 1) == pytest.approx(advised / 1.5e12, rel=2e-3)
+    exact = sitedda.penalty_for(model, accuracy=0.01)
+    assert exact.frequency == pytest.approx(0.99 * exact.limit, rel=1e-6)
+    assert advised == pytest.approx(exact.normal_stiffness, rel=0.02)
+    softer = changed(tower(), "contact", normal_stiffness=exact.normal_stiffness)
+    assert sitedda.check(write_input(softer)).shift == pytest.approx(0.01, rel=1e-3)
+
+
+@pytest.mark.parametrize("accuracy", [0.0, 1.0, -0.1, math.nan])
+def test_a_share_of_the_first_frequency_lies_between_0_and_1(write_input, accuracy):
+    with pytest.raises(sitedda.SiteddaError, match="between 0 and 100"):
+        sitedda.penalty_for(write_input(tower()), accuracy=accuracy)
+
+
+@pytest.mark.parametrize("percent", [4.9, 5.1])
+def test_a_run_doubts_contacts_deeper_than_a_twentieth_of_a_block(write_input, percent):
+    verdict = sitedda.run(write_input(standing(percent)), output=False).verdict
+    assert ("penetration" in [one.topic for one in verdict.doubts]) == (percent > 5)
+
+
+def standing(percent: float) -> list:
+    """A cube of 1 m on a base by two corners: half of its weight over k_n."""
+    weight = 2500.0 * 9.81
+    return [
+        group("run"),
+        group("control", time_step=1e-3, steps=1, gravity=[0.0, -9.81], settle=True),
+        group("contact", normal_stiffness=weight / 2 / (percent / 100)),
+        group("material", density=2500.0, young_modulus=1e10, poisson_ratio=0.2),
+        group("joint", friction_angle=30.0),
+        group("block", name="base", vertices=rectangle(-2.0, -1.0, 4.0, 1.0)),
+        group("block", vertices=rectangle(-0.5, 0.0, 1.0, 1.0)),
+        group("fixed_point", x=-1.5, y=-0.5),
+        group("fixed_point", x=1.5, y=-0.5),
+    ]
+
+
+# --- What a run says of its check -----------------------------------------------------------------
+
+
+def drums(**joint) -> list:
+    """Two drums on a floor, on their way down."""
+    shapes = [rectangle(-1, -0.2, 2, 0.2), *(rectangle(-0.5, y, 1, 1) for y in (0, 1))]
+    return [
+        group("control", time_step=1e-3, steps=5, gravity=[0.0, -9.81]),
+        group("material", density=2000.0, young_modulus=1e10, poisson_ratio=0.2),
+        group("contact", normal_stiffness=1e8),
+        ("joint", {"friction_angle": 35.0} | joint),
+        *(group("block", vertices=at) for at in shapes),
+        *(group("fixed_point", block=1, x=x, y=-0.1) for x in (-0.9, 0.9)),
+    ]
+
+
+def said_of_check(file, **changes) -> list[str]:
+    lines = str(sitedda.run(file, **changes).verdict).splitlines()
+    return [line for line in lines if line.startswith(("doubt  check: ", "what to change: "))]
+
+
+def test_a_run_says_each_doubt_of_its_check_in_a_line(write_input):
+    """Two drums have four contacts; at rest no mode of theirs matters."""
+    file = write_input(drums())
+    *doubts, last = said_of_check(file)
+    assert any("soft joints lower it by " in line and "(4 contacts)" in line for line in doubts)
+    assert last == "what to change: sitedda check FILE.nml"
+    assert max(map(len, doubts)) <= 80
+    assert said_of_check(file, settle=True) == []
+
+
+def test_measured_stiffness_is_no_penalty(write_input, main):
+    measured = drums(normal_stiffness_per_area=1e8, shear_stiffness_per_area=1e8)
+    file = write_input(measured)
+    assert not any("rigid joints" in line for line in said_of_check(file))
+    assert finding(main("check", file).stdout, "penalty").startswith("ok")
+
+
+def test_a_wave_and_a_cell_are_of_one_material(write_input):
+    """Large blocks of rock below small ones of soil resolve what each of them carries."""
+    soil = {"density": 1800.0, "shear_velocity": 100.0, "pressure_velocity": 200.0}
+    rock = {"density": 2500.0, "shear_velocity": 2000.0, "pressure_velocity": 3500.0}
+    groups = [
+        group("control", time_step=1e-3, steps=2, analysis="plane_strain"),
+        group("material", name="rock", **rock),
+        group("material", name="soil", **soil),
+        group("joint", name="j", friction_angle=30.0),
+        group("block", name="below", material="rock", vertices=(0, 0, 12, 0, 12, 12, 0, 12)),
+        group("block", name="above", material="soil", vertices=(0, 12, 1, 12, 1, 13, 0, 13)),
+        group("motion", name="m", file="m.csv", quantity="acceleration", unit="m/s2"),
+        group("fixed_point", x=1, y=1, motion_x="m"),
+        group("fixed_point", x=11, y=1, motion_x="m"),
+    ]
+    file = write_input(groups)
+    time = np.arange(0.0, 4.0, 0.005)
+    wave = np.sin(2 * np.pi * 5.0 * time) * np.sin(np.pi * time / 4.0) ** 2
+    np.savetxt(file.parent / "m.csv", np.column_stack([time, wave]), delimiter=",",
+               header="time (s),acceleration (m/s^2)", comments="")  # fmt: skip
+    report = sitedda.check(file)
+    line = finding(report.text, "element size")
+    assert line.startswith("ok")  # 1/20 of a wave in the soil; 12 m of rock over it would be 0.6

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a check says of dashpots, of the size of blocks, and of the sides of a model."""
+
+import re
+
+import numpy as np
+import pytest
+from lattices import DENSITY, MODULUS, POISSON, SPEED, lattice
+
+import sitedda
+
+
+def line(model, what: str):
+    """The line of a check, or None."""
+    return next((one for one in sitedda.check(model).lines if one.topic == what), None)
+
+
+def percent(text: str, before: str) -> float:
+    return float(re.search(r"([0-9.]+) % " + before, text)[1])
+
+
+@pytest.mark.parametrize(("integration", "share"), [("dda", 1 / 8), ("midpoint", 0), ("theta", 0)])
+def test_what_dashpots_reflect(integration, share):
+    """(kh)²/48 by the lowest blocks, ωΔt/8 of DDA and nothing in other members."""
+    found = line(lattice("free_field", columns=3, integration=integration), "dashpots").words
+    frequency = float(re.search(r"and ([0-9.]+) Hz", found)[1])
+    omega = 2 * np.pi * frequency
+    slowest = np.sqrt(MODULUS / (2 * (1 + POISSON)) / (DENSITY + 200))  # of the top layer
+    assert percent(found, "by the size") == pytest.approx(
+        100 * (omega / slowest) ** 2 / 48, rel=0.02
+    )
+    assert percent(found, "by the time") == pytest.approx(100 * omega * 1e-3 * share, rel=0.02)
+    # Of ν = ¼: the table of docs/boundaries.md, .0003 at 30° and .0039 at 45° for P.
+    degrees = [int(n) for n in re.findall(r"(\d+)°", found)]
+    assert degrees[0] <= 50
+    assert degrees[1] <= 21
+
+
+def test_waves_are_too_fast_by_the_size_of_the_blocks():
+    """(kΔx)²/24: the first frequency of layers on a fixed base lies above the closed form."""
+    layers, height = 4, 4.0
+    model = sitedda.Model(
+        "layers", time_step=1e-5, steps=1, analysis="plane_strain", integration="midpoint"
+    )
+    model.contact(normal_stiffness=1e6 * MODULUS)
+    model.material("soil", density=DENSITY, young_modulus=MODULUS, poisson_ratio=POISSON)
+    model.joint("glue", friction_angle=40.0, cohesion=1e12, tensile_strength=1e12)
+    model.layers("layer", width=1.0, thickness=height / layers, count=layers)
+    model.boundary("base", "fixed", side="bottom")
+    for side in ("left", "right"):
+        model.boundary(side=side, kind="roller", direction="y")
+    found = sitedda.modes(model, 1).frequency[0] / (SPEED / 4 / height)
+    assert found - 1 == pytest.approx((np.pi / 2 / layers) ** 2 / 24, rel=0.03)
+
+
+def test_sides_that_disturb_are_warned_of():
+    assert line(lattice("free", columns=3), "sides").verdict == "warn"
+    assert line(lattice("viscous", columns=3), "sides").verdict == "warn"
+    assert line(lattice("tied", columns=3), "sides") is None
+
+
+def test_level_ground_does_not_depart_from_its_free_fields():
+    found = line(lattice("free_field", columns=3), "sides")
+    assert found.verdict == "ok"
+    assert percent(found.words, "of their motion") == 0.0
+
+
+def departure_of_a_step(omega, depths, distances) -> float:
+    """Of a bar of two depths (m) on dashpots, at its ends so far (m) from the step, largest.
+
+    u = u_free + A e^κx + B e^−κx in both parts, κ² = (iωZ − ρHω²)/(E'H); at the step u and E'H u'
+    are continuous, at the ends E'H u' = ∓iωρV_p H (u − u_free).
+    """
+    density, plate, base, side = 2400.0, 2.16e9 / (1.0 - 0.25**2), 2400 * 600.0, 2400 * 1039.23
+    depths, ends = np.array(depths), np.array([-1.0, 1.0]) * distances
+    free = 2.0 / (1.0 + 1j * omega * density * depths / base)
+    wave = np.sqrt((1j * omega * base / depths - density * omega**2) / plate)
+    slope = plate * depths * wave
+    equations = np.zeros((4, 4), dtype=complex)  # A, B on the left, A, B on the right
+    equations[0] = [1.0, 1.0, -1.0, -1.0]
+    equations[1] = [slope[0], -slope[0], -slope[1], slope[1]]
+    rise = np.exp(wave * ends)
+    for part, out in ((0, -1.0), (1, 1.0)):
+        dashpot = 1j * omega * side * depths[part]
+        both = (
+            (out * slope[part] + dashpot) * rise[part],
+            (dashpot - out * slope[part]) / rise[part],
+        )
+        equations[2 + part, 2 * part : 2 * part + 2] = both
+    found = np.linalg.solve(equations, [free[1] - free[0], 0.0, 0.0, 0.0]).reshape(2, 2)
+    added = found[:, 0] * rise + found[:, 1] / rise
+    return float(abs(added / free).max())
+
+
+@pytest.mark.parametrize(
+    ("distances", "verdict"), [((60.0, 100.0), "warn"), ((200.0, 280.0), "ok")]
+)
+def test_how_far_sides_depart_from_their_free_fields(root, distances, verdict):
+    """A step of the ground from 15 to 45 m, by the closed form of its long-wave estimate."""
+    model = sitedda.Model.read(root / "inputs" / "step.nml")
+    left, right = -distances[0], distances[1]
+    model["region"][0](outline=[(left, -15), (right, -15), (right, 30), (0, 30), (0, 0), (left, 0)])
+    model.clear("measured_point")
+    model.measured_point("step", 0.0, 0.0)
+    found = line(model, "sides")
+    frequency = float(re.search(r"at ([0-9.]+) Hz", found.words)[1])
+    expected = departure_of_a_step(2 * np.pi * frequency, (15.0, 45.0), distances)
+    assert percent(found.words, "of their motion") == pytest.approx(100 * expected, rel=5e-3)
+    assert found.verdict == verdict

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Free-field sides: level ground moves as its column, hills radiate, states and words."""
+
+import numpy as np
+import pytest
+from lattices import DENSITY, MODULUS, lattice, moved
+
+import sitedda
+
+HILL = (5, 6)  # columns of one that is not symmetric
+WEIGHT = {"gravity": (0.0, -9.81), "settle": True}
+
+
+BODIES = pytest.mark.parametrize("body", ["", "ground"], ids=["glued", "body"])
+CONSTANT = {"damping_ratio": 0.03, "reference_frequency": 20.0}
+RAYLEIGH = {"rayleigh_alpha": 3.0, "rayleigh_beta": 1e-4}
+
+
+@BODIES
+@pytest.mark.parametrize("integration", ["dda", "midpoint", "theta"])
+@pytest.mark.parametrize("along", ["x", "y"])
+def test_level_ground_moves_as_its_column(integration, along, body):
+    """Ten times as wide as deep: every block within 1e-8 of the peak; with free sides not."""
+    column = moved(lattice("tied", along, 1, integration=integration, body=body), 1)
+    ground = moved(lattice("free_field", along, 30, integration=integration, body=body), 30)
+    peak = abs(column).max()
+    assert abs(ground - column).max() < 1e-8 * peak
+    if integration == "dda":
+        free = moved(lattice("free", along, 30, body=body), 30)
+        assert abs(free - column).max() > 0.01 * peak
+
+
+@BODIES
+@pytest.mark.parametrize("damping", [CONSTANT, RAYLEIGH], ids=["constant", "rayleigh"])
+def test_damped_ground_moves_as_its_column(damping, body):
+    column = moved(lattice("tied", columns=1, body=body, damping=damping, **WEIGHT), 1)
+    ground = moved(lattice("free_field", body=body, damping=damping, **WEIGHT))
+    assert abs(ground - column).max() < 1e-8 * abs(column).max()
+
+
+@BODIES
+@pytest.mark.parametrize("control", [WEIGHT, {"time_step_control": "adaptive"}])
+def test_column_has_weight_and_steps_of_the_model(control, body):
+    column = moved(lattice("tied", columns=1, body=body, **control), 1)
+    ground = moved(lattice("free_field", body=body, **control))
+    assert abs(ground - column).max() < 1e-8 * abs(column).max()
+
+
+def test_column_is_what_stands_before_the_first_line_between_blocks():
+    """Blocks of two widths: one period of them is the column."""
+
+    def ground(periods: int, sides: str):
+        model = lattice("free", columns=2 * periods, rows=2)
+        for i in range(periods):
+            model.block(
+                [2 * i, 2, 2 * i + 2, 2, 2 * i + 2, 3, 2 * i, 3],
+                name=f"wide_{i}",
+                material="layer_1",
+            )
+        for side in ("left", "right") if sides == "free_field" else (None,):
+            model.boundary(kind=sides, side=side)
+        return moved(model, 2 * periods, 2)
+
+    column = ground(1, "tied")
+    several = ground(4, "free_field").reshape(-1, 2, 4, 2, 2)
+    assert abs(several - column[:, :, None]).max() < 1e-8 * abs(column).max()
+
+
+def test_a_mirrored_hill_moves_as_a_mirror_image():
+    here = moved(lattice("free_field", hill=HILL))
+    mirrored = [9 - i for i in HILL]
+    there = moved(lattice("free_field", order=-1, acceleration=-1.0, hill=mirrored))
+    np.testing.assert_allclose(here, there[:, :, ::-1] * [-1, 1], atol=1e-10 * abs(here).max())
+
+
+@BODIES
+def test_what_a_hill_sends_out_leaves(body):
+    """Ten columns move as in ground so wide that nothing comes back from its sides in time."""
+    hill = [30 + i for i in HILL]
+    wide = moved(lattice("tied", columns=70, hill=hill, body=body), 70)[:, :, 30:40]
+    error = {
+        sides: abs(moved(lattice(sides, hill=HILL, body=body)) - wide).max() / abs(wide).max()
+        for sides in ("free_field", "viscous", "free")
+    }
+    assert error["free_field"] < 0.04
+    assert error["viscous"] > 5 * error["free_field"]
+    assert error["free"] > 3 * error["free_field"]
+
+
+@BODIES
+def test_nothing_moves_when_the_ground_is_let_go(body):
+    """Less than 1e-9 of the sag at the change of stage, beside a hill."""
+    model = lattice("free_field", hill=HILL, acceleration=0.0, duration=0.5, body=body, **WEIGHT)
+    sag = DENSITY * 9.81 * 3.0**2 / 2 / (1.2 * MODULUS)
+    assert abs(moved(model)).max() < 1e-9 * sag
+
+
+@BODIES
+def test_energy_and_bits_across_threads_and_a_checkpoint(tmp_path, body, same_everywhere):
+    damping = CONSTANT if body else None
+    model = lattice("free_field", hill=HILL, body=body, damping=damping, **WEIGHT)
+    model.measured_point("crest", 6.0, 4.0)
+    history = same_everywhere(model.write(tmp_path / "hill.nml"), 77)
+    turned = history.energy_damping.values[-1] + abs(history.energy_input).values.max()
+    assert abs(history.energy_balance.values).max() < 1e-6 * turned
+
+
+def test_changes_between_steps_reach_the_column():
+    """Half of the weight is taken away: ground and column rise alike."""
+    rise = {}
+    for sides, columns in (("tied", 1), ("free_field", 6)):
+        with sitedda.Simulation(lattice(sides, columns=columns, **WEIGHT)) as simulation:
+            simulation.advance(20)
+            simulation.change({"gravity": (0.0, -4.9)})
+            first = simulation.coordinates.copy()
+            simulation.advance(20)
+            rise[sides] = (simulation.coordinates - first)[:, 1].reshape(3, columns)
+    assert abs(rise["free_field"] - rise["tied"]).max() < 1e-8 * abs(rise["tied"]).max()
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"side": None}, "needs side = 'left' or side = 'right'"),
+        ({"side": "bottom"}, "needs side = 'left' or side = 'right'"),
+        ({"along": [0.0, 0.0, 0.0, 3.0]}, "kind = 'free_field' excludes along"),
+        ({"motion_x": "rock"}, "motion_x belongs to kind"),
+        ({"direction": "x"}, "excludes direction"),
+        ({"density": -1.0}, "density = -1"),
+    ],
+)
+def test_bad_free_fields_are_refused_in_words(values, words):
+    model = lattice("free", columns=3)
+    model.boundary(kind="free_field", **{"side": "left"} | values)
+    with pytest.raises(sitedda.InputError, match=words):
+        model.check()
+
+
+def left_field(model):
+    model.boundary(kind="free_field", side="left")
+
+
+def left_field_beside(*vertices):
+    """A block on the lattice, and a free field at its left side."""
+
+    def change(model):
+        model.block(vertices, material="layer_0")
+        left_field(model)
+
+    return change
+
+
+STIFF = {"normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 1e10}
+ORIGINAL = {"contact_rules": "original", "force_tolerance": None}
+
+
+@pytest.mark.parametrize(
+    ("sides", "values", "change", "words"),
+    [
+        ("free_field", {}, left_field, "has a free field already"),
+        ("tied", {}, left_field, "two ways to go on with the ground"),
+        ("free", {"rows": 1}, left_field_beside(-0.5, 1, 3.5, 1, 3.5, 2, -0.5, 2),
+         "no vertical line passes between the blocks"),
+        ("free", {"rows": 1}, left_field_beside(0, 1, 1, 1, 1, 1.5, 0, 2),
+         "does not meet its own image"),
+        ("free_field", {}, lambda m: m.contact(**ORIGINAL), "contact_rules = 'original'"),
+        ("free_field", {"dynamic_factor": 0.9}, lambda m: None,
+         "dynamic_factor of &control must be 1"),
+        ("free_field", {}, lambda m: m["joint"][0](**STIFF),
+         "give the edges at the sides a plain joint"),
+        ("free_field", {}, lambda m: m.traction(side="top", normal=1e3), "keep it off that column"),
+        ("free_field", {"duration": None},
+         lambda m: m.stage("dig", remove="b_0_2", duration=0.1), "excavate farther from it"),
+    ],
+)  # fmt: skip
+def test_what_a_free_field_does_not_go_with_is_refused(sides, values, change, words):
+    model = lattice(sides, columns=3, **values)
+    change(model)
+    with pytest.raises(sitedda.InputError, match=words) as refusal:
+        model.check()
+    assert str(refusal.value).startswith("Model.boundary(…), ")
+
+
+def test_a_transfer_function_does_not_hold_the_free_field():
+    model = lattice("free_field", columns=3)
+    model.measured_point("surface", 1.5, 3.0)
+    with pytest.raises(sitedda.InputError, match="take kind = 'tied' for level ground"):
+        sitedda.transfer(model, [5.0], base=None)

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""&in_situ: γz and K₀γz at the start, in blocks, bodies and cut rock, and rest without movement."""
+
+import re
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda import InputError
+
+WIDTH, HEIGHT, WEIGHT = 40.0, 20.0, 2500.0 * 10.0
+WORDS = re.compile(r"farthest moved block .*?, by ([-+0-9.eE]+) m|no block moved")
+
+
+def ground(kind: str, in_situ: dict | None, **joint) -> sitedda.Model:
+    """Level ground between rollers: blocks, a body of cells, or rock cut by two joint sets."""
+    model = sitedda.Model("ground", time_step=1e-3, gravity=(0, -10), analysis="plane_strain")
+    model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.25)
+    model.joint("joint", **({"friction_angle": 35.0} | joint))
+    if kind == "blocks":
+        for i, x in enumerate(np.arange(0, WIDTH, 8.0)):
+            for j, y in enumerate(np.arange(0, HEIGHT, 4.0)):
+                model.block([x, y, x + 8, y, x + 8, y + 4, x, y + 4], name=f"b{i}_{j}")
+    else:
+        model.region("rock", [0, 0, WIDTH, 0, WIDTH, HEIGHT, 0, HEIGHT])
+    if kind == "body":
+        model.mesh(regions="rock", size=2.0)
+    elif kind == "cut":
+        model.joint_set("joint", angle=25, spacing=5, origin=(1, 1))
+        model.joint_set("joint", angle=-65, spacing=6, origin=(2, 1))
+    for side in ("left", "right", "bottom"):
+        model.boundary(kind="roller", side=side)
+    if in_situ is not None:
+        model.in_situ(**in_situ)
+    model.stage("rest", kind="static")
+    return model
+
+
+def movement(run: sitedda.Simulation) -> float:
+    """Largest of the last static stage, m."""
+    return float(WORDS.findall(run.summary)[-1] or 0.0)
+
+
+def centres(run: sitedda.Simulation) -> np.ndarray:
+    return run.coordinates[:, 1]
+
+
+def check_stress(run: sitedda.Simulation, ratio: float, share: float):
+    """Within a share of the largest stress everywhere."""
+    down = WEIGHT * (HEIGHT - centres(run))
+    wrong = run.stresses - np.column_stack([-ratio * down, -down, 0 * down])
+    assert abs(wrong).max() < share * WEIGHT * HEIGHT
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.5])
+@pytest.mark.parametrize("kind", ["blocks", "body", "cut"])
+def test_level_ground_rests_as_drawn(kind, ratio):
+    with sitedda.Simulation(ground(kind, {"k0": ratio})) as run:
+        check_stress(run, ratio, 0.02)
+        assert movement(run) < 1e-6 * HEIGHT
+        assert "stress in situ corrected by at most" in run.summary
+        free = ground(kind, None)
+    with sitedda.Simulation(free) as run:
+        assert movement(run) > 1e-5 * HEIGHT
+
+
+def test_joints_of_a_stiffness_of_their_own():
+    joint = {"normal_stiffness_per_area": 1e9, "shear_stiffness_per_area": 1e9}
+    with sitedda.Simulation(ground("blocks", {"k0": 0.5}, **joint)) as run:
+        check_stress(run, 0.5, 1e-3)
+        assert movement(run) < 1e-6 * HEIGHT
+
+
+def test_the_default_is_that_of_elastic_ground_without_strain():
+    with sitedda.Simulation(ground("blocks", {})) as run:
+        check_stress(run, 1 / 3, 1e-3)
+
+
+def test_ratios_by_depth_and_material_under_a_surface():
+    """20 m of ground of 20 kN/m³ above; K₀ 0.4 to 0.8 between 20 and 40 m; 1 MPa is locked in."""
+    model = ground("blocks", {"material": "rock", "k0": (0.4, 0.8), "depth": (20, 40),
+                              "surface": [(-10, 40), (50, 40)], "unit_weight": 20e3})  # fmt: skip
+    model["material.rock"](initial_stress=(-1e6, 0, 0))
+    model.clear("stage")
+    model.control(steps=1)
+    with sitedda.Simulation(model) as run:
+        depth = HEIGHT - centres(run)
+        down = 20 * 20e3 + WEIGHT * depth
+        expected = np.column_stack([-(0.4 + 0.02 * depth) * down - 1e6, -down, 0 * down])
+        assert run.stresses == pytest.approx(expected, rel=1e-12, abs=1e-3)
+
+
+def test_a_slope_stays_after_its_stress_is_corrected():
+    """The first stage balances the stress near the face; a second one without a change rests."""
+    model = sitedda.Model("slope", time_step=1e-3, gravity=(0, -10), analysis="plane_strain")
+    model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.25)
+    model.joint("joint", friction_angle=45.0)
+    model.region("rock", [0, 0, 40, 0, 40, 10, 30, 10, 20, 25, 0, 25])
+    model.joint_set("joint", angle=10, spacing=4, origin=(1, 1))
+    model.joint_set("joint", angle=-80, spacing=5, origin=(2, 1))
+    for side in ("left", "right", "bottom"):
+        model.boundary(kind="roller", side=side)
+    model.in_situ(k0=0.5)
+    model.stage("rest", kind="static")
+    model.stage("again", kind="static")
+    with sitedda.Simulation(model) as run:
+        run.advance()
+        assert movement(run) < 1e-6 * 25
+        assert "of the largest, in block" in run.summary
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"k0": (0.4, 0.8)}, "k0 has 2 values and depth 0"),
+        ({"depth": (1, 2)}, "depth needs as many values of k0"),
+        ({"k0": (0.4, 0.8), "depth": (2, 1)}, "depth must ascend"),
+        ({"surface": [(0, 10), (40, 10)]}, "surface is 10.*m below the top of the model"),
+        ({"surface": [(40, 30), (0, 30)]}, "from left to right"),
+        ({"unit_weight": 2e4}, "give surface"),
+        ({"material": "soil"}, "'soil'"),
+    ],
+)
+def test_what_is_not_a_stress_in_situ(values, words):
+    with pytest.raises(InputError, match=words):
+        sitedda.Simulation(ground("blocks", values))
+
+
+def test_one_stress_for_a_material():
+    model = ground("blocks", {})
+    model.in_situ(material="rock")
+    with pytest.raises(InputError, match="another &in_situ already stresses"):
+        sitedda.Simulation(model)
+    sideways = ground("blocks", {})
+    sideways.control(gravity=(1, -10))
+    with pytest.raises(InputError, match="acts downwards"):
+        sitedda.Simulation(sideways)

@@ -1,0 +1,564 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The largest values of a run are those of all its steps, against an evaluation of its own."""
+
+import math
+import zlib
+from base64 import b64decode
+
+import numpy as np
+import pytest
+import xarray as xr
+from model_text import changed, flying_block, group, rectangle, without
+
+import sitedda
+from sitedda.scene import Scene
+from sitedda.view import view
+
+ROCK = {"name": "rock", "density": 2500.0, "young_modulus": 1e10, "poisson_ratio": 0.2}
+SHAKE = [0.0, 3.0, 5.0, 1.0, -4.0, -6.0, -2.0, 2.0, 4.0, 0.0, -3.0, 0.0, 0.0]  # m/s², to rest
+EVERY = 0.01  # s between its samples
+AREAS = np.array([4.0, 0.4, 0.48, 0.14, 0.27, 0.03])  # m², of the blocks of `pile`
+SIZE = 8.0  # m, of that model
+EQUAL = {"rel": 1e-10, "abs": 1e-13}
+
+
+def pile(steps: int = 120, friction: float = 20.0, **control) -> list:
+    """Blocks of several sizes on a floor that is shaken in x."""
+    blocks = {
+        "floor": rectangle(-3.0, -0.5, 8.0, 0.5),
+        "wide": rectangle(0.0, 0.0, 1.0, 0.4),
+        "tall": rectangle(0.2, 0.4, 0.4, 1.2),
+        "cap": rectangle(0.1, 1.6, 0.7, 0.2),
+        "stone": rectangle(2.0, 0.0, 0.3, 0.9),
+        "beam": rectangle(2.0, 0.9, 0.3, 0.1),
+    }
+    hold = {"block": "floor", "y": -0.5, "motion_x": "shake"}
+    return [
+        ("control", {"time_step": 1e-3, "gravity": [0.0, -9.81], **control}
+         | ({"steps": steps} if steps else {})),
+        ("material", ROCK),
+        group("joint", name="j", friction_angle=friction),
+        *(group("block", name=name, vertices=at) for name, at in blocks.items()),
+        group("motion", name="shake", quantity="acceleration", drift_order=0, time_step=EVERY,
+              values=SHAKE),
+        ("fixed_point", hold | {"x": -3.0}),
+        ("fixed_point", hold | {"x": 5.0}),
+        group("measured_point", name="foot", block="wide", x=0.5, y=0.1),
+        group("measured_point", name="head", block="cap", x=0.5, y=1.8),
+        group("measured_point", name="side", block="beam", x=2.1, y=1.0),
+    ]  # fmt: skip
+
+
+def shaken(time: float) -> tuple[float, float]:
+    """Displacement and velocity of the motion: accelerations are linear between samples."""
+    u = v = 0.0
+    for k, (a, b) in enumerate(zip(SHAKE, SHAKE[1:], strict=False)):
+        s = min(time - k * EVERY, EVERY)
+        if s <= 0:
+            break
+        u += s * v + s**2 * a / 2 + s**3 * (b - a) / EVERY / 6
+        v += s * a + s**2 * (b - a) / EVERY / 2
+    return u, v
+
+
+class Observer:
+    """Maxima from what a `Simulation` shows between steps, with the base it is told."""
+
+    def __init__(self, run, chi: float, moves: bool):
+        self.run, self.chi, self.moves = run, chi, moves
+        self.found = {}
+        self.time, self.u, self.v = 0.0, np.zeros(2), np.zeros(2)
+        self.first, self.rates = run.coordinates, run.rates
+        polygons = run.polygons
+        self.owner = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
+        starts = np.cumsum([0, *(len(p) for p in polygons)])
+        self.next = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in
+                                    zip(starts, starts[1:], strict=False)])  # fmt: skip
+        corners = np.concatenate(polygons)
+        size = np.ptp(corners, axis=0).max()
+        self.area = AREAS
+        contacts = run.contacts
+        touch = contacts["gap"] <= 1e-5 * size
+        self.pairs = np.stack([contacts["vertex"], contacts["edge"]], 1)[touch].astype(int)
+        along, apart = self.legs(corners)
+        self.share = (apart * along).sum(1) / (along * along).sum(1)
+        self.gap = np.maximum(0.0, cross(apart, along) / np.linalg.norm(along, axis=1))
+        self.points = run.point_motions
+        self.see(first=True)
+
+    def legs(self, corners):
+        v, e = self.pairs.T
+        return corners[self.next[e]] - corners[e], corners[v] - corners[e]
+
+    def take(self, name, values, who) -> None:
+        values = np.asarray(values, dtype=float)
+        if len(values) and values.max() > self.found.get(name, (-1.0,))[0]:
+            best = int(values.argmax())
+            self.found[name] = (values[best], self.run.time, tuple(np.atleast_1d(who[best])))
+
+    def step(self) -> None:
+        """One step, and what it shows."""
+        self.run.advance(1)
+        self.see()
+
+    def follow(self, dt: float) -> np.ndarray:
+        """The acceleration of the base; its displacement and velocity are kept."""
+        if not self.moves or dt == 0:
+            return np.zeros(2)
+        u, v = (np.array([x, 0.0]) for x in shaken(self.run.time))
+        if self.chi > 0.5:
+            v = (u - self.u) / (self.chi * dt) - (1 / self.chi - 1) * self.v
+        a, self.u, self.v = (v - self.v) / dt, u, v
+        return a
+
+    def see(self, first: bool = False) -> None:
+        run = self.run
+        dt, self.time = run.time - self.time, run.time
+        base = self.follow(dt)
+        q, v, blocks = run.coordinates, run.rates, np.arange(len(self.area))
+        size = lambda x: np.linalg.norm(x, axis=1)  # noqa: E731
+        self.take("tilt", abs(q[:, 2] - self.first[:, 2]), blocks)
+        self.take("displacement", size(q[:, :2] - self.first[:, :2] - self.u), blocks)
+        self.take("velocity", size(v[:, :2] - self.v), blocks)
+        a = 0 * v if first else (v - self.rates) / dt
+        self.take("acceleration", size(a[:, :2] - base), blocks)
+        self.rates = v
+        strain = [np.linalg.eigvalsh([[e[0], e[2] / 2], [e[2] / 2, e[1]]]) for e in q[:, 3:]]
+        self.take("strain", abs(np.array(strain)).max(1), blocks)
+        self.see_contacts()
+        u, w, acceleration = run.point_motions
+        points = np.arange(len(u))
+        self.take("point_displacement", size(u - self.u), points)
+        self.take("point_velocity", size(w - self.v), points)
+        self.take("point_acceleration", size((0 if first else 1) * acceleration - base), points)
+        self.take("point_drift", [abs(u[1, 0] - u[0, 0]) / 1.7], [(1, 0)])
+
+    def see_contacts(self) -> None:
+        contacts, corners = self.run.contacts, np.concatenate(self.run.polygons)
+        v, e = contacts["vertex"].astype(int), contacts["edge"].astype(int)
+        who = np.stack([self.owner[v], self.owner[e]], 1)
+        depth = np.maximum(0.0, -contacts["gap"])
+        self.take("penetration", depth, who)
+        self.take("penetration_ratio", depth / np.sqrt(self.area[who].min(1)), who)
+        forces = np.hypot(contacts["normal_force"], contacts["shear_force"])
+        self.take("contact_force", forces, who)
+        pressed = dict(zip(v[contacts["normal_force"] > 0], e[contacts["normal_force"] > 0],
+                           strict=True))  # fmt: skip
+        along, apart = self.legs(corners)
+        along, apart = (
+            along / np.linalg.norm(along, axis=1)[:, None],
+            apart - (self.share[:, None] * along),
+        )
+        opening = np.maximum(0.0, cross(apart, along) - self.gap)
+        opening[[pressed.get(a) == b for a, b in self.pairs]] = 0.0
+        owners = self.owner[self.pairs]
+        self.take("slip", abs((apart * along).sum(1)), owners)
+        self.take("opening", opening, owners)
+
+    def agree(self, maxima) -> None:
+        """All values, times and places are those that the engine has."""
+        names = self.run.block_names
+        for name, one in maxima.items():
+            if name not in self.found:
+                assert math.isnan(one.value), name
+                continue
+            value, time, who = self.found[name]
+            if name in ("slip", "opening") and value < 1e-7 * SIZE:
+                assert value - 1e-7 * SIZE <= one.value <= value * (1 + 1e-9), name
+                continue
+            assert one.value == pytest.approx(value, **EQUAL), name
+            if value > 1e-9:  # else it is rounding
+                assert one.time == pytest.approx(time, abs=1e-12), name
+                places = self.run.point_names if name.startswith("point") else names
+                assert one.blocks + one.points == tuple(places[i] for i in who), name
+
+
+def cross(apart, along):
+    """The distance of points to the right of a direction, times its length."""
+    return along[:, 1] * apart[:, 0] - along[:, 0] * apart[:, 1]
+
+
+@pytest.mark.parametrize(
+    ("control", "chi"),
+    [
+        ({}, 0.5),
+        ({"integration": "theta", "theta": 0.7}, 0.7),
+        ({"integration": "midpoint", "time_step_control": "adaptive"}, 0.5),
+    ],
+)
+def test_maxima_are_those_of_all_steps(write_input, control, chi):
+    with sitedda.Simulation(write_input(pile(**control))) as run:
+        seen = Observer(run, chi, moves=True)
+        while not run.done:
+            seen.step()
+        assert run.maxima["slip"].value > 1e-3 and run.maxima["opening"].value > 1e-4
+        seen.agree(run.maxima)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_the_same_with_impacts_and_from_rest(write_input, restitution):
+    groups = changed(pile(settle=True), "joint", restitution=restitution)
+    with sitedda.Simulation(write_input(groups)) as run:
+        seen = Observer(run, 0.5, moves=True)
+        while not run.done:
+            seen.step()
+        seen.agree(run.maxima)
+        assert run.maxima["displacement"].time > 0
+
+
+def test_an_output_holds_maxima_history_and_residuals(write_input, tmp_path):
+    """Whatever is sampled, peaks are not lost."""
+    groups = [*pile(200), group("output", file="pile.nc", history_interval=37)]
+    run = sitedda.run(write_input(groups), tmp_path / "pile.nc")
+    dense = sitedda.run(write_input(changed(groups, "output", history_interval=1)))
+    known = {n: one for n, one in run.maxima.items() if not math.isnan(one.value)}
+    assert list(set(run.maxima) - set(known)) == ["plastic_strain"]  # nothing yields
+    assert known == {name: dense.maxima[name] for name in known}
+    history = run.history.largest_so_far
+    assert history.dims == ("time", "maximum")
+    at = np.searchsorted(dense.history.time, run.history.time)
+    np.testing.assert_array_equal(history, dense.history.largest_so_far[at])
+    assert np.all(np.diff(history.sel(maximum=list(known)), axis=0) >= 0)
+    np.testing.assert_array_equal(history[-1], run.history.largest)
+    for name, one in known.items():
+        assert one.residual <= one.value
+        assert one.time <= run.history.time[-1]
+        assert one.unit == str(run.history.maximum_unit.sel(maximum=name).values)
+    values = run.verdict.values
+    assert values["largest_tilt_rad"] == run.maxima["tilt"].value
+    assert values["residual_tilt_rad"] == run.maxima["tilt"].residual
+    assert values["largest_point_drift"] == run.maxima["point_drift"].value
+    tilt = np.deg2rad(1) * np.rad2deg(run.maxima["tilt"].residual)
+    last = run.history.isel(frame=-1).block_coordinates.sel(coordinate="rotation")
+    assert tilt == pytest.approx(float(abs(last).max()), rel=1e-12)
+
+
+def test_what_has_died_out_is_shown_as_zero(write_input):
+    found = sitedda.run(write_input(pile())).verdict
+    line = found.figures[0]
+    assert line.largest == "largest_displacement_m"
+    shown = found.rows()[1][2]
+    found.values[line.end] = 0.9e-5 * found.values[line.largest]
+    assert not shown.startswith("0 ") and found.rows()[1][2] == f"0 {line.unit}"
+    found.values[line.end] = 1.1e-5 * found.values[line.largest]
+    assert found.rows()[1][2] != f"0 {line.unit}"
+
+
+# --- Where displacements count from ---------------------------------------------------------------
+
+
+def carried(**control) -> list:
+    """A block glued to a floor by friction, both carried along."""
+    return without(pile(friction=80.0, settle=True, **control), "measured_point")
+
+
+def test_a_moving_base_is_no_displacement(write_input):
+    """The floor moves by millimetres, the blocks against it by what joints stretch."""
+    groups = [
+        one for one in carried() if one[1].get("name") not in ("tall", "cap", "stone", "beam")
+    ]
+    assert max(abs(shaken(0.001 * k)[0]) for k in range(121)) > 2e-3
+    run = sitedda.run(write_input(groups))
+    assert run.maxima["displacement"].value < 1e-5
+    assert "relative to the moving supports" in " ".join(str(run.verdict).split())
+
+
+def test_supports_that_move_differently_give_absolute_values(write_input):
+    """Said so; a base that an amplification names makes them relative again."""
+    groups = changed(pile(), "fixed_point", 1, motion_x=None)
+    run = sitedda.run(write_input(groups))
+    assert "absolute: supports move differently" in " ".join(str(run.verdict).split())
+    name = {"surface": "head", "base": "foot", "lowest": 1.0, "highest": 9.0}
+    named = sitedda.run(write_input([*groups, ("amplification", name)]))
+    assert "relative to the point 'foot'" in " ".join(str(named.verdict).split())
+    u = named.history.displacement
+    apart = np.linalg.norm((u - u.sel(point="foot")).values, axis=2).max()
+    assert named.maxima["point_displacement"].value == pytest.approx(apart, **EQUAL)
+    a = named.history.acceleration
+    apart = np.linalg.norm((a - a.sel(point="foot")).values, axis=2)[1:].max()
+    assert named.maxima["point_acceleration"].value == pytest.approx(apart, **EQUAL)
+
+
+@pytest.mark.parametrize("direction", ["x", "xy"])
+def test_rollers_that_the_base_slides_along_do_not_count(write_input, direction):
+    """A support that is held in y alone says nothing of x; one held in both, and still, does."""
+    groups = [*pile(), group("fixed_point", block="floor", x=1.0, y=-0.5, direction="y")]
+    if direction == "xy":
+        groups = changed(groups, "fixed_point", 2, direction=None)
+    words = " ".join(str(sitedda.run(write_input(groups)).verdict).split())
+    assert ("relative to the moving supports" in words) == (direction == "x")
+
+
+def test_on_a_half_space_values_count_from_its_outcrop(root, tmp_path):
+    """The drift of a record is no displacement of the model."""
+    sitedda.copy_example("ridge", tmp_path)
+    run = sitedda.run(tmp_path / "ridge.nml", duration=3.0, output=False)
+    history = run.history
+    assert history.attrs["maxima_base"] == "relative to the outcrop motion of its base"
+    outcrop = 2.0 * history.incoming_displacement.sel(boundary="base").values
+    moved = np.linalg.norm(history.displacement.values - outcrop[:, None], axis=2).max()
+    assert run.verdict.values["largest_point_displacement_m"] == pytest.approx(moved, rel=1e-3)
+    assert moved < 0.5 * np.linalg.norm(history.displacement.values, axis=2).max()
+
+
+@pytest.mark.parametrize("name", ["slope", "ridge"])
+def test_pictures_show_what_the_table_says(name, root, tmp_path):
+    """Displacements of a scene count from the base, as the engine's largest values do."""
+    sitedda.copy_example(name, tmp_path)
+    run = sitedda.run(tmp_path / f"{name}.nml", duration=1.5, output=False)
+    scene = Scene.of(run)
+    moved = np.linalg.norm(scene.displacement(scene.frames - 1), axis=1).max()
+    residual = run.verdict.values["residual_displacement_m"]
+    assert moved == pytest.approx(residual, rel=1e-9)
+    still = Scene.of(run, absolute=True)
+    absolute = still.displacement(scene.frames - 1)
+    assert np.linalg.norm(absolute, axis=1).max() > 2.0 * residual
+    assert scene.origin.startswith("relative to the ") and still.origin == "absolute"
+    assert f"displacements {scene.origin}" in run.draw().texts[-1].get_text().replace("\n", " ")
+    assert "displacements absolute" in run.draw(absolute=True).texts[-1].get_text()
+    assert _charted(still) == pytest.approx(abs(run.history.displacement.values).max(), rel=0.02)
+    moved = run.history.displacement.values - scene.base_history[:, None]
+    assert np.linalg.norm(moved, axis=2).max() == pytest.approx(
+        run.verdict.values["largest_point_displacement_m"], rel=1e-9)  # fmt: skip
+    assert 0.0 < _charted(scene) <= abs(moved).max() * (1 + 1e-6)  # of the first eight
+    assert abs(moved).max() < 0.5 * _charted(still)
+
+
+def _charted(scene: Scene) -> float:
+    """The largest displacement in the charts of the view, m."""
+    page, most = view(scene), 0.0
+    for chart in page.meta["charts"]:
+        for line in chart["lines"] if chart["unit"] == "m" else ():
+            stored = zlib.decompress(b64decode(page.streams[line["stream"]]))
+            most = max(most, abs(np.frombuffer(stored, "<f4")[line["samples"] :]).max())
+    return most
+
+
+def test_still_supports_need_no_word(write_input):
+    run = sitedda.run(
+        write_input(
+            without(
+                changed(
+                    changed(pile(20), "fixed_point", 0, motion_x=None),
+                    "fixed_point",
+                    1,
+                    motion_x=None,
+                ),
+                "motion",
+            )
+        )
+    )
+    assert "relative" not in str(run.verdict) and "absolute" not in str(run.verdict)
+    assert run.history.attrs["maxima_base"] == "relative to the supports, which do not move"
+
+
+def test_a_changed_motion_goes_on_from_where_the_base_is(write_input):
+    """Scaled to nothing half-way, the base stands; what has been counted stays."""
+    groups = carried()
+    with sitedda.Simulation(write_input(groups)) as run:
+        run.advance(60)
+        before = run.maxima
+        run.change({"motion.scale": 1e-12})
+        run.advance(60)
+        floor = run.coordinates[0, 0]
+        assert run.maxima["displacement"].residual < before["displacement"].value + 0.1
+        assert abs(floor - 1.0) > 1e-3  # it has moved, and has not come back
+        assert run.maxima["displacement"].residual < 0.5 * abs(floor - 1.0) + 1e-3
+        assert run.base_displacement[0] == pytest.approx(floor - 1.0, abs=1e-5)
+
+
+# --- Closed forms ---------------------------------------------------------------------------------
+
+
+def test_free_fall(write_input):
+    """Velocity g t, displacement g t²/2: exact with the midpoint rule."""
+    steps, g = 200, 9.81
+    fall = flying_block(steps, integration="midpoint", gravity=[0.0, -g])
+    run = sitedda.run(write_input(fall))
+    t = steps * 1e-3
+    assert run.maxima["velocity"].value == pytest.approx(g * t, rel=1e-12)
+    assert run.maxima["displacement"].value == pytest.approx(g * t**2 / 2, rel=1e-12)
+    assert run.maxima["acceleration"].value == pytest.approx(g, rel=1e-9)
+    assert run.maxima["point_velocity"].value == pytest.approx(g * t, rel=1e-12)
+    assert math.isnan(run.maxima["slip"].value) and math.isnan(run.maxima["point_drift"].value)
+    assert "largest_slip_m" not in run.verdict.values
+
+
+def test_a_block_that_slides(write_input):
+    """Slip (g_x − μ g_y) t²/2, the residual the same, no opening."""
+    pull, weight, friction = 6.0, 9.81, math.tan(math.radians(20.0))
+    blocks = [group("block", name="floor", vertices=rectangle(-2.0, -0.5, 8.0, 0.5)),
+              group("block", name="box", vertices=rectangle(0.0, 0.0, 1.0, 0.2))]  # fmt: skip
+    held = [group("fixed_point", block="floor", x=x, y=-0.5) for x in (-2.0, 6.0)]
+    groups = [
+        group("control", time_step=1e-3, steps=500, gravity=[pull, -weight]),
+        ("material", ROCK),
+        group("joint", name="j", friction_angle=20.0),
+        *blocks,
+        *held,
+    ]
+    run = sitedda.run(write_input(groups))
+    slip = (pull - friction * weight) * 0.5**2 / 2
+    assert run.maxima["slip"].value == pytest.approx(slip, rel=2e-3)
+    assert run.maxima["slip"].residual == run.maxima["slip"].value
+    assert run.maxima["slip"].blocks == ("box", "floor")
+    assert run.maxima["opening"].value < 1e-5
+    force = run.maxima["contact_force"]
+    assert force.value > 0.5 * 2500 * 0.2 * weight
+
+
+@pytest.mark.parametrize(("scale", "tilt"), [(0.9, 3.79), (1.0, 5.00), (1.2, 6.80)])
+def test_a_rocking_block_without_frames(write_input, scale, tilt):
+    """0.5 m × 2 m under two pulses of 3.5 m/s²: no frame shows its largest tilt."""
+    hold = {"block": "floor", "y": -0.25, "motion_x": "pulses"}
+    groups = [
+        group("control", time_step=1e-3, duration=2.0, gravity=[0.0, -9.81]),
+        ("material", ROCK),
+        group("joint", name="j", friction_angle=40.0),
+        group("block", name="floor", vertices=rectangle(-2.0, -0.5, 4.0, 0.5)),
+        group("block", name="block", vertices=rectangle(-0.25, 0.0, 0.5, 2.0)),
+        group("motion", name="pulses", quantity="acceleration", time_step=0.01,
+              scale=scale, values=[*20 * [3.5], *20 * [-3.5], *500 * [0.0]]),
+        ("fixed_point", hold | {"x": -2.0}),
+        ("fixed_point", hold | {"x": 2.0}),
+    ]  # fmt: skip
+    run = sitedda.run(write_input(groups))
+    assert run.history.sizes["frame"] == 2
+    assert math.degrees(run.maxima["tilt"].value) == pytest.approx(tilt, abs=0.02)
+    assert run.maxima["tilt"].residual < 0.9 * run.maxima["tilt"].value
+
+
+# --- Stages ---------------------------------------------------------------------------------------
+
+
+def excavated(**second) -> list:
+    """A block beside another is taken away in a static stage, after 20 ms without load."""
+    return [
+        *without(pile(0), "motion")[:-5],
+        *(group("fixed_point", block="floor", x=x, y=-0.5) for x in (-3.0, 5.0)),
+        group("measured_point", name="foot", block="wide", x=0.5, y=0.1),
+        group("measured_point", name="head", block="cap", x=0.5, y=1.8),
+        group("stage", name="rest", kind="static"),
+        group("stage", name="calm", duration=0.02),
+        group("stage", name="dig", **second),
+    ]  # fmt: skip
+
+
+def test_of_a_static_stage_its_rest_counts(write_input):
+    """The cap is lifted off: the blocks below rise; velocities of the way to rest do not count."""
+    calm = sitedda.run(write_input(excavated(kind="static")))
+    dug = sitedda.run(write_input(excavated(kind="static", remove="cap")))
+    last = dug.history.isel(frame=-1).block_coordinates
+    first = dug.history.isel(frame=0).block_coordinates
+    moved = np.linalg.norm((last - first).values[:, :2], axis=1)
+    names = list(dug.history.block.values)
+    moved[names.index("cap")] = 0.0  # gone
+    assert dug.maxima["displacement"].value == pytest.approx(moved.max(), rel=1e-9)
+    assert dug.maxima["displacement"].blocks == (names[int(moved.argmax())],)
+    assert dug.maxima["displacement"].value > 10 * calm.maxima["displacement"].value
+    assert dug.maxima["velocity"] == calm.maxima["velocity"]
+    assert dug.maxima["contact_force"].value == pytest.approx(
+        calm.maxima["contact_force"].value, rel=1e-6
+    )
+
+
+def test_points_restart_where_displacements_are_set_to_zero(write_input):
+    groups = pile(0, friction=80.0)[:-1]
+    second = {"name": "two", "duration": 0.06, "zero_displacements": True}
+    groups += [group("stage", name="one", duration=0.06), ("stage", second)]
+    history = sitedda.run(write_input(groups)).history
+    so_far = history.largest_so_far.sel(maximum=["point_displacement", "displacement"]).values
+    zero = int(np.argmax(history.stage.values == 2))
+    assert np.all(np.diff(so_far[:, 1]) >= 0)
+    assert so_far[zero, 0] < so_far[zero - 1, 0]
+    at, base = history.time.values[zero - 1], shaken
+    u = history.displacement.values[zero:, :, :]
+    moved = np.array([base(t)[0] - base(at)[0] for t in history.time.values[zero:]])
+    u[:, :, 0] -= moved[:, None]
+    assert so_far[-1, 0] == pytest.approx(np.linalg.norm(u, axis=2).max(), rel=1e-9)
+
+
+# --- Resumed, and on any number of threads --------------------------------------------------------
+
+
+def test_a_resumed_run_has_the_same_maxima(write_input, tmp_path, same_bits):
+    groups = pile(0)
+    groups += [group("stage", name="rest", kind="static"),
+               group("stage", name="one", duration=0.12),
+               group("stage", name="again", kind="static"),
+               group("stage", name="two", duration=0.05)]  # fmt: skip
+    file = write_input(groups)
+    whole = sitedda.run(file, tmp_path / "whole.nc")
+    for steps in (1, 57, 119, 140):
+        with sitedda.Simulation(file, tmp_path / f"{steps}.nc") as run:
+            run.advance(steps)
+            run.maxima  # noqa: B018  looking changes nothing
+        resumed = sitedda.resume(file, tmp_path / f"{steps}.nc")
+        same_bits(whole.history, resumed.history)
+        assert repr(resumed.maxima) == repr(whole.maxima)  # NaN is not NaN
+
+
+def wide_wall(count: int) -> list:
+    """Pairs of equal blocks side by side on a shaken floor: all maxima are tied."""
+    hold = {"block": "floor", "y": -0.5, "motion_x": "shake"}
+    blocks = [group("block", name=f"b{i}", vertices=rectangle(2.0 * i, 0.0, 0.5, 1.5))
+              for i in range(count)]  # fmt: skip
+    floor = rectangle(-3.0, -0.5, 2.0 * count + 6.0, 0.5)
+    return [
+        group("control", time_step=2e-3, steps=40, gravity=[0.0, -9.81]),
+        ("material", ROCK | {"young_modulus": 1e9}),
+        group("joint", name="j", friction_angle=30.0),
+        group("block", name="floor", vertices=floor),
+        *blocks,
+        group("motion", name="shake", quantity="acceleration", drift_order=0, time_step=EVERY,
+              values=[2 * a for a in SHAKE]),
+        ("fixed_point", hold | {"x": -3.0}),
+        ("fixed_point", hold | {"x": 2.0 * count + 3.0}),
+    ]  # fmt: skip
+
+
+def test_threads_change_no_maximum(native, write_input, tmp_path, monkeypatch, same_bits):
+    """More blocks and contacts than one piece of a loop has."""
+    file = write_input(wide_wall(2100))
+    found = {}
+    for threads in ("1", "2", "3"):
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        native.ok("run", file, "-q", "-o", tmp_path / f"{threads}.nc")
+        with xr.open_dataset(tmp_path / f"{threads}.nc") as data:
+            found[threads] = data.load()
+    assert np.all(np.isfinite(found["1"].largest.values[:10]))
+    for threads in ("2", "3"):
+        same_bits(found["1"], found[threads])
+
+
+# --- What programs and studies say ----------------------------------------------------------------
+
+
+def test_the_executable_prints_them(native, write_input, tmp_path):
+    file = write_input(pile(60))
+    done = native("run", file, "-q", "-o", tmp_path / "n.nc")
+    run = sitedda.run(file)
+    said = str(run.verdict).split("\n\n")
+    assert len(said) == 5  # sentence, what the check says, table, doubt, counts
+    assert said[1].startswith("doubt  check: ") and "doubt  check: " not in said[3]
+    for row in said[2].splitlines()[1:]:
+        if row.startswith("PGA"):  # of samples, which the executable has written away
+            break
+        assert row in done.stdout.splitlines()
+    assert all(said[part] in done.stdout for part in (0, 1, 3, 4))
+    assert max(map(len, str(run.verdict).splitlines())) <= 80
+
+
+def test_a_study_has_largest_and_residual(write_input, tmp_path):
+    file = write_input(pile(60))
+    names = ["largest_tilt_rad", "residual_tilt_rad", "largest_contact_force_n_m",
+             "largest_so_far[tilt].max"]  # fmt: skip
+    table = sitedda.study(file, {"joint[*].friction_angle": [10.0, 30.0]}, names,
+                          folder=tmp_path / "study", workers=1)  # fmt: skip
+    for angle in (10.0, 30.0):
+        run = sitedda.run(file, changes={"joint[j].friction_angle": angle})
+        row = table.sel(friction_angle=angle)
+        assert float(row.largest_tilt_rad) == run.maxima["tilt"].value
+        assert float(row.residual_tilt_rad) == run.maxima["tilt"].residual
+        assert float(row["largest_so_far[tilt].max"]) == run.maxima["tilt"].value
+        assert str(row.warning.values).splitlines()[-1].startswith("start: gravity came on")

@@ -1,0 +1,648 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Models come to rest before they are shaken, and what comes after follows in stages."""
+
+import math
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from model_text import DRY, ROCK, changed, flying_block, group, rectangle, tower
+
+import sitedda
+
+GRAVITY = 9.81
+STONE = {"name": "stone", "density": 2500.0, "young_modulus": 10.0e9, "poisson_ratio": 0.25}
+
+
+def model(blocks, friction=35.0, supports=(), points=(), **control) -> list:
+    """Blocks by name with one material and one joint, at rest under gravity."""
+    control = {"time_step": 1e-3, "steps": 20, "gravity": [0.0, -GRAVITY], "settle": True} | control
+    return [
+        ("control", control),
+        ("material", dict(STONE)),
+        group("joint", name="dry", friction_angle=friction),
+        *(group("block", name=name, vertices=vertices) for name, vertices in blocks.items()),
+        *(group("fixed_point", x=x, y=y, block=block) for block, x, y in supports),
+        *(
+            group("measured_point", name=name, x=x, y=y, block=block)
+            for name, block, x, y in points
+        ),
+        group("output", file="stages.nc"),
+    ]
+
+
+def column(drums: int = 10, **control) -> list:
+    blocks = {"foot": rectangle(-1.0, -0.5, 2.0, 0.5)}
+    blocks |= {f"drum_{i}": rectangle(-0.3, 0.5 * i, 0.6, 0.5) for i in range(drums)}
+    supports = [("foot", -0.9, -0.4), ("foot", 0.9, -0.4), ("foot", 0.0, -0.1)]
+    top = [("crest", f"drum_{drums - 1}", 0.0, 0.5 * drums)]
+    return model(blocks, supports=supports, points=top, **control)
+
+
+def wall(bricks: int, courses: int, **control) -> list:
+    groups = model({}, points=[("crest", "brick_1", 0.4, 0.25)], **control)
+    groups[-1:-1] = [
+        group("fixed_point", x=x, y=y, block="base_1")
+        for x, y in ((0.0, -0.25), (float(bricks), -0.25), (bricks / 2, -0.4))
+    ]
+    place = [name for name, _ in groups].index("measured_point")
+    groups[place:place] = [
+        group("layers", name="base", left=-0.5, bottom=-0.5, width=bricks + 1.0, thickness=0.5),
+        group(
+            "wall", name="brick", brick_length=1.0, brick_height=0.5, bricks=bricks, courses=courses
+        ),
+    ]
+    return groups
+
+
+def arch(voussoirs: int = 27, radius: float = 10.0, thickness: float = 1.3, **control) -> list:
+    """A half circle on two fixed abutments."""
+    blocks = {"left": rectangle(-14.0, -2.0, 8.0, 2.0), "right": rectangle(6.0, -2.0, 8.0, 2.0)}
+    angles = [math.pi * i / voussoirs for i in range(voussoirs + 1)]
+    inner, outer = radius - thickness / 2, radius + thickness / 2
+    for i, (a, b) in enumerate(zip(angles, angles[1:], strict=False)):
+        ring = [(inner, a), (outer, a), (outer, b), (inner, b)]
+        blocks[f"v{i}"] = [
+            c for r, t in ring for c in (r * math.cos(t), r * math.sin(t) if 0 < t < 3.14 else 0.0)
+        ]
+    supports = [
+        (block, s * x, y)
+        for block, s in (("left", -1), ("right", 1))
+        for x, y in ((7.0, -1.9), (13.0, -1.9), (10.0, -0.5))
+    ]
+    return model(blocks, supports=supports, points=[("crest", "v13", 0.0, radius)], **control)
+
+
+def slope(dip: float = 35.0, friction: float = 38.0, rows: int = 2, **control) -> list:
+    """Slabs of 4 m x 2 m in `rows` layers on a plane that dips, in running bond."""
+    t = math.radians(dip)
+    along, up = np.array([math.cos(t), math.sin(t)]), np.array([-math.sin(t), math.cos(t)])
+
+    def slab(a, b, h0, h1):
+        return [
+            float(c) for p, h in ((a, h0), (b, h0), (b, h1), (a, h1)) for c in p * along + h * up
+        ]
+
+    blocks = {"ground": slab(-10.0, 40.0, -5.0, 0.0)}
+    for row in range(rows):
+        for i in range(5):
+            a = 4.0 * i + 2.0 * (row % 2)
+            blocks[f"b{row}_{i}"] = slab(a, a + 4.0, 2.0 * row, 2.0 * row + 2.0)
+    supports = [("ground", *(a * along + h * up)) for a, h in ((-9.0, -4.0), (39.0, -4.0), (0, -1))]
+    supports = [(block, float(x), float(y)) for block, x, y in supports]
+    x, y = blocks[f"b{rows - 1}_4"][4:6]
+    return model(blocks, friction, supports, [("crest", f"b{rows - 1}_4", x, y)], **control)
+
+
+def unbalanced(run) -> float:
+    """The fraction of the weight that the summary of a run gives."""
+    words = run.summary.split("largest unbalanced force ")[1]
+    return float(words.split(" N/m, ")[1].split(" ")[0])
+
+
+@pytest.mark.parametrize(
+    "groups",
+    [column(), wall(5, 10), wall(25, 40, steps=2), arch(), slope()],
+    ids=["column", "wall of 50", "wall of 1000", "arch", "slope"],
+)
+def test_a_model_at_rest_stays_there(groups, write_input):
+    with sitedda.Simulation(write_input(groups)) as run:
+        assert unbalanced(run) <= 1e-6
+        assert run.energies["kinetic"] == 0.0
+        assert not run.rates.any()
+        assert run.time == 0.0 and run.counts["steps"] == 0
+        assert run.energies["initial"] > 0.0  # what is stored at rest
+        before = run.coordinates.copy()
+        while not run.advance(10):
+            pass
+        assert np.abs(run.coordinates - before)[:, :2].max() <= 1e-9
+        assert abs(run.energies["friction"]) <= 1e-6 * run.energies["initial"]
+
+
+def test_two_thousand_touching_bricks_come_to_rest(write_input):
+    """In a few static steps; each course carries half its weight and all that lies on it."""
+    bricks = 45
+    with sitedda.Simulation(write_input(wall(bricks, bricks, steps=1))) as run:
+        found = int(run.summary.split("at rest after ")[1].split(" ")[0])
+        assert 1 <= found <= 20
+        assert unbalanced(run) <= 1e-6
+        bricks_only = [name.startswith("brick") for name in run.block_names]
+        stress, height = run.stresses[bricks_only, 1], run.coordinates[bricks_only, 1]
+        width = np.array([np.ptp(corners[:, 0]) for corners in run.polygons])[bricks_only]
+    course = (height / 0.5).astype(int)
+    carried = np.bincount(course, -stress * width)
+    weight = np.bincount(course, width) * 0.5 * STONE["density"] * GRAVITY
+    # measured 4e-6: stresses act on bricks of strains up to 5e-5
+    assert carried == pytest.approx(np.cumsum(weight[::-1])[::-1] - 0.5 * weight, rel=1e-5)
+
+
+@pytest.mark.parametrize("step", [0.25e-3, 0.5e-3, 1e-3, 2e-3])
+def test_no_step_moves_the_slope_at_rest(step, write_input):
+    run = sitedda.run(write_input(slope()), time_step=step, steps=round(0.2 / step))
+    moved = np.abs(run.history.displacement)
+    assert float(moved.max()) <= 2e-3
+    assert float(moved.max()) <= 1e-8  # what rounding leaves
+    assert float(moved[0].max()) == 0.0
+
+
+def test_rest_is_statics(write_input):
+    """A column shortens by the weights above each level, over E A, k_n and the supports."""
+    with sitedda.Simulation(write_input(column(4))) as run:
+        stress = run.stresses[:, 1]
+        weight = STONE["density"] * GRAVITY * 0.5
+        expected = [-(4 - i - 0.5) * weight for i in range(4)]
+        assert stress[1:] == pytest.approx(expected, rel=1e-3)
+
+
+def test_loads_of_time_zero_act_and_motions_do_not(write_input):
+    groups = tower(2, 10, {"name": "bedding", "friction_angle": 35.0}, gravity=[0.0, -GRAVITY])
+    groups = changed(groups, "control", settle=True)
+    load = {"x": 7.5, "y": 1.5, "time": [0.0, 1.0], "force_y": [-1.0e6, -1.0e6]}
+    with sitedda.Simulation(write_input(groups)) as bare:
+        first = bare.stresses.copy()
+    with sitedda.Simulation(write_input([*groups, ("load", load)])) as loaded:
+        assert loaded.energies["kinetic"] == 0.0
+        change = (loaded.stresses - first)[1:, 1]
+        # the load acts in the middle of the upper layer and passes the lower one from top to bottom
+        assert change == pytest.approx([-1.0e6 / 15.0, -0.5e6 / 15.0], rel=1e-3)
+
+
+def test_what_does_not_come_to_rest_is_named(write_input, native):
+    file = write_input(slope(friction=20.0))
+    with pytest.raises(
+        sitedda.ConvergenceError, match=r"does not settle.*block .*unbalanced force"
+    ):
+        sitedda.Simulation(file)
+    done = native("run", file)
+    assert done.returncode == 3
+    assert "not at rest after" in done.stderr
+
+
+@pytest.mark.parametrize(("size", "turned"), [(300.0, 32.0), (1000.0, 45.0)])
+def test_a_small_block_that_slides_on_a_huge_base_is_not_at_rest(size, turned, write_input):
+    """It is out of balance by less than 10⁻⁶ of all weight together."""
+    with pytest.raises(sitedda.ConvergenceError, match="not at rest.*block 2 .brick. has"):
+        sitedda.Simulation(write_input(brick_on_base(size, 1.0, turned)))
+
+
+def test_rest_that_rounding_may_hide_says_so(write_input):
+    """Springs of 10¹² N/m turn a bit of the places into a tenth of a brick of half a square mm."""
+    with sitedda.Simulation(write_input(brick_on_base(0.2, 1e-3, 20.0))) as run:
+        assert "forces up to 0.1" in run.summary and "of block 2 'brick' count" in run.summary
+    with sitedda.Simulation(write_input(brick_on_base(2.0, 1.0, 20.0))) as run:
+        assert "count as balanced" not in run.summary
+
+
+def brick_on_base(size: float, brick: float, turned: float) -> list:
+    """A brick with φ = 30° on a held base, gravity turned so many degrees from the vertical."""
+    blocks = {
+        "base": rectangle(-0.5 * size, -size, size, size),
+        "brick": rectangle(-0.5 * brick, 0.0, brick, 0.5 * brick),
+    }
+    supports = [("base", x * size, -0.9 * size) for x in (-0.4, 0.4)]
+    supports.append(("base", 0.0, -0.2 * size))
+    angle = math.radians(turned)
+    pull = [GRAVITY * math.sin(angle), -GRAVITY * math.cos(angle)]
+    groups = model(blocks, 30.0, supports, [("top", "brick", 0.0, 0.25 * brick)], gravity=pull)
+    return [*groups, group("contact", normal_stiffness=1e12)]
+
+
+def test_sudden_gravity_is_said(write_input, native, tmp_path):
+    file = write_input(changed(column(2), "control", settle=False))
+    done = native("run", file, folder=tmp_path)
+    assert "gravity came on suddenly" in done.stdout
+    assert "gravity came on suddenly" in str(sitedda.run(file).verdict)
+    assert "gravity came on suddenly" not in str(sitedda.run(file, settle=True).verdict)
+
+
+def test_senseless_settling_is_refused(write_input):
+    with pytest.raises(sitedda.InputError, match="'original' of &contact has no static stage"):
+        sitedda.Simulation(write_input(column(2)), contact_rules="original")
+    moving = changed(column(2), "material", initial_velocity=[1.0, 0.0, 0.0])
+    with pytest.raises(sitedda.InputError, match="material 'stone' has an initial_velocity"):
+        sitedda.Simulation(write_input(moving))
+
+
+def test_check_starts_from_the_same_rest(write_input):
+    report = str(sitedda.check(write_input(column(3))))
+    assert "at rest after 0 static steps" in report
+    report = str(sitedda.check(write_input(changed(column(3), "control", settle=False))))
+    assert "at rest after" in report and "after 0 static" not in report
+
+
+def test_a_settled_run_has_the_same_bits_everywhere(write_input, same_everywhere):
+    same_everywhere(write_input(slope(steps=30)), 11)
+
+
+def test_a_flying_block_cannot_settle(write_input):
+    groups = changed(flying_block(), "control", settle=True, gravity=[0.0, -GRAVITY])
+    groups = changed(groups, "material", initial_velocity=None)
+    with pytest.raises(sitedda.ConvergenceError, match="not at rest after"):
+        sitedda.Simulation(write_input(groups))
+
+
+def test_what_falls_and_rests_is_told(write_input, native, tmp_path):
+    """A pedestal is taken away: the block lands on the floor below, 0.3 m deeper."""
+    blocks = {"floor": rectangle(-2, -1, 4, 1), "gone": rectangle(-1, 0, 2, 0.3)}
+    blocks["stone"] = rectangle(-1, 0.3, 2, 1)
+    groups = model(blocks, supports=[("floor", -1.9, -0.9), ("floor", 1.9, -0.9)])
+    groups = changed(groups, "control", settle=None, steps=None)
+    stages = [{"name": "rest"}, {"name": "dig", "remove": "gone"}]
+    groups[-1:-1] = [("stage", stage | {"kind": "static"}) for stage in stages]
+    run = sitedda.run(write_input(groups), output=tmp_path / "fall.nc")
+    stood, fell = run.summary.split("stage 'dig'")
+    assert "farthest moved block 3 'stone', by " in stood
+    words = "farthest moved block 3 'stone', by 0.3 m; from the model as drawn block 3 'stone', by "
+    assert words in fell
+    assert run.verdict.values["displacement_from_drawn_m"] == pytest.approx(0.3, abs=1e-3)
+    assert dict(run.verdict.lines)["since drawn (settling included)"] == "300 mm at the end; stone"
+    done = native("run", write_input(groups), folder=tmp_path)
+    assert words in " ".join(done.stdout.split())
+    assert "since drawn (settling included)   300 mm        stone\n" in done.stdout
+
+
+# Three blocks of a beam on two piers, all of one width, glued to each other and loose on the piers.
+BEAM = {"beam_l": (0.0, 1.5), "beam_m": (1.5, 4.8), "beam_r": (4.8, 6.0)}
+PIERS = {"pier_l": 0.0, "pier_r": 5.0}
+
+
+def beam(stages, **control) -> list:
+    blocks = {name: rectangle(x, 0.0, 1.0, 2.0) for name, x in PIERS.items()}
+    blocks |= {name: rectangle(a, 2.0, b - a, 1.0) for name, (a, b) in BEAM.items()}
+    supports = [(name, x + dx, 0.1) for name, x in PIERS.items() for dx in (0.1, 0.9)]
+    groups = model(blocks, supports=supports, points=[("tip", "beam_l", 1.5, 3.0)], **control)
+    groups = changed(groups, "control", settle=None, steps=None)
+    groups = changed(groups, "joint", friction_angle=35.0)
+    groups.insert(3, ("joint", dict(GLUE)))
+    groups.insert(4, ("material", STONE | {"name": "soft", "young_modulus": 5.0e9}))
+    for name, values in groups:
+        if name == "block":
+            values["joint"] = "glue" if values["name"] in BEAM else "dry"
+    return [*groups[:-1], *(("stage", dict(stage)) for stage in stages), groups[-1]]
+
+
+GLUE = {"name": "glue", "friction_angle": 35.0, "cohesion": 1.0e8, "tensile_strength": 1.0e8}
+STAGES = [
+    {"name": "rest", "kind": "static"},
+    {"name": "dig", "kind": "static", "remove": "beam_m"},
+    {"name": "wait", "steps": 20, "zero_displacements": True},
+    {
+        "name": "soften",
+        "steps": 20,
+        "time_step": 2e-3,
+        "integration": "theta",
+        "change_materials": "stone -> soft",
+    },
+    {"name": "last", "kind": "static"},
+]
+
+
+def reactions(data: xr.Dataset, frame: int) -> list[float]:
+    """Sum of the contact forces between each pier and the block on it."""
+    block = data.vertex_block.values
+    sides = np.stack([block[data.contact_vertex.values], block[data.contact_edge.values]])
+    force = data.contact_normal_force.values * (data.contact_frame.values == frame)
+    pairs = [(0, 2), (1, 4)]
+    return [float(force[np.all(np.sort(sides, 0).T == pair, 1)].sum()) for pair in pairs]
+
+
+def test_excavation_hands_the_reactions_on(write_input, tmp_path):
+    run = sitedda.run(write_input(beam(STAGES)), output=tmp_path / "beam.nc")
+    assert "count as balanced" not in run.summary  # nor does the block that has gone
+    weight = STONE["density"] * GRAVITY
+    with xr.open_dataset(tmp_path / "beam.nc") as data:
+        assert sum(reactions(data, 0)) == pytest.approx(6.0 * weight, rel=1e-3)
+        for frame in (1, data.sizes["frame"] - 1):
+            assert reactions(data, frame) == pytest.approx([1.5 * weight, 1.2 * weight], rel=1e-3)
+        assert data.stage.values.tolist() == [1, 2, *[3] * 20, *[4] * 20, 5]
+        assert data.attrs["stages"].split("\n") == ["rest", "dig", "wait", "soften", "last"]
+        assert float(data.time[-1]) == pytest.approx(20e-3 + 40e-3)
+        assert np.abs(data.displacement.values[2:]).max() < 1e-9
+        assert np.abs(data.displacement.values[:2]).max() > 1e-6
+
+
+def test_every_stage_has_its_line_in_the_budget(write_input):
+    with sitedda.Simulation(write_input(beam(STAGES))) as run:
+        while not run.advance(100):
+            pass
+        energies = run.energies
+        assert run.warning == ""
+    # Stress stays where the modulus is halved: the strain energy A σᵀε doubles in part.
+    for term in ("static", "removed", "changed"):
+        assert energies[term] > 1e-3 * energies["initial"], term
+    assert energies["zeroed"] != 0.0
+    assert abs(energies["balance"]) < 1e-9 * energies["initial"]
+
+
+@pytest.mark.parametrize("after", [0, 7, 20, 33, 40])
+def test_a_run_resumes_in_every_stage_to_the_same_bits(
+    after, write_input, tmp_path, in_parts, same_bits
+):
+    groups = changed(beam(STAGES), "output", block_interval=7)
+    file = write_input(groups)
+    whole = sitedda.run(file, output=tmp_path / "whole.nc")
+    same_bits(whole.history, in_parts(file, after))
+
+
+def test_motions_begin_with_their_stage(write_input):
+    """The same shaking, begun at once or after a second stage has begun, moves the same."""
+    tower_ = tower(2, 60)
+    at_once = sitedda.run(write_input(tower_, "once.nml")).history.displacement.values
+    late = changed(tower_, "control", steps=None)
+    stages = [{"name": "wait", "steps": 30}, {"name": "shake", "steps": 60, "motions": "pulse"}]
+    late[-1:-1] = [("stage", stage) for stage in stages]
+    later = sitedda.run(write_input(late, "late.nml")).history.displacement.values
+    assert np.abs(later[:31]).max() == 0.0
+    assert later[30:] == pytest.approx(at_once, abs=1e-9 * np.abs(at_once).max())
+
+
+@pytest.mark.parametrize(
+    ("stages", "control", "words"),
+    [
+        (
+            [{"name": "a", "kind": "static", "steps": 3}],
+            {},
+            "steps belongs to kind = 'dynamic', the kind here is 'static'",
+        ),
+        ([{"name": "a"}], {}, "give either duration or steps"),
+        ([{"name": "a", "steps": 3}], {"steps": 3}, "with &stage groups, duration, steps"),
+        ([{"name": "a", "steps": 3, "remove": "arch_*"}], {}, "nothing is named 'arch_*'"),
+        ([{"name": "a", "steps": 3, "remove": "pier_*, beam_*"}], {}, "no block would be left"),
+        (
+            [{"name": n, "steps": 3, "remove": "beam_m"} for n in "ab"],
+            {},
+            "block 'beam_m' has been removed in stage 'a'",
+        ),
+        ([{"name": "a", "steps": 3}] * 2, {}, "name = 'a' is used twice"),
+        ([{"name": "a", "steps": 3, "change_joints": "dry"}], {}, "'old -> new'"),
+        ([{"name": "a", "steps": 3, "change_joints": "dry -> wet"}], {}, "'wet' is not the name"),
+        ([{"name": "a", "steps": 3, "theta": 0.6}], {}, "need integration = 'theta'"),
+    ],
+)
+def test_senseless_stages_are_refused(stages, control, words, write_input):
+    groups = beam(stages)
+    if control:
+        groups = changed(groups, "control", **control)
+    with pytest.raises(sitedda.InputError) as refusal:
+        sitedda.Simulation(write_input(groups))
+    assert words in str(refusal.value)
+
+
+def test_the_original_rules_know_no_stages(write_input):
+    with pytest.raises(sitedda.InputError, match="'original' of &contact knows no &stage"):
+        sitedda.Simulation(write_input(beam(STAGES)), contact_rules="original")
+
+
+def test_a_released_support_lets_go(write_input):
+    """A block on two supports turns about the one that stays."""
+    groups = model({"bar": rectangle(0.0, 0.0, 4.0, 0.5)}, points=[("end", "bar", 4.0, 0.25)])
+    groups = changed(groups, "control", settle=None, steps=None)
+    groups[3:3] = [
+        group("fixed_point", name="stay", x=0.2, y=0.25),
+        group("fixed_point", name="prop", x=3.8, y=0.25),
+    ]
+    groups[-1:-1] = [
+        group("stage", name="rest", kind="static"),
+        group("stage", name="go", steps=100, release="prop", zero_displacements=True),
+    ]
+    fall = sitedda.run(write_input(groups)).history.displacement.values[-1, 0, 1]
+    # Uniform bar about a point 1.8 m from its middle: angle = ½ (m g a/I) t², end 3.8 m away.
+    inertia = (4.0**2 + 0.5**2) / 12 + 1.8**2
+    expected = -3.8 * 0.5 * GRAVITY * 1.8 / inertia * 0.1**2
+    assert fall == pytest.approx(expected, rel=0.02)
+
+
+def test_a_changed_joint_lets_a_slab_slide(write_input):
+    """On a plane of 35°, a slab slides with g (sin 35° − tan 20° cos 35°) once φ falls to 20°."""
+    groups = changed(slope(rows=1), "control", settle=None, steps=None)
+    groups.insert(3, group("joint", name="wet", friction_angle=20.0))
+    groups[-1:-1] = [
+        group("stage", name="rest", kind="static"),
+        group("stage", name="rain", steps=100, change_joints="dry -> wet", zero_displacements=True),
+    ]
+    moved = sitedda.run(write_input(groups)).history.displacement.values[-1, 0]
+    dip = math.radians(35.0)
+    pull = GRAVITY * (math.sin(dip) - math.tan(math.radians(20.0)) * math.cos(dip))
+    assert float(np.hypot(*moved)) == pytest.approx(0.5 * pull * 0.1**2, rel=0.03)
+
+
+# --- How gravity comes on ------------------------------------------------------------------------
+
+
+def shaken_slope(ramp: float) -> list:
+    """The slope, shaken for 1.5 s after a static stage, or after `ramp` seconds of dynamics."""
+    t = np.arange(0.0, 1.0, 0.01)
+    quake = 4.0 * np.sin(6.0 * np.pi * t) * np.sin(np.pi * t) ** 2
+    first = {"name": "ramp", "duration": ramp} if ramp else {"name": "rest", "kind": "static"}
+    groups = changed(slope(), "control", settle=None, steps=None)
+    for name, values in groups:
+        if name == "fixed_point":
+            values["motion_x"] = "quake"
+    groups.insert(
+        3,
+        group(
+            "motion", name="quake", quantity="acceleration", time_step=0.01, values=quake.tolist()
+        ),
+    )
+    shake = {"name": "shake", "duration": 1.5, "motions": "quake", "zero_displacements": True}
+    return [*groups[:-1], ("stage", first), ("stage", shake), groups[-1]]
+
+
+def shaken_by(file, ramp: float) -> np.ndarray:
+    """Final displacement of the crest; gravity grows for the first 80 % of the ramp."""
+    with sitedda.Simulation(file) as run:
+        steps = round(ramp / 1e-3)
+        for step in range(0, steps, 10):
+            share = min(1.0, (step + 10) / (0.8 * steps))
+            run.gravity = (0.0, -GRAVITY * share**2 * (3.0 - 2.0 * share))
+            run.advance(10)
+        while not run.advance(500):
+            pass
+        return run.point_motions[0, 0]
+
+
+def test_how_gravity_came_on_is_forgotten_by_the_shaken_slope(write_input):
+    """A static stage, and gravity that grows slowly, lead to the same displacement."""
+    rest = shaken_by(write_input(shaken_slope(0.0)), 0.0)
+    ramp = shaken_by(write_input(shaken_slope(1.0)), 1.0)
+    assert np.linalg.norm(rest) > 0.05
+    assert np.linalg.norm(ramp - rest) < 0.01 * np.linalg.norm(rest)
+
+
+# --- What stages add -----------------------------------------------------------------------------
+
+
+def stopped(speed: float) -> float:
+    """Energy lost when the points of the block stop: -½ (T v)ᵀ (T M⁻¹ Tᵀ)⁻¹ T v."""
+
+    def shape(x, y):
+        return np.array([[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]])
+
+    gauss = 0.5 / math.sqrt(3.0)
+    places = [(x, y) for x in (-2 * gauss, 2 * gauss) for y in (-gauss, gauss)]
+    inertia = sum(2643.0 * 0.5 * shape(*place).T @ shape(*place) for place in places)
+    t = np.concatenate([shape(-0.8, -0.3), shape(0.8, -0.3)])
+    jump = t @ (0.0, speed, 0.0, 0.0, 0.0, 0.0)
+    return -0.5 * jump @ np.linalg.solve(t @ np.linalg.solve(inertia, t.T), jump)
+
+
+def test_a_stage_holds_points_where_they_stand(write_input, tmp_path, native, same_bits):
+    """A block falls freely for 40 ms, then two points of it hold; the fall is lost."""
+    groups = changed(flying_block(gravity=[0.0, -GRAVITY]), "control", steps=None)
+    groups = changed(groups, "contact", normal_stiffness=1e12)
+    points = [group("fixed_point", x=x, y=0.2, name=f"prop_{x}") for x in (0.2, 1.8)]
+    stages = [{"name": "fall", "steps": 40}, {"name": "held", "steps": 60, "hold": "prop_*"}]
+    file = write_input([*groups, *points, *(("stage", stage) for stage in stages)])
+    with sitedda.Simulation(file, tmp_path / "hold.nc") as run:
+        run.advance(40)
+        fallen = run.point_motions[0, 0]
+        speed, mass = run.rates[0, 1], 2643.0 * 2.0
+        assert speed == pytest.approx(-GRAVITY * 0.04, rel=1e-12)
+        run.advance(20)  # the checkpoint is within the second stage
+        assert run.energies["changed"] == pytest.approx(stopped(speed), rel=1e-3)
+    assert sitedda.resume(file, tmp_path / "hold.nc").complete
+    with xr.open_dataset(tmp_path / "hold.nc") as data:
+        assert data.displacement.values[41:, 0] == pytest.approx(
+            np.broadcast_to(fallen, (60, 2)), abs=1e-4
+        )
+        assert abs(float(data.energy_balance[-1])) < 1e-9 * mass
+    sitedda.run(file, output=tmp_path / "whole.nc")
+    same_bits(tmp_path / "whole.nc", tmp_path / "hold.nc")
+    native.ok("run", file, "-o", tmp_path / "native.nc", "-q")
+    same_bits(tmp_path / "whole.nc", tmp_path / "native.nc")
+
+
+def test_a_stage_begins_loads(write_input, tmp_path):
+    """Times of a load that a stage names count from the stage: v = F t / m."""
+    groups = changed(flying_block(), "control", steps=None)
+    load = {"name": "push", "x": 1.0, "y": 0.5, "time": [0.0, 1.0], "force_x": [5e3, 5e3]}
+    stages = [{"name": "wait", "steps": 30}, {"name": "push", "steps": 30, "loads": "push"}]
+    file = write_input([*groups, ("load", load), *(("stage", stage) for stage in stages)])
+    with sitedda.Simulation(file, tmp_path / "load.nc") as run:
+        run.advance(30)
+        assert not run.rates.any()
+        run.advance(10)
+    with sitedda.Simulation(file, tmp_path / "load.nc", resume=True) as run:
+        run.advance(20)
+        assert run.rates[0, 0] == pytest.approx(5e3 * 0.03 / (2643.0 * 2.0), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("stages", "words"),
+    [
+        ([{"hold": "prob_*"}], "hold: nothing is named 'prob_*'"),
+        ([{"loads": "pull"}], "loads: nothing is named 'pull'"),
+        ([{"hold": "prop"}, {"hold": "prop"}], "fixed point 'prop' acts already since stage 's0'"),
+        ([{"loads": "push"}, {"loads": "push"}], "'push' has begun in stage 's0'"),
+    ],
+)
+def test_what_a_stage_cannot_add_is_refused(stages, words, write_input):
+    groups = changed(flying_block(), "control", steps=None)
+    load = {"name": "push", "x": 1.0, "y": 0.5, "time": [0.0, 1.0]}
+    file = write_input([
+        *groups, ("load", load), group("fixed_point", name="prop", x=1.0, y=0.5),
+        *(("stage", {"name": f"s{i}", "steps": 5} | stage) for i, stage in enumerate(stages)),
+    ])  # fmt: skip
+    with pytest.raises(sitedda.InputError) as error:
+        sitedda.Simulation(file)
+    assert words in str(error.value) and "group &stage (line " in str(error.value)
+
+
+def test_a_time_step_that_has_shrunk_is_resumed(write_input, tmp_path, same_bits):
+    """A falling block, whose steps become shorter as it becomes faster."""
+    groups = flying_block(500, gravity=[0.0, -GRAVITY], time_step_control="adaptive",
+                          max_displacement_ratio=1e-4)  # fmt: skip
+    file = write_input(groups)
+    sitedda.run(file, output=tmp_path / "whole.nc")
+    with sitedda.Simulation(file, tmp_path / "parts.nc") as run:
+        run.advance(300)
+        assert run.time_step < 0.5e-3
+    sitedda.resume(file, tmp_path / "parts.nc")
+    same_bits(tmp_path / "whole.nc", tmp_path / "parts.nc")
+
+
+# --- Killed in every stage -----------------------------------------------------------------------
+
+KILLED = """
+import sys, time, sitedda
+run = sitedda.Simulation(sys.argv[1], sys.argv[2])
+run.advance(int(sys.argv[3]))
+run.checkpoint()
+print("ready", flush=True)
+while True:
+    run.advance(1)
+    run.checkpoint()
+    time.sleep(0.001)  # stays in the stage until it is killed
+"""
+LONG = [dict(stage) | ({"steps": 200} if "steps" in stage else {}) for stage in STAGES]
+
+
+def test_killed_in_any_stage_a_run_resumes_to_the_same_bits(
+    write_input, tmp_path, native, same_bits
+):
+    """SIGKILL, of Python and of the executable; either continues with what the other has left."""
+    groups = changed(beam(LONG), "output", checkpoint_interval=5, block_interval=50)
+    file = write_input(groups)
+    sitedda.run(file, output=tmp_path / "whole.nc")
+    begun = set()
+    for i, after in enumerate((1, 150, 199, 250)):
+        output = tmp_path / f"python_{i}.nc"
+        child = subprocess.Popen([sys.executable, "-c", KILLED, file, output, str(after)],
+                                 stdout=subprocess.PIPE)  # fmt: skip
+        assert child.stdout.readline() == b"ready\n"
+        time.sleep(0.02)
+        child.send_signal(signal.SIGKILL)
+        assert child.wait() == -signal.SIGKILL
+        done = native.ok("resume", file, "-o", output, "-q")
+        begun.add(int(done.stdout.split("resumed at step ")[1].split(",")[0]) // 200)
+        same_bits(tmp_path / "whole.nc", output)
+    assert {0, 1} <= begun
+    for i in range(4):
+        output = tmp_path / f"native_{i}.nc"
+        child = subprocess.Popen([native.path, "run", file, "-o", output, "-q"])
+        while child.poll() is None and not Path(f"{output}.checkpoint").exists():
+            time.sleep(0.001)
+        time.sleep(0.03 * i)
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        sitedda.resume(file, output)
+        same_bits(tmp_path / "whole.nc", output)
+
+
+def catches(process: int, number: signal.Signals) -> bool:
+    """A process has a handler for a signal."""
+    status = Path(f"/proc/{process}/status").read_text()
+    return bool(int(status.split("SigCgt:")[1].split()[0], 16) >> (number - 1) & 1)
+
+
+def test_a_static_stage_stops_on_request(write_input, tmp_path, native):
+    """A wall of 10,000 bricks takes a minute to find its rest; a signal ends it at once."""
+    wall = {"brick_length": 1.0, "brick_height": 0.5, "bricks": 100, "courses": 100}
+    file = write_input(
+        [
+            group("control", time_step=1e-3, gravity=[0.0, -9.81]),
+            group("contact", normal_stiffness=1e12),
+            ("material", dict(ROCK)),
+            ("joint", dict(DRY)),
+            ("wall", wall),
+            *(group("fixed_point", x=x + 0.5, y=0.25) for x in range(100)),
+            group("stage", name="rest", kind="static"),
+        ]
+    )
+    output = tmp_path / "out.nc"
+    child = subprocess.Popen(
+        [native.path, "run", file, "-o", output, "-q"], stderr=subprocess.PIPE, text=True
+    )
+    while not catches(child.pid, signal.SIGTERM):
+        time.sleep(0.01)
+    child.send_signal(signal.SIGTERM)
+    said = child.communicate()[1]
+    assert child.returncode == 6
+    assert "interrupted" in said and said.count("\n") == 1  # in the stage, or before it begins
+    assert ("stage 'rest' has been interrupted" in said) == ("resume" in said)
+    assert not output.exists()

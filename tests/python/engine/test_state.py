@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nothing that a run changes may be missing from its checkpoints: all types are looked through."""
+
+import re
+
+import pytest
+
+# Types whose components are saved; what a resumed run has without a checkpoint, from the input or
+# made again before it is used, is named in its type by ``! unsaved, REASON: NAMES``.
+STATES = {
+    "dynamics": "simulation_type system_type open_close_type counters_type "
+    "stop_state_type maxima_type base_type first_contacts_type largest_type",
+    "model": "blocks_type",
+    "contact": "neighbours_type contacts_type",
+    "algebra": "solver_type lagged_factor_type low_rank_type rank_one_type factor_type",
+    "elements": "fixed_points_type energy_type",
+    "output": "journal_type",
+}
+
+
+def components(text: str, name: str) -> set[str]:
+    """Names of the components of a derived type."""
+    begin = rf"^ *type(?:, extends\(\w+\))? :: {name}\n"
+    body = re.search(rf"{begin}(.*?)^ *end type", text, re.M | re.S)
+    assert body, f"there is no type {name}"
+    found = set()
+    for line in body[1].splitlines():
+        code = line.partition("!")[0]
+        if code.strip() == "contains":
+            break
+        names = re.sub(r"\(.*?\)", "", code.partition("::")[2])
+        found |= set(re.findall(r"(?:^|,)\s*(\w+)", names))
+    return found
+
+
+@pytest.fixture(scope="module")
+def serialised(root):
+    """The code that serialises the state."""
+    journal = (root / "fortran" / "output" / "journal.f90").read_text()
+    mark = re.search(r"subroutine serialise_mark.*?end subroutine", journal, re.S)[0]
+    contact = (root / "fortran" / "contact" / "contact.f90").read_text()
+    listed = "".join(re.findall(r"subroutine for_each_\w+.*?end subroutine", contact, re.S))
+    folders = ("state", "algebra/solvers", "elements")
+    parts = [
+        path.read_text() for name in folders for path in (root / "fortran" / name).glob("*.f90")
+    ]
+    return re.sub(r"!.*", "", "\n".join([mark, listed, *parts]))
+
+
+def source_of(folder, name: str) -> str:
+    """The one file of a folder that defines a type."""
+    files = [f for f in folder.rglob("*") if f.suffix in (".f90", ".inc", ".in")]
+    found = [text for text in map(type(folder).read_text, files) if f":: {name}\n" in text]
+    assert len(found) == 1, f"{name} is defined {len(found)} times in {folder}"
+    return found[0]
+
+
+@pytest.mark.parametrize(
+    ("folder", "name"), [(folder, one) for folder, names in STATES.items() for one in names.split()]
+)
+def test_every_component_is_serialised_or_made_anew(root, serialised, folder, name):
+    text = source_of(root / "fortran" / folder, name)
+    found = components(text, name)
+    own = re.search(rf":: {name}\n(.*?)^ *end type", text, re.M | re.S)[1]
+    excused = set(", ".join(re.findall(r"! unsaved, .*: (.*)", own)).split(", ")) - {""}
+    written = {part for part in found if re.search(rf"%{part}\b", serialised)}
+    missing = found - written - excused
+    assert not missing, f"{name}: {missing} are neither serialised nor said to be unsaved"
+    assert excused <= found, "something is excused that is not there any more"

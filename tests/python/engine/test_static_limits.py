@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Static stages end at rest below the limit of equilibrium, and beyond it never do."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from model_text import group
+
+import sitedda
+from sitedda.masonry import Arch
+from sitedda.scene import Scene
+
+GRAVITY = 9.81
+UNEXPLAINED = 5e-5  # m, of depth: more than 10⁻³ of the distance within which contacts are listed
+
+
+def arch(friction: float, ratio: float, voussoirs: int, half: float, push: float) -> sitedda.Model:
+    """An arch of radius 10 m and half angle `half` (degrees) under its weight and `push` of it."""
+    model = sitedda.Model("Arch pushed", time_step=1e-3, gravity=(GRAVITY * push, -GRAVITY))
+    model.material("stone", density=2500.0, young_modulus=1e10, poisson_ratio=0.2)
+    model.joint("dry", friction_angle=math.degrees(math.atan(friction)))
+    angle = math.radians(half)
+    span, rise = 20.0 * math.sin(angle), 10.0 * (1.0 - math.cos(angle))
+    shapes = Arch(span=span, rise=rise, thickness=10 * ratio, voussoirs=voussoirs, abutment=2.0)
+    for stone in shapes.blocks():
+        model.block(np.array(stone.polygon), name=stone.name)
+        if stone.name.endswith(("left", "right")):
+            for place in stone.polygon:
+                inwards = 0.01 * (np.mean(stone.polygon, axis=0) - place)
+                model.fixed_point(*(place + inwards), stone.name)
+    model.stage(name="rest", kind="static")
+    return model
+
+
+def rests(model: sitedda.Model) -> bool:
+    try:
+        sitedda.Simulation(model).close()
+    except sitedda.ConvergenceError as error:
+        assert "does not settle" in str(error)
+        return False
+    return True
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [(0.61, 0.165, 15, 76.4), (0.46, 0.175, 19, 60.0), (0.87, 0.14, 18, 86.1), (0.51, 0.18, 9, 52)],
+    ids=str,
+)
+def test_an_arch_rests_below_its_limit_alone(shape):
+    """Pressed by the far sides of blocks that they had left, some rested beyond it."""
+    limit = sitedda.limit_analysis(arch(*shape, push=0.0))
+    assert limit.lower.factor == pytest.approx(limit.upper.factor, rel=0.01)
+    shares = np.array([0.90, 0.94, 0.98, 1.02, 1.04, 1.06, 1.08, 1.10])
+    found = [rests(arch(*shape, push=share * limit.upper.factor)) for share in shares]
+    assert found == list(shares < 1.0)
+
+
+# --- Falls ---
+
+
+def overhanging(bricks: int, floor: float) -> sitedda.Model:
+    """Three courses of bricks of 1 m on a floor that ends before they do."""
+    model = sitedda.Model("Overhang", time_step=1e-3, gravity=(0.0, -GRAVITY))
+    model.material("stone", density=2643.0, young_modulus=4.788e9, poisson_ratio=0.25)
+    model.joint("dry", friction_angle=35.0)
+    model.wall(brick_length=1.0, brick_height=0.5, bricks=bricks, courses=3)
+    model.block([[-1.0, -1.0], [floor, -1.0], [floor, 0.0], [-1.0, 0.0]], name="floor")
+    for x in (0.0, floor - 1.0):
+        model.fixed_point(x, -0.5, "floor")
+    model.stage(name="rest", kind="static")
+    return model
+
+
+def test_bricks_over_nothing_fall_without_a_static_step():
+    """They took minutes of steps: 1,000 bricks long."""
+    with pytest.raises(
+        sitedda.ConvergenceError,
+        match=r"not at rest after 0 static steps: block 5 .brick_5. and 2986 others fall: no",
+    ):
+        sitedda.Simulation(overhanging(1000, 4.0))
+
+
+def test_bricks_over_a_floor_rest():
+    assert rests(overhanging(6, 7.0))
+
+
+# --- Soft contacts --------------------------------------------------------------------------------
+
+
+def polygon(random: np.random.Generator) -> np.ndarray:
+    """A convex stone of 4 to 7 corners on a circle of 0.45 m, no two of them close."""
+    while True:
+        angles = np.sort(random.uniform(0.0, 2 * math.pi, random.integers(4, 8)))
+        between = np.diff(np.append(angles, angles[0] + 2 * math.pi))
+        if between.max() < 2.2 and between.min() > 0.4:
+            return 0.45 * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def heap(seed: int) -> tuple[sitedda.Model, float]:
+    """Stones that fall into a box, on contacts that yield by 1 to 8 cm under one; k_n, N/m."""
+    random = np.random.default_rng(seed)
+    model = sitedda.Model("Heap", time_step=5e-4, integration="backward_euler",
+                          max_displacement_ratio=0.005, gravity=(0.0, -GRAVITY))  # fmt: skip
+    stiffness = 2500 * GRAVITY * 0.5 / random.uniform(0.01, 0.08)
+    model.contact(normal_stiffness=stiffness)
+    model.material("stone", density=2500.0, young_modulus=1e9, poisson_ratio=0.2)
+    model.joint("dry", friction_angle=random.uniform(20, 40))
+    for name, (x0, x1, y0, y1) in {
+        "floor": (-2.7, 2.7, -1.0, 0.0), "left": (-2.7, -2.2, 0.0, 6.0), "right": (2.2, 2.7, 0, 6),
+    }.items():  # fmt: skip
+        corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+        model.block(corners, name=name)
+        for place in corners + 0.01 * (corners.mean(axis=0) - corners):
+            model.fixed_point(*place, name)
+    for i in range(random.integers(8, 20)):
+        place = [-1.65 + 1.1 * (i % 4) + random.uniform(-0.08, 0.08), 0.5 + i // 4]
+        model.block(polygon(random) + place, name=f"stone_{i}")
+    model.stage(name="fall", kind="dynamic", duration=3.0)
+    model.stage(name="rest", kind="static")
+    return model, stiffness
+
+
+@pytest.mark.filterwarnings("ignore::sitedda.AuditWarning")
+@pytest.mark.parametrize("seed", range(20))
+def test_a_heap_on_soft_contacts_rests_as_deep_as_its_forces_explain(seed, tmp_path):
+    """Stones that have changed edges in each other kept depths that bear nothing."""
+    model, stiffness = heap(seed)
+    run = model.run(tmp_path / "heap.nc")
+    with sitedda.open_output(run.output) as data:
+        scene = Scene.of(data)
+        last = scene.frames - 1
+        contacts = scene.contacts(last)
+    places, normals = scene.contact_points(last, contacts)
+    pressed = contacts["normal_force"] > 0
+    assert pressed.sum() > 10
+    depth = -contacts["gap"][pressed]
+    explained = contacts["normal_force"][pressed] / stiffness
+    assert (depth - explained).max() <= UNEXPLAINED
+
+
+def test_what_slides_is_said_with_its_joint(write_input):
+    """A block on 30.3° slides at φ = 20°, which no support or gap is to blame for."""
+    groups = [
+        group("control", time_step=1e-3, steps=2, gravity=(0.0, -9.81), settle=True),
+        group("material", name="rock", density=2500.0, young_modulus=1e9, poisson_ratio=0.2),
+        group("joint", name="bed", friction_angle=20.0),
+        group("block", name="base", vertices=(0, 0, 10, 0, 10, 5.8454)),
+        group("block", name="slider",
+              vertices=(4, 2.33816, 5, 2.9227, 4.4154, 3.9227, 3.4154, 3.33816)),
+        group("fixed_point", x=0.5, y=0.1),
+        group("fixed_point", x=9.9, y=0.1),
+        group("fixed_point", x=9.9, y=5.0),
+    ]  # fmt: skip
+    words = "2 contacts slide: block 2 'slider' slides on 1 'base' along joint 'bed'"
+    with pytest.raises(sitedda.ConvergenceError, match=re.escape(words)):
+        sitedda.run(write_input(groups), output=False)

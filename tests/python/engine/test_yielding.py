@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Solids of Mohr and Coulomb in blocks and bodies, against closed forms."""
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda_evidence.validation.yielding import bearing, prandtl, strip
+
+COHESION = 3.45e6
+SOLID = {
+    "law": "mohr_coulomb", "cohesion": COHESION, "friction_angle": 30.0, "dilation_angle": 30.0,
+}  # fmt: skip
+
+
+def squeezed_block(confining, integration="backward_euler", steps=200, **strength):
+    """A stiff block that is compressed to twice its strength under a stress of its sides."""
+    model = sitedda.Model()
+    model.control(
+        time_step=1e-2, steps=steps, gravity=[0.0, 0.0], integration=integration,
+        analysis="plane_strain",
+    )  # fmt: skip
+    model.contact(normal_stiffness=1e15)
+    model.material(
+        name="rock", density=2500.0, young_modulus=7e12, poisson_ratio=0.21,
+        initial_stress=[-confining, -confining, 0.0], **(SOLID | strength),
+    )  # fmt: skip
+    model.joint(name="joint", friction_angle=30.0)
+    model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
+    down = -1e-5 * np.arange(203) / 200
+    model.motion(name="down", values=down.tolist(), quantity="displacement", time_step=1e-2)
+    for x in (0.0, 1.0):
+        model.fixed_point(x=x, y=0.0, **({} if x == 0 else {"direction": "y"}))
+        model.fixed_point(x=x, y=1.0, direction="y", motion_y="down")
+    for side in ("left", "right"):
+        model.traction(side=side, normal=confining)
+    return model
+
+
+@pytest.mark.parametrize("dilation", [0.0, 30.0])
+@pytest.mark.parametrize("confining, strength", [(0.0, 11.9511506e6), (5e6, 26.9511506e6)])
+def test_a_block_yields_at_the_strength_of_mohr_and_coulomb(confining, strength, dilation):
+    """q_u = 2c tan 60°, and σ₃ tan² 60° + q_u; to 1e-9 at a point in the suite yielding_solid."""
+    history = squeezed_block(confining, dilation_angle=dilation).run().history
+    x, y, xy = history.block_stress.values[-1, 0]
+    assert -y == pytest.approx(strength, rel=5e-5)
+    lost = history.energy_plastic.values
+    assert np.all(np.diff(lost) >= 0) and lost[-1] > 0
+    assert np.abs(history.energy_balance).max() < 1e-9 * lost[-1]
+
+
+def test_bounds_that_do_not_converge_are_counted():
+    """Only those of ψ < φ are held at a mean stress, which is to be found."""
+    for dilation, said in ((0.0, True), (30.0, False)):
+        summary = squeezed_block(0.0, dilation_angle=dilation).run().summary
+        assert ("mean stress that gives" in summary) == said
+
+
+def test_outputs_and_pictures_show_plastic_strain(tmp_path):
+    """Without dilation two principal plastic strains are opposite: κ is twice one of them."""
+    run = squeezed_block(0.0, dilation_angle=0.0).run()
+    kept = run.history.block_plastic_strain.values[:, 0]
+    elastic = 2 * COHESION * 3**0.5 * (1 - 0.21**2) / 7e12
+    assert kept[0] == 0 and np.all(np.diff(kept) >= 0)
+    assert kept[-1] == pytest.approx(2 * (1e-5 - elastic), rel=2e-3)
+    assert run.maxima["plastic_strain"].value == kept[-1]
+    with sitedda.Simulation(squeezed_block(0.0, dilation_angle=0.0)) as simulation:
+        while not simulation.advance():
+            pass
+        assert simulation.plastic_strains[0] == kept[-1]
+    run.draw(color="plastic_strain").figure.savefig(tmp_path / "yielded.png")
+    assert "plastic_strain" in str(run.view(tmp_path / "yielded.html").read_bytes())
+
+
+@pytest.mark.parametrize("dilation", [0.0, 10.0, 30.0])
+@pytest.mark.parametrize("integration", ["midpoint", "theta", "dda"])
+def test_yielding_loses_what_it_takes(integration, dilation):
+    history = squeezed_block(2e6, integration, dilation_angle=dilation).run().history
+    lost = history.energy_plastic.values
+    assert np.all(np.diff(lost) >= -1e-12 * lost[-1]) and lost[-1] > 0
+    assert np.abs(history.energy_balance).max() < 1e-9 * lost[-1]
+
+
+@pytest.mark.parametrize(
+    "strength, message",
+    [
+        ({"dilation_angle": 31.0}, "must not be above friction_angle"),
+        ({"tensile_strength": 5.98e6}, "must not be above cohesion / tan"),
+        ({"cohesion": None}, "cohesion is missing: law = 'mohr_coulomb' needs it"),
+        ({"residual_cohesion": 1e6}, "softening_displacement is missing"),
+        ({"residual_cohesion": 4e6, "softening_displacement": 0.1}, "must not be above cohesion"),
+        (
+            {
+                "residual_tensile_strength": 7e6,
+                "residual_friction_angle": 5.0,
+                "dilation_angle": 0.0,
+                "softening_displacement": 0.1,
+            },
+            "must not be above tensile_strength = 5.97",
+        ),  # as the cone has it: 3.45 MPa cot 30°
+    ],
+)
+def test_strengths_that_do_not_go_together_are_refused(strength, message):
+    with pytest.raises(sitedda.InputError, match=message):
+        squeezed_block(0.0, steps=2, **strength).run()
+
+
+def test_the_tensile_strength_may_be_that_of_the_cone():
+    apex = SOLID["cohesion"] / np.tan(np.radians(SOLID["friction_angle"]))
+    squeezed_block(0.0, steps=1, tensile_strength=apex).run()
+
+
+def test_a_footing_bears_no_less_as_it_sinks_and_is_warned_of():
+    """By 3 % of its half-width, where pressures would take half of the strength of its bands."""
+    run = strip(4, 0.03).run()
+    found = bearing(run.history, 0.03) / prandtl(0.0)
+    assert np.all(np.diff(found[-30:]) > -1e-3) and 0.98 < found[30] < found[-1] < 1.04
+    assert np.abs(run.history.energy_balance).max() < 1e-9 * run.history.energy_plastic.values[-1]
+    assert [doubt.topic for doubt in run.verdict.doubts] == ["strain"]
+
+
+def cantilever(cells, **law):
+    """Of 10:1, with .8 of the load at which its outermost fibre would yield; its tip's way."""
+    model = sitedda.Model()
+    model.control(
+        time_step=0.02, steps=30, gravity=[0.0, 0.0], integration="backward_euler",
+        dynamic_factor=0.0,
+    )  # fmt: skip
+    model.contact(normal_stiffness=1e12)
+    model.material(name="rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.2, **law)
+    model.joint(name="joint", friction_angle=30.0)
+    h = 1.0 / cells
+    for i in range(10 * cells):
+        for j in range(cells):
+            x, y, name = i * h, j * h, f"c{i}_{j}"
+            corners = [x, y, x + h, y, x + h, y + h, x, y + h]
+            model.block(vertices=corners, body="rock", name=name)
+            for at in (y, y + h) if i == 0 else ():
+                model.fixed_point(x=0.0, y=at, block=name)
+            if i == 10 * cells - 1:
+                down = [0.0, -0.8 * 2e6 / 60 * h, -0.8 * 2e6 / 60 * h]
+                model.load(x=10.0, y=y + h / 2, block=name, time=[0.0, 0.3, 1e6], force_x=[0.0] * 3,
+                           force_y=down)  # fmt: skip
+    model.measured_point(name="tip", x=10.0, y=0.0, block=f"c{10 * cells - 1}_0")
+    return model.run().history.displacement.values[-1, 0, 1]
+
+
+def test_what_does_not_yield_is_elastic():
+    """Jumps of faces carry what their points have left: two cells deep they carry much."""
+    strong = cantilever(2, law="mohr_coulomb", cohesion=1e6)
+    assert strong == pytest.approx(cantilever(2), rel=1e-3)
+
+
+def test_a_run_that_yields_has_the_same_bits_everywhere(tmp_path, same_everywhere):
+    same_everywhere(strip(2, 0.03, steps=40).write(tmp_path / "strip.nml"), 23)
+
+
+@pytest.mark.parametrize("cohesion", [3.45e6, 5e5])
+def test_a_change_of_material_keeps_a_stress_that_is_admitted(cohesion):
+    model = squeezed_block(0.0, steps=None)
+    weak = SOLID | {"cohesion": cohesion}
+    model.material(name="weak", density=2500.0, young_modulus=7e12, poisson_ratio=0.21, **weak)
+    model.stage(name="first", steps=30)
+    model.stage(name="second", steps=1, change_materials="rock -> weak")
+    with sitedda.Simulation(model) as simulation:
+        simulation.advance(30)
+        before = -simulation.stresses[0, 1]
+        simulation.advance(1)
+        after = -simulation.stresses[0, 1]
+    limit = 2 * cohesion * np.tan(np.radians(60))
+    assert before > limit or cohesion > 1e6
+    assert after == pytest.approx(min(31 / 30 * before, limit), rel=1e-3)
+
+
+def ring(cells, around, stiffer=100.0, ratio=12.0, steps=40):
+    """A quarter of a ring of c 3.45 MPa, φ 30° under 30 MPa, whose inner pressure is let off."""
+    pressure, shear, bulk = 30e6, stiffer * 2.8e9, stiffer * 3.9e9
+    model = sitedda.Model()
+    model.control(
+        time_step=0.02, steps=steps, gravity=[0.0, 0.0], integration="backward_euler",
+        analysis="plane_strain",
+    )  # fmt: skip
+    model.contact(normal_stiffness=1e14)
+    model.material(
+        name="rock", density=2500.0, young_modulus=9 * bulk * shear / (3 * bulk + shear),
+        poisson_ratio=(3 * bulk - 2 * shear) / (2 * (3 * bulk + shear)),
+        initial_stress=[-pressure, -pressure, 0.0], **(SOLID | {"dilation_angle": 0.0}),
+    )  # fmt: skip
+    model.joint(name="joint", friction_angle=30.0)
+    radius = ratio ** (np.arange(cells + 1) / cells)
+    angle = np.linspace(0, np.pi / 2, around + 1)
+    for i in range(cells):
+        for j in range(around):
+            corners = [
+                radius[k] * np.array([np.cos(angle[n]), np.sin(angle[n])])
+                for k, n in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1))
+            ]
+            name = f"c{i}_{j}"
+            model.block(vertices=np.ravel(corners).tolist(), body="rock", name=name)
+            for n, at, way in ((0, j == 0, "y"), (2, j == around - 1, "x")):
+                for x, y in corners[n : n + 2] if at else ():
+                    model.fixed_point(x=x, y=y, block=name, direction=way)
+            if i == 0:
+                times, let_off = [0.0, 0.6 * 0.02 * steps, 1e6], [pressure, 0.0, 0.0]
+                model.traction(blocks=name, edges=[4], normal=let_off, time=times)
+            if i == cells - 1:
+                model.traction(blocks=name, edges=[2], normal=pressure)
+    diagonal = np.sqrt(0.5)
+    model.measured_point(name="wall", x=diagonal, y=diagonal, block=f"c0_{around // 2}")
+    return model
+
+
+def test_a_tunnel_wall_moves_as_salencon_says():
+    """12.167 mm at a radius of 1 m, G 2.8 GPa, ψ = 0: +1.5 % with 24 cells, +1.7 % with 40."""
+    history = ring(24, 12).run().history
+    moved = 100 * np.hypot(*history.displacement.values[-1, 0])
+    assert moved == pytest.approx(12.167e-3, rel=0.02)
+    assert np.abs(history.energy_balance).max() < 1e-9 * history.energy_plastic.values[-1]
+
+
+def standing_block(cohesion, angle):
+    """A block of 20 kN/m³, 1 m high, on rollers."""
+    model = sitedda.Model()
+    model.control(time_step=1.0, gravity=[0.0, -10.0], analysis="plane_strain")
+    model.contact(normal_stiffness=1e9)
+    model.material(
+        name="soil", density=2000.0, young_modulus=1e8, poisson_ratio=0.3, law="mohr_coulomb",
+        cohesion=cohesion, friction_angle=angle,
+    )  # fmt: skip
+    model.joint(name="joint", friction_angle=30.0)
+    model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
+    model.fixed_point(x=0.0, y=0.0)
+    model.fixed_point(x=1.0, y=0.0, direction="y")
+    return model
+
+
+@pytest.mark.parametrize("angle", [0.0, 25.0])
+def test_safety_divides_the_strength_of_solids(angle):
+    """A block of 20 kN/m³, 1 m high, bears 10 kPa in the mean: 2 (c/F) tan(45° + φ_F/2)."""
+    cohesion = 6e3
+
+    def excess(factor):
+        reduced = np.arctan(np.tan(np.radians(angle)) / factor)
+        return 2 * cohesion / factor * np.tan(np.pi / 4 + reduced / 2) - 10e3
+
+    found = sitedda.safety(standing_block(cohesion, angle), tolerance=2e-3)
+    assert excess(0.997 * found.low) > 0 > excess(1.003 * found.high)
+    assert "half the size" in found.warning and "does not move far" not in found.warning
+
+
+def test_what_fails_at_any_strength_is_no_error():
+    """Strength is raised 64 times; an angle of friction of 60° stays one that an input may have."""
+    model = standing_block(cohesion=1e-3, angle=60.0)
+    found = sitedda.safety(model, tolerance=2e-3)
+    assert found.low == 0.0 and "fails at any strength" in found.words

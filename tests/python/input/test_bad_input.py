@@ -1,0 +1,566 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bad input: one message that names file, group and value, from both programs, and no harm done."""
+
+import time
+
+import numpy as np
+import pytest
+from model_text import DRY, changed, flying_block, namelist, rectangle, tower, without
+
+import sitedda
+from sitedda.input.groups import read_values
+from sitedda.input.input_text import find_groups
+
+SQUARE = rectangle(0.0, 0.0, 1.0, 1.0)
+OLD = b"an older result"
+AUGMENTED = {"penetration_tolerance": 1e-9}
+
+
+def blocks(*outlines, **more) -> list:
+    """The flying block's model with other blocks."""
+    groups = without(without(flying_block(**more), "block"), "measured_point")
+    return [*groups, *(("block", {"vertices": outline}) for outline in outlines)]
+
+
+def moved(**values) -> list:
+    """The tower with its motion changed."""
+    return changed(tower(), "motion", **values)
+
+
+def record(text: str, **values) -> dict:
+    """The tower shaken by a record file of this text."""
+    take = {"values": None, "quantity": None, "time_step": None, "file": "record.txt"}
+    take |= {"quantity": "acceleration", "unit": "m/s2", "format": "text"} | values
+    return {"groups": moved(**take), "record.txt": text}
+
+
+def refused(case: str, groups, group: str, *words: str):
+    """A case: its name, the input, the group that the message must name, and what it must hold."""
+    return pytest.param(groups, group, words, id=case)
+
+
+def bad(case: str, group: str, /, *words: str, contact=(), **values):
+    """The tower with variables of that group, and of &contact, changed."""
+    groups = changed(changed(tower(), "contact", **dict(contact)), group, **values)
+    return refused(case, groups, f"&{group}", *words)
+
+
+def rough(case: str, *words: str, **values):
+    """The tower with a rough joint, changed."""
+    law = {"law": "barton_bandis", "cohesion": None, "tensile_strength": None, "jrc": 8.0}
+    law |= {"jcs": 1e8, "normal_stiffness_per_area": 1e9, "max_closure": 1e-4}
+    return bad(case, "joint", *words, **law | values)
+
+
+def worn(case: str, *words: str, **values):
+    """The tower with a joint that wears, changed."""
+    law = {"law": "plesha", "cohesion": None, "tensile_strength": None}
+    return bad(case, "joint", *words, **law | values)
+
+
+def flowing(case: str, *words: str, **values):
+    """The tower with friction that depends on velocity, changed."""
+    law = {"law": "rate_state", "cohesion": None, "tensile_strength": None}
+    law |= {"direct_effect": 0.01, "threshold_velocity": 1e-6}
+    return bad(case, "joint", *words, **law | values)
+
+
+def softening(case: str, *words: str, **values):
+    """The tower with a joint whose bonds soften, changed."""
+    law = {"law": "cohesive", "cohesion": 1e5, "tensile_strength": 1e5, "fracture_energy": 4.0}
+    return bad(case, "joint", *words, **law | {"normal_stiffness_per_area": 1e9} | values)
+
+
+def shaped(case: str, outlines: list, *words: str):
+    """Blocks of these outlines."""
+    return refused(case, blocks(*outlines), "&block", *words)
+
+
+def more(case: str, group: str, /, *words: str, **values):
+    """The tower with one more group."""
+    return refused(case, [*tower(), (group, values)], f"&{group}", *words)
+
+
+CASES = [
+    # What issue 2 lists
+    more("unknown group", "blok", "no such group", "&block", x=1.0),
+    bad("unknown variable", "control", "time_stop", time_stop=1.0),
+    bad("missing record", "motion", "gone.smc", values=None, file="gone.smc"),
+    bad("negative density", "material", "density", "-5", density=-5.0),
+    bad("zero time step", "control", "time_step = 0", time_step=0.0),
+    shaped("self-crossing", [[0.0, 0, 1, 1, 1, 0, 0, 1]], "crosses"),
+    shaped("clockwise", [[0.0, 0, 0, 1, 1, 1, 1, 0]], "clockwise"),
+    shaped("overlap", [SQUARE, rectangle(0.5, 0.5, 1, 1)], "overlaps", "0.5 m"),
+    more("fixed point outside", "fixed_point", "99", "outside every block", x=99.0, y=0.5),
+    bad("one sample", "motion", "too few samples", values=[0.5]),
+    refused("record of one sample", record("0.0 1.0\n"), "&motion", "record.txt", "sample"),
+    refused("empty record", record(""), "&motion", "record.txt"),
+    # Numbers
+    bad("density missing", "material", "density", density=None),
+    bad("not a number", "control", "time_step", "NaN", time_step=np.nan),
+    bad("infinite", "material", "density", "Inf", density=np.inf),
+    bad("Poisson", "material", "poisson_ratio", "0.5", poisson_ratio=0.5),
+    bad("Poisson missing", "material", "poisson_ratio", poisson_ratio=None),
+    bad("no stiffness", "material", "young_modulus", young_modulus=0.0),
+    bad("friction", "joint", "friction_angle", "90", friction_angle=90.0),
+    flowing("friction without a direct effect", "direct_effect is missing", direct_effect=None),
+    flowing("a state without a distance", "state_distance is missing", evolution_effect=0.01),
+    flowing("an age of nothing", "initial_age", initial_age=0.0),
+    flowing("friction that rebounds", "excludes restitution", restitution=0.5),
+    flowing("friction with dashpots", "excludes damping", damping=1e5),
+    flowing(
+        "yielding without roughness",
+        "initial_friction_angle is missing",
+        law="continuously_yielding",
+        direct_effect=None,
+        threshold_velocity=None,
+    ),
+    flowing(
+        "a joint that slip strengthens",
+        "initial_friction_angle = 20 is below",
+        law="continuously_yielding",
+        direct_effect=None,
+        threshold_velocity=None,
+        friction_angle=30.0,
+        initial_friction_angle=20.0,
+        roughness=1e-3,
+    ),
+    softening(
+        "bonds without a fracture energy", "fracture_energy is missing", fracture_energy=None
+    ),
+    softening(
+        "bonds without tension", "cohesion and tensile_strength above 0", tensile_strength=None
+    ),
+    softening(
+        "bonds without stiffness",
+        "normal_stiffness_per_area is missing",
+        normal_stiffness_per_area=None,
+    ),
+    softening(
+        "bonds that break at once",
+        "fracture_energy = 4 N/m",
+        "stores up to its strength, 5 N/m",
+        "break at once",
+    ),
+    worn(
+        "asperities steeper than friction",
+        "asperity_angle = 40 is above friction_angle",
+        "slip back by itself",
+        asperity_angle=40.0,
+        friction_angle=30.0,
+    ),
+    worn(
+        "asperities that no force climbs",
+        "asperity_angle = 40",
+        "89 together",
+        friction_angle=60.0,
+        asperity_angle=40.0,
+    ),
+    worn("asperities without an angle", "asperity_angle is missing"),
+    worn(
+        "shear stiffness of a rough joint alone",
+        "needs normal_stiffness_per_area",
+        asperity_angle=4.0,
+        shear_stiffness_per_area=1e9,
+    ),
+    worn(
+        "a rough joint that jumps back",
+        "1000 of the shear stiffness",
+        "jump back",
+        asperity_angle=10.0,
+        contact={"shear_ratio": 1e3},
+    ),
+    bad("a solver that is gone", "control", "'banded'", "'direct'", solver="banded"),
+    bad("joint law", "joint", "law", "'mohr'", "'mohr_coulomb'", law="mohr"),
+    bad(
+        "residual above peak",
+        "joint",
+        "residual_friction_angle = 80",
+        "above the peak",
+        law="mohr_coulomb",
+        residual_friction_angle=80.0,
+    ),
+    bad(
+        "residual cohesion above peak",
+        "joint",
+        "residual_cohesion",
+        "above the peak",
+        law="mohr_coulomb",
+        residual_cohesion=1e14,
+        cohesion=1e3,
+    ),
+    bad(
+        "residual strength without its law",
+        "joint",
+        "residual_cohesion",
+        "'mohr_coulomb'",
+        "'coulomb'",
+        residual_cohesion=1e3,
+    ),
+    bad(
+        "more dilation than friction",
+        "joint",
+        "dilation_angle = 59",
+        "energy",
+        law="mohr_coulomb",
+        dilation_angle=59.0,
+    ),
+    bad("a limit of no dilation", "joint", "dilation_slip", law="mohr_coulomb", dilation_slip=0.1),
+    rough("negative closure", "max_closure", "positive", max_closure=-1e-3),
+    rough("no closure", "max_closure", "missing", normal_stiffness_per_area=None),
+    rough("two closures", "compressive_strength", compressive_strength=1e8),
+    rough(
+        "closure beyond the formulas",
+        "jrc = 0.5",
+        "range",
+        normal_stiffness_per_area=None,
+        max_closure=None,
+        jrc=0.5,
+        compressive_strength=1.1e8,
+    ),
+    rough("no roughness", "jrc is missing", jrc=None),
+    bad("four points", "joint", "contact_points = 4", "2, 3 or 5", contact_points=4),
+    bad(
+        "points of augmented contacts",
+        "joint",
+        "contact_points",
+        "penetration_tolerance",
+        contact=AUGMENTED,
+        contact_points=3,
+    ),
+    bad(
+        "a law under the original rules",
+        "joint",
+        "original",
+        contact={"contact_rules": "original"},
+        law="mohr_coulomb",
+    ),
+    bad(
+        "a law with augmented contacts",
+        "joint",
+        "penetration_tolerance",
+        contact=AUGMENTED,
+        law="mohr_coulomb",
+    ),
+    bad("cohesion", "joint", "cohesion", "-1", cohesion=-1.0),
+    bad("no steps", "control", "duration", "steps", steps=None),
+    bad("both", "control", "duration", "steps", duration=1.0),
+    bad("half steps", "control", "steps = 1.5", steps=1.5),
+    bad("negative steps", "control", "steps = -3", steps=-3),
+    bad("too short", "control", "duration", steps=None, duration=1e-5),
+    bad("dynamic factor", "control", "dynamic_factor", dynamic_factor=1.2),
+    bad("gravity", "control", "gravity", "NaN", gravity=[0.0, np.nan]),
+    bad("one gravity", "control", "gravity", "is missing", gravity=-9.81),
+    bad("stiffness", "contact", "normal_stiffness", normal_stiffness=-1.0),
+    bad("interval", "output", "history_interval", history_interval=0),
+    bad("text", "control", "fast", time_step="fast"),
+    bad("word", "control", "analysis", "'3d'", analysis="3d"),
+    bad("solver", "control", "solver", "'magic'", solver="magic"),
+    bad("layers", "layers", "thickness", "-1", thickness=-1.0),
+    bad("no layers", "layers", "count", "0", count=0),
+    # Names
+    bad("material name", "layers", "material", "'gold'", material="gold"),
+    bad("joint name", "layers", "joint", "'glue'", joint="glue"),
+    bad("motion name", "fixed_point", "motion_x", "'x'", motion_x="x"),
+    bad("motion across what is held", "fixed_point", "not fixed", direction="y"),
+    bad("base motion", "control", "base_motion_y", "'x'", base_motion_y="x"),
+    bad("block name", "measured_point", "block", "'no'", block="no"),
+    bad("other block", "measured_point", "layer_1", block="layer_1"),
+    refused("twice", [*tower(), ("material", tower()[3][1])], "&material", "'rock'", "twice"),
+    more("two titles", "run", "only once", title="b"),
+    bad("point twice", "measured_point", "twice", name="surface"),
+    bad("nameless", "measured_point", "name", name=None),
+    # Shapes
+    shaped("two corners", [[0.0, 0.0, 1.0, 0.0]], "2", "at least 3"),
+    shaped("no corners", [[]], "vertices"),
+    shaped("half a corner", [[0.0, 0, 1, 0, 1, 1, 0]], "vertices"),
+    shaped("flat", [[0.0, 0, 1, 0, 2, 0]], "vertices"),
+    shaped("corner twice", [[0.0, 0, 1, 0, 1, 0, 1, 1, 0, 1]], "repeats a vertex"),
+    shaped("touches itself", [[0.0, 0, 4, 0, 4, 2, 2, 0, 0, 2]], "touches itself"),
+    shaped("vertex not a number", [[0.0, 0, 1, np.nan, 1, 1]], "vertices", "NaN"),
+    shaped("inside another", [rectangle(0, 0, 3, 3), rectangle(1, 1, 1, 1)], "overlaps"),
+    shaped("the same twice", [SQUARE, SQUARE], "overlaps"),
+    shaped("a cross of two", [rectangle(-2, 0, 5, 1), rectangle(0, -2, 1, 5)], "overlaps"),
+    # Records, motions, loads
+    bad("both sources", "motion", "file", "values", file="record.txt"),
+    bad("no source", "motion", "file", "values", values=None),
+    bad("quantity", "motion", "'jerk'", quantity="jerk"),
+    bad("unit", "motion", "'gal'", unit="gal"),
+    bad("motion step", "motion", "time_step", "-0.01", time_step=-0.01),
+    bad("value", "motion", "values", "NaN", values=[0.0, np.nan, 1.0]),
+    bad("gap in values", "motion", "values", "Inf", values=[0.0, np.inf, 1.0]),
+    refused(
+        "letters in a record", record("0.0 1.0\n0.1 abc\n0.2 1.0\n"), "&motion", "record.txt", "abc"
+    ),
+    refused("record NaN", record("0.0 1.0\n0.1 NaN\n0.2 1.0\n"), "&motion", "record.txt"),
+    refused("record format", record("0.0 1.0\n", format="xls"), "&motion", "'xls'"),
+    more("load", "load", "time", x=1.0, y=0.5, time=[0.0]),
+    more("load backwards", "load", "time", x=1.0, y=0.5, time=[1.0, 0.0], force_x=[1.0, 2.0]),
+    more("load of other length", "load", "force_x", x=1.0, y=0.5, time=[0.0, 1.0], force_x=[1.0]),
+    more(
+        "amplification point",
+        "amplification",
+        "surface",
+        "'top'",
+        surface="top",
+        lowest=1.0,
+        highest=9.0,
+    ),
+    more("amplification band", "amplification", "highest", lowest=9.0, highest=1.0),
+]
+
+# Texts that are no namelist: name, text, what the message must hold.
+TOWER = namelist(tower())
+TEXTS = [
+    ("no slash", TOWER.replace("/\n&contact", "\n&contact"), ["&control", "slash"]),
+    ("no last slash", TOWER.rstrip().removesuffix("/"), ["&output", "slash"]),
+    ("open quote", TOWER.replace("'tower.nc'", "'tower.nc"), ["&output", "quote"]),
+    ("prose", "shake it well\n" + TOWER, ["line 1", "'shake'"]),
+    ("prose in other letters", "xx" + "地" * 30 + "\n" + TOWER, ["line 1", "地"]),
+    ("stray word", TOWER.replace("&contact", "oops\n&contact"), ["line ", "'oops'"]),
+    ("nameless group", "& time_step = 1 /\n" + TOWER, ["line 1"]),
+    ("empty", "", ["&control"]),
+    ("only a comment", "! nothing yet\n", ["&control"]),
+    ("no control", namelist(without(tower(), "control")), ["&control"]),
+    ("no material", namelist(without(tower(), "material")), ["&material"]),
+    ("no joint", namelist(without(tower(), "joint")), ["&joint"]),
+    ("no blocks", namelist(without(without(flying_block(), "block"), "measured_point")), ["block"]),
+    ("two values", TOWER.replace("time_step = 0.001", "time_step = 0.001, 0.002"), ["&control"]),
+    ("decimal comma", TOWER.replace("density = 2643.0", "density = 2643,5"), ["&material"]),
+    ("a megabyte of noise", "&control " + "x" * 1_000_000 + " /\n", ["&control"]),
+    ("a null byte", TOWER.replace("steps = 60", "steps = 6\0"), ["not a text file", "zero"]),
+    ("a picture", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" * 20, ["not a text file"]),
+]
+
+
+def both_complain(file, words, native, main, folder):
+    """Both programs refuse the input in the same words, and leave the older output alone."""
+    final = folder / "tower.nc"
+    final.write_bytes(OLD)
+    said = []
+    for program in (native, main):
+        done = program("run", file, "--quiet", "--output", final)
+        assert done.returncode == 1, (program.name, done.stdout, done.stderr)
+        lines = done.stderr.strip().splitlines()
+        assert len(lines) == 1, done.stderr
+        said.append(lines[0].removeprefix(f"{program.name}: "))
+    assert said[0] == said[1]
+    assert str(file) in said[0]
+    for word in words:
+        assert word in said[0], f"{word!r} is not in {said[0]!r}"
+    assert final.read_bytes() == OLD
+    assert not list(folder.glob("*.partial"))
+    with pytest.raises(sitedda.InputError) as caught:
+        sitedda.run(file)
+    assert str(caught.value) == said[0]
+
+
+@pytest.mark.parametrize(("groups", "group", "words"), CASES)
+def test_values_that_make_no_sense(groups, group, words, write_input, native, main, tmp_path):
+    if isinstance(groups, dict):
+        (tmp_path / "record.txt").write_text(groups["record.txt"])
+        groups = groups["groups"]
+    both_complain(write_input(groups), [group, *words], native, main, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"), [row[1:] for row in TEXTS], ids=[row[0] for row in TEXTS]
+)
+def test_texts_that_are_no_input(text, words, write_input, native, main, tmp_path):
+    file = write_input(text)
+    both_complain(file, words, native, main, tmp_path)
+
+
+def test_a_missing_file_is_named(native, main, tmp_path):
+    both_complain(tmp_path / "gone.nml", ["no such file"], native, main, tmp_path)
+
+
+def test_a_folder_is_no_input(native, main, tmp_path):
+    (tmp_path / "folder.nml").mkdir()
+    done = [program("run", tmp_path / "folder.nml") for program in (native, main)]
+    assert {d.returncode for d in done} <= {1, 5}
+    assert all("folder.nml" in d.stderr and "Traceback" not in d.stderr for d in done)
+
+
+@pytest.mark.parametrize("line", [3, 40, 1000])
+def test_the_message_gives_the_line_of_the_group(line, write_input):
+    bad = namelist([("material", {"density": -1.0})])
+    rest = namelist([("control", {"time_step": 1.0, "steps": 1}), ("joint", dict(DRY))])
+    file = write_input("\n" * (line - 1) + bad + rest)
+    with pytest.raises(sitedda.InputError, match=rf"&material \(line {line}\): density = -1"):
+        sitedda.run(file)
+
+
+def test_a_word_for_a_number_is_not_called_a_variable(write_input):
+    with pytest.raises(sitedda.InputError) as caught:
+        sitedda.run(write_input(changed(tower(), "control", time_step="fast")))
+    assert "no variable" not in str(caught.value)
+
+
+# --- What must not be refused --------------------------------------------------------------------
+
+ODD = {
+    "windows line ends": lambda text: text.replace(b"\n", b"\r\n"),
+    "byte-order mark": lambda text: b"\xef\xbb\xbf" + text,
+    "both": lambda text: b"\xef\xbb\xbf" + text.replace(b"\n", b"\r\n"),
+    "no last line end": lambda text: text.rstrip(),
+    "tabs": lambda text: text.replace(b"   ", b"\t"),
+    "capitals": lambda text: text.replace(b"&control", b"&CONTROL").replace(b"steps", b"STEPS"),
+    "comments": lambda text: b"! caf\xc3\xa9 / & ' \"\n" + text.replace(b"\n", b" ! it's / & \"\n"),
+    "one line": lambda text: text.replace(b"\n", b" "),
+    "exponent d": lambda text: text.replace(b"2643.0", b"2.643D3"),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_but_good_texts_give_the_same_run(name, write_input, native, main, tmp_path, same_bits):
+    plain = write_input(tower(steps=10))
+    expected = sitedda.run(plain).history
+    odd = write_input(ODD[name](plain.read_bytes()), "odd.nml")
+    for program in (native, main):
+        program.ok("run", odd, "--quiet", "--output", tmp_path / "odd.nc")
+        same_bits(expected, tmp_path / "odd.nc", attributes=("title", "step_control"))
+
+
+@pytest.mark.parametrize("folder", ["two words", "Größe α 地震", "it's 100%"])
+def test_paths_of_any_letters(folder, write_input, native, main, tmp_path, same_bits):
+    take = {"values": None, "time_step": None, "file": "rec dir/сейсмо грамма.txt", "unit": "m/s2"}
+    file = write_input(
+        changed(moved(format="text", **take), "control", steps=10), f"{folder}/Modell ü.nml"
+    )
+    (file.parent / "rec dir").mkdir()
+    samples = "".join(f"{0.01 * i} {np.sin(0.3 * i)}\n" for i in range(30))
+    (file.parent / "rec dir/сейсмо грамма.txt").write_text(samples)
+    outputs = []
+    for program in (native, main):
+        outputs.append(file.parent / f"Ausgabe β {program.name}.nc")
+        program.ok("run", file, "--quiet", "--output", outputs[-1])
+        assert outputs[-1].exists()
+    same_bits(*outputs)
+    same_bits(sitedda.run(file).history, outputs[0])
+
+
+# --- Every variable ------------------------------------------------------------------------------
+
+# All variables of all groups, with values that are right.
+EVERYTHING = """
+&run title = 'Everything' /
+&control time_step = 1e-3, steps = 2, time_step_control = 'adaptive', least_time_step = 1e-8,
+   max_displacement_ratio = 0.01, dynamic_factor = 0.99, gravity = 0.0, -9.81,
+   analysis = 'plane_strain', base_motion_x = 'shake', solver = 'direct' /
+&contact normal_stiffness = 1e10, shear_ratio = 2.5, fixed_point_ratio = 100.0,
+   penetration_tolerance = 0.0, contact_rules = 'consistent', force_tolerance = 1e-9,
+   max_iterations = 400 /
+&material name = 'rock', density = 2643.0, young_modulus = 4.788e9, poisson_ratio = 0.25,
+   initial_stress = 0.0, 0.0, 0.0, initial_velocity = 0.0, 0.0, 0.0 /
+&joint name = 'bedding', friction_angle = 50.0, cohesion = 1e8, tensile_strength = 5e7 /
+&block name = 'floor', material = 'rock', joint = 'bedding', vertices = 0 0, 1 0, 1 1, 0 1 /
+&layers name = 'layer', left = 9.0, bottom = 0.0, width = 1.0, thickness = 1.0, count = 2 /
+&drums name = 'drum', centre = 20.0, bottom = 0.0, width = 1.0, top_width = 0.9, height = 1.0,
+   count = 2 /
+&wall name = 'brick', left = 30.0, bottom = 0.0, brick_length = 1.0, brick_height = 0.5,
+   bricks = 2, courses = 2, head_joint = 0.001, geostatic = .true., overburden = 1.0e3 /
+&motion name = 'shake', quantity = 'acceleration', unit = 'm/s2', time_step = 0.01,
+   values = 0.0, 0.1, 0.0, scale = 1.0, taper = 0.1, drift_order = 1, channel = 1,
+   after_end = 'hold' /
+&fixed_point x = 0.5, y = 0.5, block = 'floor', direction = 'xy', motion_x = 'shake' /
+&load x = 0.5, y = 1.0, block = 'floor', time = 0.0, 1.0, force_x = 0.0, 1.0,
+   force_y = 0.0, 1.0 /
+&measured_point name = 'base', x = 0.5, y = 0.5, block = 'floor' /
+&measured_point name = 'surface', x = 0.5, y = 1.0, block = '1' /
+&amplification surface = 'surface', base = 'base', direction = 'x', lowest = 1.0,
+   highest = 9.0, padding = 2 /
+&output file = 'everything.nc', history_seconds = 1e-3, block_interval = 0 /
+"""
+EVERYTHING = [(group.name, read_values(group, "everything")) for group in find_groups(EVERYTHING)]
+
+NO_NUMBERS = ["NaN", "Inf", "-Infinity", "1e400", "-1e400", "''", "word", ".true.", "(1.0,2.0)"]
+EXTREMES = ["0", "-1", "1e30", "-1e30", "1e300", "1e-300", "5e-324", "2147483648", "-0.0"]
+STRANGE = [
+    "",
+    "1 2 3 4 5 6 7 8 9",
+    "5*1.0",
+    "1000000000*1",
+    "'" + "x" * 1_000_000 + "'",
+    "9" * 100_000,
+]
+
+
+def test_all_values_that_are_right_make_a_run(write_input):
+    assert sitedda.run(write_input(EVERYTHING)).complete
+
+
+@pytest.mark.parametrize(
+    ("which", "variable"),
+    [(i, variable) for i, (_, values) in enumerate(EVERYTHING) for variable in values],
+    ids=[f"{name}-{variable}" for name, values in EVERYTHING for variable in values],
+)
+def test_every_variable_with_values_that_make_no_sense(which, variable, write_input):
+    """Refused with file and group, or computed without a value that is not finite."""
+    group, values = EVERYTHING[which]
+    text = namelist(EVERYTHING)
+    line = namelist([(group, {variable: values[variable]})]).splitlines()[1]
+    number = not isinstance(values[variable], str | bool)
+    for value in [*NO_NUMBERS, *EXTREMES, *STRANGE]:
+        at = text.index(line, text.index(namelist([EVERYTHING[which]])))
+        file = write_input(text[:at] + f"   {variable} = {value}" + text[at + len(line) :])
+        begin = time.process_time()
+        try:
+            with sitedda.Simulation(file) as run:
+                assert not (number and value in NO_NUMBERS), f"{variable} = {value} is accepted"
+                run.advance(2)
+                assert np.all(np.isfinite(run.coordinates)), value[:20]
+                assert np.all(np.isfinite(list(run.energies.values()))), value[:20]
+        except sitedda.InputError as error:
+            assert str(file) in str(error), (value[:20], str(error))
+            elsewhere = ("name", "time_step", "gravity")  # other groups refer to them
+            assert f"&{group}" in str(error) or variable in elsewhere, str(error)
+            assert len(str(error)) < 1000, value[:20]
+        except (sitedda.ConvergenceError, sitedda.SolverError) as error:
+            assert str(error).startswith("step "), (value[:20], str(error))
+        assert time.process_time() - begin < 1.0, f"{variable} = {value[:20]}"
+
+
+def test_a_group_of_twenty_megabytes(write_input):
+    vertices = "1.0 " * 5_000_000
+    with pytest.raises(sitedda.InputError, match="&block"):
+        sitedda.run(write_input(TOWER + f"&block vertices = {vertices} /\n"))
+
+
+def test_thousands_of_equal_blocks_are_refused_in_a_second(write_input):
+    file = write_input(blocks(*30_000 * [SQUARE]))
+    begin = time.process_time()
+    with pytest.raises(sitedda.InputError, match="overlaps"):
+        sitedda.run(file)
+    assert time.process_time() - begin < 3.0  # of which reading the text is most
+
+
+def test_a_folder_is_no_record(write_input, tmp_path):
+    (tmp_path / "folder.at2").mkdir()
+    file = write_input(moved(values=None, quantity=None, time_step=None, file="folder.at2"))
+    with pytest.raises(sitedda.InputError, match="folder.at2"):
+        sitedda.run(file)
+
+
+@pytest.mark.parametrize(
+    "name", ["$(touch harm)", "`touch harm`", "; touch harm", "|touch harm", "%s%n"]
+)
+def test_nothing_in_an_input_is_executed(name, write_input, native, tmp_path):
+    title = changed(tower(steps=2), "run", title=name)
+    native.ok("run", write_input(title), "--quiet", "--output", tmp_path / "o.nc", folder=tmp_path)
+    groups = moved(values=None, quantity=None, time_step=None, file=name)
+    done = native("run", write_input(groups), folder=tmp_path)
+    assert done.returncode == 1
+    assert name in done.stderr
+    assert sitedda.run(write_input(title)).history.attrs["title"] == name
+    assert not list(tmp_path.rglob("harm"))
+
+
+@pytest.mark.filterwarnings("error::sitedda.AuditWarning")
+def test_touching_blocks_do_not_overlap(write_input):
+    outlines = [rectangle(0.1 * i, 0.0, 0.1, 0.3) for i in range(20)]
+    assert sitedda.run(write_input(blocks(*outlines, steps=2))).complete
+
+
+def test_blocks_far_apart_do_not_overlap(write_input):
+    assert sitedda.run(write_input(blocks(SQUARE, rectangle(1e4, 0, 1, 1), steps=2))).complete

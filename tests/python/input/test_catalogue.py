@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the engine publishes of its input is what its reader takes, and where Python finds it."""
+
+import re
+
+import pytest
+from model_text import flying_block, namelist, tower
+
+import sitedda
+from sitedda.changes import changed_input
+from sitedda.engine import engine_names
+from sitedda.input_text import groups_by_name
+from sitedda.schema import GROUPS
+
+NOTHING = "there is no variable"
+VARIABLES = [v for group in GROUPS.values() if not group.built for v in group.variables]
+SINGLE = {name for name, group in GROUPS.items() if not group.repeats}
+GROUPS_READ = [name for name, group in GROUPS.items() if not group.built]
+
+
+def value_of(variable):
+    """A value that a variable of the kind can be read from."""
+    value = {"real": 1.0, "points": 1.0, "integer": 1, "logical": True}.get(variable.kind, "x")
+    return [value] if variable.size else value
+
+
+def needed(variable):
+    """What a group has to say for the variable to belong to it."""
+    switch, _, values = variable.when.partition(" = ")
+    return {switch: values.split("'")[1]} if switch else {}
+
+
+def test_every_variable_of_the_schema_is_read(root):
+    """Its value is used, in a reader or in what a type of the model extends the values by."""
+    files = (root / "fortran").rglob("*.f90")
+    words = set(re.findall(r"%(\w+)", "".join(file.read_text() for file in files)))
+    published = [(v.group, v.name) for v in VARIABLES]
+    assert len(published) == len(set(published))
+    assert {name for _, name in published} <= words
+
+
+def test_every_variable_has_all_its_words():
+    assert SINGLE == {"run", "control", "contact", "output", "stop", "cutting"}
+    for variable in VARIABLES:
+        assert variable.default and variable.meaning, variable
+        assert variable.values or variable.kind == "logical", variable
+
+
+@pytest.mark.parametrize("variable", VARIABLES, ids=lambda v: f"{v.group}-{v.name}")
+def test_every_variable_is_known_to_the_reader(variable, write_input):
+    groups = [*tower(), (variable.group, {variable.name: value_of(variable)})]
+    if variable.group in SINGLE:
+        groups = [g for g in tower() if g[0] != variable.group] + groups[-1:]
+    try:
+        sitedda.Simulation(write_input(groups)).close()
+    except sitedda.InputError as refusal:
+        assert NOTHING not in str(refusal), refusal
+
+
+@pytest.mark.parametrize("variable", VARIABLES, ids=lambda v: f"{v.group}-{v.name}")
+def test_every_variable_is_changed_where_it_lives(variable):
+    """`penetration_tolerance` and `contact_rules` once landed in &control."""
+    path = f"{variable.group}[*].{variable.name}"
+    groups = [(name, needed(variable)) for name in (*GROUPS_READ, variable.group)]
+    groups = [(name, values if name == variable.group else {}) for name, values in groups]
+    after = changed_input(namelist(groups), {path: value_of(variable)})
+    found = groups_by_name(after)[variable.group]
+    assert all(group.get(variable.name) == value_of(variable) for group in found)
+
+
+@pytest.mark.parametrize("variable", VARIABLES, ids=lambda v: f"{v.group}-{v.name}")
+def test_a_bare_name_is_taken_where_one_group_can_be_meant(variable):
+    text = namelist([("run", {}), (variable.group, needed(variable))])
+    alike = [v for v in VARIABLES if v.name == variable.name]
+    homes = {v.group for v in alike if not v.when or v.group == variable.group}
+    if len(homes) > 1 and "control" not in homes:
+        with pytest.raises(sitedda.InputError, match="a variable of several groups"):
+            changed_input(text, {variable.name: value_of(variable)})
+        return
+    home = "control" if "control" in homes else homes.pop()
+    after = groups_by_name(changed_input(text, {variable.name: value_of(variable)}))[home]
+    assert after[0][variable.name] == value_of(variable)
+
+
+CLAUSES = [
+    (v, *clause.rpartition(": ")[::2], excludes)
+    for v in VARIABLES
+    for cell, excludes in ((v.needs, False), (v.excludes, True))
+    for clause in filter(None, cell.split("; "))
+]
+
+
+@pytest.mark.parametrize(
+    ("variable", "of", "items", "excludes"), CLAUSES, ids=lambda v: getattr(v, "name", str(v))
+)
+def test_what_the_schema_needs_and_excludes_is_refused(variable, of, items, excludes, write_input):
+    alike = {v.name: v for v in VARIABLES if v.group == variable.group}
+    names = re.split(", | or ", re.sub(" = '[^']*'", "", items))
+    own = needed(variable) | {variable.name: of.split("'")[1] if of else value_of(variable)}
+    also = [names[0]] if excludes else []
+    for one in alike.values():  # what its law or kind cannot do without
+        switch, _, values = one.when.partition(" = ")
+        if one.default.startswith("required by its ") and f"'{own.get(switch)}'" in values:
+            also.append(one.name)
+    if excludes and ":" not in variable.needs:
+        also += filter(None, re.split(", | or ", variable.needs))
+    alternatives = GROUPS[variable.group].needs.split(" or ")
+    if not {*alternatives} & {*own, *also, ""}:
+        also.append(next(one for one in reversed(alternatives) if one not in names))
+    own = {name: value_of(alike[name]) for name in also if excludes or name not in names} | own
+    groups = [g for g in tower() if g[0] not in SINGLE or g[0] != variable.group]
+    with pytest.raises(sitedda.InputError, match=rf"\b({'|'.join(names)})\b"):
+        sitedda.Simulation(write_input([*groups, (variable.group, own)]))
+
+
+def test_a_changed_contact_rule_reaches_the_run(write_input):
+    file = write_input(flying_block())
+    with sitedda.Simulation(file, penetration_tolerance=1e-6, contact_rules="original") as run:
+        run.advance(1)
+    with pytest.raises(sitedda.InputError, match="'consistent', 'original'"):
+        sitedda.Simulation(file, contact_rules="none")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("&control time_stop = 1 /", ["'time_stop'", "is 'time_step' meant?"]),
+        ("&control friction_angle = 3 /", ["'friction_angle'", "it belongs to &material, &joint"]),
+        ("&control qqqqqq = 3 /", ["'qqqqqq'", "known are time_step, steps"]),
+        ("&controll steps = 3 /", ["&controll", "is &control meant?"]),
+        ("&qqqqqq steps = 3 /", ["&qqqqqq", "known are &run, &control"]),
+    ],
+)
+def test_an_unknown_name_gets_the_nearest_known_one(text, words, write_input):
+    with pytest.raises(sitedda.InputError) as caught:
+        sitedda.Simulation(write_input(text))
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_names_of_values_fit_the_values(write_input):
+    with sitedda.Simulation(write_input(tower(steps=2))) as run:
+        run.phase_times()
+        run.advance(2)
+        assert tuple(run.energies) == engine_names("energies")
+        assert tuple(run.counts) == engine_names("counts")
+        assert tuple(run.phase_times()) == engine_names("phases")
+        assert run.counts["steps"] == 2
+    assert engine_names("nothing of the kind") == ()

@@ -1,0 +1,512 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda live`: the session that pages speak to, its guard, what it saves and what it keeps."""
+
+import asyncio
+import json
+import os
+import random
+import runpy
+import stat
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+from types import SimpleNamespace
+from unittest.mock import Mock
+
+import numpy as np
+import pytest
+from environment import DEADLINE
+from live_server import Client, LiveProcess, connect, live, talk, wait_for
+from model_text import DRY, ROCK, group, namelist, rectangle
+from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
+from tornado.websocket import WebSocketClosedError
+
+import sitedda
+from sitedda.block_file import write_block_file
+from sitedda.live import drawn
+from sitedda.live.document import Document, place_of_trouble
+from sitedda.live.script import literal
+from sitedda.live.session import Session
+
+COMPARED = ("time", "displacement", "vertices", "block_rates", "energy_strain", "energy_friction")
+PILE = namelist(
+    [
+        group("run", title="pile"),
+        group("control", time_step=1e-3, duration=0.6, gravity=[0.0, -9.81],
+              time_step_control="adaptive", settle=True),
+        group("contact", normal_stiffness=1e9),
+        ("material", ROCK),
+        ("joint", dict(DRY, name="dry")),
+        group("block", vertices=rectangle(0, 0, 6, 1), name="table"),
+        group("block", vertices=rectangle(1, 1, 1, 1), name="low"),
+        group("block", vertices=rectangle(1, 2, 1, 1), name="high"),
+        group("fixed_point", x=0.5, y=0.5),
+        group("fixed_point", x=5.5, y=0.5, name="right"),
+        group("motion", name="m", time_step=0.1, values=[0.0, 1.0, -1.0, 0.0],
+              quantity="acceleration"),
+        group("measured_point", name="top", x=1.5, y=3.0),
+        group("output", block_interval=20),
+    ]
+)  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path):
+    place = tmp_path / "work"
+    place.mkdir()
+    (place / "pile.nml").write_text(PILE)
+    return place
+
+
+def same_bits(one, other) -> bool:
+    return all(np.array_equal(one[name].values, other[name].values) for name in COMPARED)
+
+
+# --- what is not in the way ------------------------------------------------------------------
+
+
+def test_a_run_imports_nothing_of_the_server(folder):
+    code = (
+        "import sys; from sitedda.commands.command import main; "
+        "main(['run', 'pile.nml', '--quiet', '--no-plot']); "
+        "found = [m for m in sys.modules if m.startswith(('tornado', 'sitedda.live'))]; "
+        "assert not found, found"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_without_the_library_one_sentence_says_what_to_install(folder):
+    code = "import sys; sys.modules['tornado'] = None; from sitedda.program import main; "
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}sys.exit(main(['live', '--no-open']))"],
+        cwd=folder, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 1 and "pip install 'sitedda[live]'" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+# --- the document ----------------------------------------------------------------------------
+
+TEXT = """! about the model
+&control time_step = 1e-3, steps = 3 / ! the steps
+&joint name = 'bed', friction_angle = 38 /  ! tested
+! the second
+&joint name = 'cross', friction_angle = 30 /
+"""
+
+
+def test_edits_keep_comments_and_are_undone_one_by_one():
+    document = Document(TEXT, "m.nml")
+    for angle in ("31", "32", "33"):  # a slider makes one version
+        document.set("joint", 2, "friction_angle", angle)
+    assert "friction_angle = 33 /" in document.text and "! the second" in document.text
+    document.settle()
+    document.set("joint", 2, "friction_angle", "34")
+    document.set("control", 1, "steps", "7")
+    document.undo()
+    document.undo()
+    assert "friction_angle = 33" in document.text
+    document.undo()
+    assert document.text == TEXT
+    document.redo()
+    assert "friction_angle = 33" in document.text and document.described()["redo"]
+
+
+def test_groups_are_added_under_names_of_their_own_and_taken_out_with_their_lines():
+    document = Document(TEXT, "m.nml")
+    document.add("joint")
+    document.add("joint")
+    names = [one["values"]["name"] for one in document.described()["groups"] if one["number"]
+             and one["name"] == "joint"]  # fmt: skip
+    assert names == ["bed", "cross", "bedding", "bedding_2"]
+    document.take_out("joint", 4)
+    document.take_out("joint", 3)
+    document.take_out("joint", 2)
+    assert document.text == TEXT.replace("&joint name = 'cross', friction_angle = 30 /\n", "")
+    with pytest.raises(sitedda.InputError, match="no &joint number 2"):
+        document.take_out("joint", 2)
+
+
+def test_a_value_that_is_none_changes_nothing_and_a_message_finds_its_field():
+    document = Document(TEXT, "m.nml")
+    with pytest.raises(sitedda.InputError):
+        document.set("joint", 1, "friction_angle", "steep")
+    assert document.text == TEXT
+    words = "m.nml, group &joint (line 5): friction_angle = 95 must lie between 0 and 89"
+    place = {"group": "joint", "number": 2, "variable": "friction_angle", "line": 5}
+    assert place_of_trouble(words, TEXT, "m.nml") == place
+
+
+@pytest.mark.parametrize(
+    ("typed", "python"),
+    [("30", "30.0"), ("0, -9.81", "(0.0, -9.81)"), (".false.", "False"), ("none", "'none'"),
+     ("1d-3", "0.001"), ("a -> b", "'a -> b'")],
+)  # fmt: skip
+def test_typed_values_are_literals_of_a_script(typed, python):
+    assert literal(typed) == python
+
+
+def test_many_blocks_are_drawn_from_a_file_as_from_text(root, monkeypatch):
+    file = root / "inputs" / "slope.nml"
+    written, pictures = [], []
+
+    def put(target, blocks):
+        written.append(target)
+        return write_block_file(target, blocks)
+
+    monkeypatch.setattr(drawn, "write_block_file", put)
+    for many in (1_000, 1):
+        monkeypatch.setattr(drawn, "_MANY", many)
+        pictures.append(drawn.draw_model(file.read_text(), file))
+    assert len(written) == 1 and not written[0].exists()
+    one, other = pictures
+    assert one.message == other.message and one.notes == other.notes
+
+
+# --- the run ---------------------------------------------------------------------------------
+
+
+def test_a_page_that_comes_later_hears_that_the_picture_is_good(folder, tmp_path):
+    async def use(server):
+        async with Client(server) as first:
+            await first.ask("open", source="file", name="pile.nml")
+            good = await first.until(lambda m: m["kind"] == "good")
+            async with Client(server) as later:
+                assert await later.until(lambda m: m["kind"] == "good") == good
+
+    with live(folder, tmp_path / "state") as server:
+        talk(use(server))
+
+
+def steered(folder, state, steps: int, command: str, values: dict, *wanted: str) -> tuple:
+    """A run at rest takes steps, is changed and goes on to its end: messages, files, its output."""
+
+    async def use(server):
+        async with Client(server) as page:
+            await page.ask("open", source="file", name="pile.nml")
+            await page.until(lambda m: m["kind"] == "good")
+            await page.ask("rest")
+            await page.status("paused")
+            await page.ask("step", steps=steps)
+            await page.until(lambda m: m["kind"] == "run" and m["status"] == "paused"
+                             and m["step"] == steps)  # fmt: skip
+            await page.ask(command, values=values)
+            await page.ask("run")
+            await page.status("done")
+            files = [await page.saved("output", "live")]
+            return page.messages, [*files, *[await page.saved(what, "saved") for what in wanted]]
+
+    with live(folder, state) as server:
+        messages, (output, *files) = talk(use(server))
+    with sitedda.open_output(output) as found:
+        return messages, files, found.load()
+
+
+def test_the_saved_namelist_gives_the_same_bits(folder, tmp_path):
+    stage = {"name": "digging", "remove": "low"}
+    wanted = ("namelist", "script", "report")
+    messages, (saved, script, report), found = steered(
+        folder, tmp_path / "state", 50, "stage", stage, *wanted
+    )
+    done = next(m for m in messages if m["kind"] == "run" and m["status"] == "done")
+    assert done["verdict"]["lines"] and done["verdict"]["charts"]
+    assert sum(m["kind"] == "frame" for m in messages) > 2
+    assert "&stage name = 'digging'" in saved.read_text()
+    assert same_bits(found, sitedda.run(saved).history)
+    assert report.read_text().startswith("<!doctype html>")
+    assert "run.begin_stage(name='digging', remove='low')" in script.read_text()
+
+
+def test_a_new_friction_that_is_given_as_a_stage_gives_the_same_bits(folder, tmp_path):
+    text = PILE.replace("gravity = 0.0, -9.81", "gravity = -2.0, -9.81")
+    (folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
+    stage = {"name": "wet", "change_joints": "dry -> ice"}
+    _, (saved,), found = steered(folder, tmp_path / "state", 50, "stage", stage, "namelist")
+    assert "in the script alone" not in saved.read_text()
+    moved = found.displacement.sel(point="top", axis="x")
+    assert abs(moved.sel(time=0.05, method="nearest")) < 1e-3 < 0.1 < abs(moved[-1])
+    assert same_bits(found, sitedda.run(saved).history)
+
+
+def test_the_saved_script_gives_the_same_bits_where_no_stage_can_say_a_change(
+    folder, tmp_path, monkeypatch
+):
+    change = {"joint[1].friction_angle": "2"}
+    _, (script, plain), found = steered(
+        folder, tmp_path / "state", 60, "change", change, "script", "namelist"
+    )
+    assert "! in the script alone: at t = 0.06 s: joint[1].friction_angle = 2" in plain.read_text()
+    monkeypatch.chdir(folder)
+    runpy.run_path(str(script))
+    with sitedda.open_output(folder / "saved.nc") as repeated:
+        assert same_bits(found, repeated)
+
+
+def test_two_pages_see_the_same_run_and_one_that_comes_later_sees_it_from_its_start(
+    folder, tmp_path
+):
+    async def use(server):
+        async with Client(server) as one, Client(server) as other:
+            await one.ask("open", source="file", name="pile.nml")
+            await one.ask("run")
+            await one.status("done")
+            await other.status("done")
+            async with Client(server) as late:
+                await late.status("done")
+                times = [[m["time"] for m in page.messages if m["kind"] == "frame"]
+                         for page in (one, other, late)]  # fmt: skip
+                assert times[0] == times[1] and times[2] and times[2][-1] == times[0][-1]
+
+    with live(folder, tmp_path / "state") as server:
+        talk(use(server))
+
+
+def failing() -> str:
+    """The pile, shaken by steps that do not converge."""
+    text = PILE.replace("'adaptive'", "'fixed'").replace("1.0, -1.0", "30.0, -30.0")
+    text = text.replace("&contact", "&contact max_iterations = 3,")
+    return text.replace("&fixed_point", "&fixed_point motion_x = 'm',")
+
+
+def test_a_step_that_fails_names_its_blocks(folder, tmp_path):
+    (folder / "fails.nml").write_text(failing())
+
+    async def use(server):
+        async with Client(server) as page:
+            await page.ask("open", source="file", name="fails.nml")
+            await page.ask("run")
+            return await page.status("failed", "done")
+
+    with live(folder, tmp_path / "state") as server:
+        end = talk(use(server))
+        assert server.process.poll() is None
+    assert end["status"] == "failed" and "does not converge" in end["verdict"]["failure"]
+    assert end["verdict"]["blocks"] == [1, 0]
+
+
+# --- the guard -------------------------------------------------------------------------------
+
+
+def test_nobody_else_reads_the_token_and_no_argument_holds_it(folder, tmp_path):
+    with live(folder, tmp_path / "state") as server:
+        assert stat.S_IMODE(server.entrance.stat().st_mode) == 0o600
+        assert stat.S_IMODE(server.entrance.parent.stat().st_mode) == 0o700
+        assert server.token not in server.said
+        with open(f"/proc/{server.process.pid}/cmdline", "rb") as stream:
+            assert server.token.encode() not in stream.read()
+        assert server.host.startswith("127.0.0.1:")
+        assert server.end() == 0
+        assert not server.entrance.exists()
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
+def test_who_listens_beyond_this_machine_is_told_what_that_means(folder, tmp_path, host):
+    with live(folder, tmp_path / "state", "--host", host) as server:
+        assert server.end() == 0
+        warned = "without encryption" in server.process.stderr.read()
+        assert warned == (host != "127.0.0.1")
+
+
+def test_wrong_tokens_origins_and_hosts_are_refused(folder, tmp_path):
+    async def use(server):
+        for said in ("", "{}", "[]", '{"token": 3}', json.dumps({"token": "x" * 43}), "{" * 9000,
+                     json.dumps({"token": server.token[:-1]}), '{"do": "run"}'):  # fmt: skip
+            socket = await connect(server)
+            await socket.write_message(said)
+            assert await asyncio.wait_for(socket.read_message(), DEADLINE) is None
+            assert socket.close_code == 4401
+        for headers in ({"Origin": "http://evil.example"}, {"Origin": "null"}, {"Origin": None},
+                        {"Host": "evil.example"}, {"Host": "localhost"},
+                        {"Origin": server.address.replace("127.0.0.1", "127.0.0.2")}):  # fmt: skip
+            with pytest.raises(HTTPClientError) as refused:
+                await connect(server, **headers)
+            assert refused.value.code == 403
+        async with Client(server) as page:  # the server is up
+            assert page.messages[-1]["screen"] == "start"
+
+    with live(folder, tmp_path / "state") as server:
+        talk(use(server))
+
+
+def test_answers_have_a_strict_policy_and_only_files_of_the_page(folder, tmp_path):
+    async def use(server):
+        client = AsyncHTTPClient(force_instance=True)
+
+        async def get(path, **headers):
+            request = HTTPRequest(server.address + path, headers=headers)
+            return await client.fetch(request, raise_error=False)
+
+        page = await get("")
+        policy = page.headers["Content-Security-Policy"]
+        assert page.code == 200 and "default-src 'none'" in policy and "unsafe" not in policy
+        assert page.headers["X-Content-Type-Options"] == "nosniff"
+        assert server.token.encode() not in page.body
+        for path in ("pile.nml", "../pile.nml", "..%2f..%2fetc/passwd", "live/../../guard.py",
+                     "%2e%2e/%2e%2e/etc/passwd", "live/main.js%00", "view/page.js"):  # fmt: skip
+            assert (await get(path)).code == 404, path
+        assert (await get("", Host="evil.example")).code == 403
+        assert (await get("live/main.js")).headers["Content-Type"].startswith("text/javascript")
+
+    with live(folder, tmp_path / "state") as server:
+        talk(use(server))
+
+
+def hostile_messages(seed: int, count: int) -> list:
+    """Messages of all wrong forms."""
+    draw = random.Random(seed)
+    commands = ["open", "write", "set", "add", "save", "step", "stage", "change", "record", "x"]
+    values = [None, -1, 1e300, "", "a\0b", "../../x", "/etc/passwd", [], {}, [[[]]], True, "é" * 50,
+              "x" * 5000, {"a": {"b": 1}}, "&run /", "\ud800"]  # fmt: skip
+    found = []
+    for _ in range(count):
+        kind = draw.randrange(5)
+        if kind == 0:
+            found.append("".join(chr(draw.randrange(1, 0xD000)) for _ in range(draw.randrange(80))))
+        elif kind == 1:
+            found.append(bytes(draw.randrange(256) for _ in range(draw.randrange(80))))
+        elif kind == 2:
+            found.append(json.dumps(draw.choice(values)))
+        else:
+            names = ["source", "name", "text", "group", "number", "variable", "value", "what",
+                     "steps", "values"]  # fmt: skip
+            fields = {n: draw.choice(values) for n in draw.sample(names, draw.randrange(5))}
+            found.append(json.dumps({"do": draw.choice([*commands, 5, None])} | fields))
+    return found
+
+
+def test_malformed_and_oversized_messages_change_and_write_nothing(folder, tmp_path):
+    before = {f: f.read_bytes() for f in folder.iterdir()}
+
+    async def use(server):
+        async with Client(server) as page:
+            for message in hostile_messages(1, 200):
+                await page.socket.write_message(message, binary=isinstance(message, bytes))
+            await page.ask("open", source="file", name="../../../etc/passwd")
+            await page.ask("undo")
+            count = 0
+            while count < 202:
+                count += (await page.hear())["kind"] in ("refused", "trouble")
+        big = await connect(server)
+        await big.write_message(json.dumps({"token": server.token}))
+        with suppress(WebSocketClosedError):
+            await big.write_message("x" * 10_000_000)
+        while await asyncio.wait_for(big.read_message(), DEADLINE) is not None:
+            pass
+        async with Client(server) as page:
+            assert page.messages[-1]["screen"] == "start"
+
+    with live(folder, tmp_path / "state") as server:
+        talk(use(server))
+        assert server.process.poll() is None
+    assert {f: f.read_bytes() for f in folder.iterdir()} == before
+
+
+def test_nothing_is_saved_outside_the_folder_or_over_what_is_not_its_own(folder, tmp_path):
+    (folder / "out").symlink_to(tmp_path)
+    (folder / "mine.py").write_text("print('mine')\n")
+    names = ["../x", "/tmp/x", "out/x", "", " ", "a\nb", "x/../../y", "no_folder/x", "mine"]
+
+    async def use(server):
+        async with Client(server) as page:
+            await page.ask("open", source="file", name="pile.nml")
+            for name in names:
+                await page.ask("save", what="script", name=name)
+                while (await page.hear())["kind"] != "refused":
+                    pass
+            await page.ask("save", what="namelist", name="pile")  # what was opened stays
+            while (await page.hear())["kind"] != "refused":
+                pass
+
+    with live(folder, tmp_path / "state") as server:
+        talk(use(server))
+    assert (folder / "mine.py").read_text() == "print('mine')\n"
+    assert (folder / "pile.nml").read_text() == PILE
+    assert not list(tmp_path.glob("*.py"))
+
+
+# --- what is kept ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_killed_server_loses_neither_model_nor_run(folder, tmp_path, seed):
+    draw = random.Random(seed)
+    state = tmp_path / "state"
+
+    async def begin(server):
+        async with Client(server) as page:
+            await page.ask("open", source="file", name="pile.nml")
+            await page.ask("set", group="joint", number=1, variable="friction_angle", value="20")
+            await page.until(lambda m: m["kind"] == "model" and "friction_angle = 20" in m["text"])
+            await page.ask("step", steps=draw.randrange(10, 60))
+            await page.status("paused")
+            await page.ask("stage", values={"name": "digging", "remove": "low"})
+            await page.until(lambda m: m["kind"] == "run" and m["actions"])
+            await page.ask("run")
+            await asyncio.sleep(draw.random() * 0.4)
+
+    async def go_on(server):
+        async with Client(server) as page:
+            page_model = await page.until(lambda m: m["kind"] == "model")
+            assert "friction_angle = 20" in page_model["text"] and page_model["running"]
+            if not page.messages or page.messages[-1].get("status") != "done":
+                await page.ask("run")
+            await page.status("done")
+            return await page.saved("output", "end"), await page.saved("namelist", "end")
+
+    server = LiveProcess(folder, state)
+    try:
+        talk(begin(server))
+    finally:
+        server.kill()
+    with live(folder, state) as server:
+        output, saved = talk(go_on(server))
+    with sitedda.open_output(output) as found:
+        assert same_bits(found, sitedda.run(saved).history)
+
+
+def test_two_servers_of_one_folder_have_sessions_of_their_own(folder, tmp_path):
+    with live(folder, tmp_path / "state") as one, live(folder, tmp_path / "state") as other:
+        assert one.entrance.parent != other.entrance.parent
+        wait_for(lambda: os.path.exists(other.entrance))
+
+
+def test_a_server_that_is_started_again_has_its_port(folder, tmp_path):
+    with live(folder, tmp_path / "state") as server:
+        address = server.address
+        with live(folder, tmp_path / "state") as other:  # another of the folder, at the same time
+            assert other.address != address
+        assert server.end() == 0
+    with live(folder, tmp_path / "state") as server:
+        assert server.address == address
+        (server.entrance.parent / "port.json").write_text('{"port": 700000}')
+    with live(folder, tmp_path / "state") as server:
+        assert server.process.poll() is None
+
+
+def test_a_damaged_journal_is_a_start_page(folder, tmp_path):
+    state = tmp_path / "state"
+    with live(folder, state) as server:
+        private = server.entrance.parent
+    (private / "model.json").write_text('{"text": 3')
+    (private / "run.json").write_text("[]")
+
+    async def use(server):
+        async with Client(server) as page:
+            assert page.messages[-1]["screen"] == "start"
+
+    with live(folder, state) as server:
+        talk(use(server))
+
+
+def test_any_failure_to_save_is_answered(tmp_path):
+    """The page waits for a word, whatever a library raises."""
+    told: list[dict] = []
+    session = SimpleNamespace(_saver=threading.Lock(), tell=told.append, folder=tmp_path)
+    for trouble in (TypeError("can only repeat by an integer"), ZeroDivisionError()):
+        session._saved = Mock(side_effect=trouble)
+        Session._save(session, "report", tmp_path / "r.html")
+    assert [one["message"] for one in told] == ["can only repeat by an integer",
+                                                "ZeroDivisionError"]  # fmt: skip
+    assert all(one["kind"] == "refused" and one["what"] == "report" for one in told)

@@ -1,0 +1,437 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The page of `sitedda live` in the system's Chromium, headless.
+
+With SITEDDA_PICTURES=FOLDER the pictures of docs/live.md are taken.
+"""
+
+import json
+import os
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from environment import DEADLINE
+from live_server import LiveProcess, live
+from test_live import COMPARED, PILE, failing
+
+import sitedda
+
+pytestmark = pytest.mark.slow
+
+PICTURES = os.environ.get("SITEDDA_PICTURES")
+OVER = "page.run && ['done', 'failed', 'stopped'].includes(page.run.status)"
+
+
+@pytest.fixture
+def served(tmp_path):
+    folder = Path(PICTURES or tmp_path) / "models"
+    folder.mkdir()
+    with live(folder, tmp_path / "state") as server:
+        yield server
+
+
+@pytest.fixture
+def opened(new_page):
+    """Enter a server as a browser does that opens its file; what complains is kept."""
+
+    def enter(server: LiveProcess, **options):
+        options = {"viewport": {"width": 1400, "height": 900}} | options
+        page = new_page((server.address, "file:", "data:"), **options)
+        page.set_default_timeout(1000 * DEADLINE)  # ms
+        page.goto(server.entrance.as_uri())
+        until(page, "window.page && (page.view.state.decoded || "
+                    "!document.getElementById('start').hidden)")  # fmt: skip
+        return page
+
+    return enter
+
+
+def until(page, condition: str) -> None:
+    """Wait until an expression of the page is so; its policy forbids Playwright's own way."""
+    end = time.monotonic() + DEADLINE
+    while True:
+        try:
+            if page.evaluate(condition):
+                return
+        except Exception as trouble:  # the page has just forwarded itself
+            if "context" not in str(trouble) and "not defined" not in str(trouble):
+                raise
+        assert time.monotonic() < end, page.evaluate(
+            "JSON.stringify([page.run, page.view.state, ...['said', 'trouble'].map((id) => "
+            "document.getElementById(id).textContent)])"
+        )
+        time.sleep(0.05)
+
+
+def drawn(page) -> None:
+    """Wait until the newest version that the page has heard of is drawn."""
+    until(page, "page.view.state.decoded && page.view.state.good === page.model.version "
+                "&& page.view.state.version === page.model.version")  # fmt: skip
+
+
+@contextmanager
+def edited(page):
+    """Wait until what is done within has come back as a newer version, and that is drawn."""
+    before = page.evaluate("page.model ? page.model.version : -1")
+    yield
+    until(page, f"page.model?.version > {before}")
+    drawn(page)
+
+
+def holds(page, text: str) -> None:
+    """Wait until the model has a text, and is drawn with it."""
+    until(page, f"page.model.text.includes({json.dumps(text)})")
+    drawn(page)
+
+
+def begun(page, name: str):
+    """The page with a model that is opened on the start page."""
+    with edited(page):
+        press(page, name)
+    return page
+
+
+def over(page) -> None:
+    """Wait until the run is over and all of it is shown."""
+    until(page, OVER)
+    page.evaluate("page.drawing.then(() => true)")
+
+
+def picture(page, name: str) -> None:
+    if PICTURES:
+        page.wait_for_timeout(400)
+        page.screenshot(path=str(Path(PICTURES) / f"{name}.png"))
+
+
+def field(page, group: str, variable: str):
+    """The field of a variable, in its group that is opened."""
+    box = page.locator(f'[data-group="{group}"]')
+    if box.get_attribute("open") is None:
+        box.locator("summary").first.click()
+    key = f"{group} {variable}"
+    one = page.locator(f'[data-key="{key}"]')
+    if one.count() == 0:
+        box.locator("details.more summary").click()
+    return one
+
+
+def give(page, group: str, **numbers) -> None:
+    """Type numbers."""
+    for variable, text in numbers.items():
+        one = field(page, group, variable)
+        one.fill(text)
+        one.press("Enter")
+        holds(page, f"{variable} = {text}")
+
+
+def add(page, kind: str) -> None:
+    page.locator("#add-kind").select_option(kind)
+    with edited(page):
+        press(page, "Add")
+
+
+def press(page, name: str, condition: str = "true") -> None:
+    """Press a button, and wait until an expression of the page is so."""
+    page.get_by_role("button", name=name, exact=True).click()
+    until(page, condition)
+
+
+def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened):
+    page = opened(served)
+    until(page, "page.start.cards.size > 10")
+    if PICTURES:
+        page.wait_for_timeout(8000)
+    picture(page, "start")
+    begun(page, "An empty model")
+    give(page, "measured_point 1", x="35", y="18")
+    give(page, "region 1", outline="0, 0, 90, 0, 60, 30, 30, 30")
+    give(page, "measured_point 1", x="40", y="30")
+    add(page, "joint")
+    give(page, "joint 2", friction_angle="38")
+    for number, (angle, spacing) in enumerate([("20", "5"), ("105", "7")], 1):
+        add(page, "joint_set")
+        give(page, f"joint_set {number}", angle=angle, spacing=spacing)
+    add(page, "motion")
+    with edited(page):
+        page.get_by_label("shipped record").select_option(index=1)
+    with edited(page):
+        field(page, "boundary 1", "motion_x").select_option("shaking")
+    give(page, "control 1", duration="8" if PICTURES else "0.5", time_step="1e-3")
+    give(page, "motion 1", scale="2")
+    blocks = page.evaluate("page.view.model.n")
+    assert blocks > 40
+    picture(page, "model")
+
+    press(page, "Rest", "page.run?.status === 'paused'")
+    assert page.evaluate("page.run.time") == 0
+    press(page, "Run", "page.view.model.frames > 3")
+    page.locator(".choices .field", has_text="contacts").locator("select").select_option("force")
+    picture(page, "run")
+    over(page)
+    assert page.evaluate("page.run.status") == "done"
+    assert page.evaluate("page.view.plots.length") >= 2
+    assert "what happened" in page.locator("#verdict table").inner_text()
+    page.evaluate("page.view.pick(3)")
+    picture(page, "done")
+
+    page.get_by_role("tab", name="Save").click()
+    for what in ("namelist", "script", "report", "output", "movie"):
+        press(page, f"save the {what}")
+        until(page, f"page.saves.fields.{what}.words.textContent.startsWith('saved')")
+    picture(page, "save")
+    saved = {file.suffix: file for file in served.folder.iterdir() if "input" not in file.name}
+    assert saved.keys() >= {".nml", ".py", ".html", ".mp4", ".nc"}
+    assert page.complaints == []
+    again = sitedda.run(saved[".nml"]).history
+    with sitedda.open_output(saved[".nc"]) as found:
+        assert found.sizes["block"] == blocks and str(found.attrs["stages"]).startswith("rest")
+        for name in COMPARED:
+            assert np.array_equal(found[name].values, again[name].values), name
+
+
+def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, opened):
+    page = begun(opened(served), "An empty model")
+    before = page.evaluate("page.view.model.n")
+    for text, words in (("95", "0 and 89"), ("steep", "steep")):
+        one = field(page, "joint 1", "friction_angle")
+        one.fill(text)
+        one.press("Enter")
+        told = "document.querySelector('.row:has([aria-invalid=true]) .wrong')?.textContent"
+        until(page, f"({told} || '').includes('{words}')")
+    assert page.evaluate("page.view.model.n") == before
+    one.fill("33")
+    one.press("Enter")
+    holds(page, "friction_angle = 33")
+    assert page.evaluate("document.querySelector('[aria-invalid=true]') === null")
+    press(page, "Undo", "page.model.text.includes('friction_angle = 95')")
+    with edited(page):
+        press(page, "Undo")
+    page.get_by_role("tab", name="Text").click()
+    until(page, "document.querySelector('#text').value.includes('friction_angle = 35')")
+
+
+def test_a_slider_cuts_again_while_it_moves_and_text_is_the_same_model(served, opened):
+    page = begun(opened(served), "An empty model")
+    page.get_by_role("tab", name="Text").click()
+    page.locator("#text").press("Control+End")
+    page.locator("#text").type("! mine\n&joint_set joint = 'joint', angle = 20, spacing = 4 /\n")
+    until(page, "page.groups.some((g) => g.name === 'joint_set')")
+    drawn(page)
+    few = page.evaluate("page.view.model.n")
+    page.get_by_role("tab", name="Form").click()
+    field(page, "joint_set 1", "spacing")
+    slider = page.locator('[data-group="joint_set 1"] [aria-label="spacing, slider"]')
+    slider.focus()
+    for _ in range(40):
+        slider.press("ArrowLeft")
+    last = slider.evaluate("slider => String(+Number(slider.value).toPrecision(4))")
+    holds(page, f"spacing = {last} ")
+    assert page.evaluate("page.view.model.n") > few
+    text = page.evaluate("page.model.text")
+    assert "! mine" in text and "spacing = 4 " not in text
+
+
+def test_the_page_is_read_by_axe_without_a_finding_on_phones_and_in_the_dark(served, opened):
+    axe = pytest.importorskip("axe_playwright_python.base")
+    script = Path(axe.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
+    (served.folder / "pile.nml").write_text(PILE)
+    for options in (
+        {},
+        {"color_scheme": "dark"},
+        {"viewport": {"width": 400, "height": 800}},
+    ):
+        page = opened(served, **options)
+
+        def look(where: str, page=page, options=options) -> None:
+            page.evaluate(script)
+            found = page.evaluate("axe.run().then((r) => r.violations.map((v) => "
+                                  "[v.id, v.nodes.map((n) => n.html.slice(0, 90))]))")  # fmt: skip
+            assert found == [], (where, options)
+            wide = "document.scrollingElement.scrollWidth <= innerWidth"
+            assert page.evaluate(wide), (where, options)
+
+        look("start")
+        begun(page, "pile.nml")
+        page.locator("details").evaluate_all("all => all.forEach((one) => { one.open = true; })")
+        look("forms")
+        press(page, "Check", "page.check?.state === 'done'")
+        assert page.locator("#verdict table").is_visible(), page.locator("#verdict").inner_text()
+        look("check")
+        page.get_by_role("tab", name="Text").click()
+        look("text")
+        press(page, "Run")
+        over(page)
+        look("run")
+        page.get_by_role("tab", name="Save").click()
+        look("save")
+        press(page, "Start page", "!document.getElementById('start').hidden")
+        assert page.complaints == []
+
+
+def test_all_is_done_by_keys(served, opened):
+    (served.folder / "pile.nml").write_text(PILE)
+    page = opened(served)
+
+    def go_to(name: str) -> None:
+        for _ in range(200):
+            page.keyboard.press("Tab")
+            if page.evaluate("document.activeElement.textContent") == name:
+                return
+        raise AssertionError(f"Tab does not come to {name}")
+
+    go_to("pile.nml")
+    with edited(page):
+        page.keyboard.press("Enter")
+    go_to("Form")
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("document.activeElement.textContent") == "Text"
+    go_to("Run")
+    page.keyboard.press("Enter")
+    over(page)
+    page.evaluate("page.view.canvas.focus()")
+    page.keyboard.press("]")
+    assert page.evaluate("page.view.state.picked") == "table"
+    scale = page.evaluate("page.view.camera.scale")
+    page.keyboard.press("j")
+    assert page.evaluate("page.view.state.picked").startswith("table – ")
+    until(page, "page.view.info.textContent.includes('shear force')")
+    page.keyboard.press("+")
+    assert page.evaluate("page.view.camera.scale") > scale
+
+
+def test_a_page_that_is_reloaded_or_opened_again_has_model_and_run(served, opened):
+    (served.folder / "pile.nml").write_text(PILE.replace("duration = 0.6", "duration = 6000"))
+    page = begun(opened(served), "pile.nml")
+    press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 3")
+    page.reload()
+    until(page, "window.page?.run?.status === 'running' && page.view.model?.frames > 3")
+    page.close()
+    page = opened(served)
+    until(page, "page.run?.status === 'running' && page.view.model.frames > 3")
+    press(page, "Pause", "page.run.status === 'paused'")
+    press(page, "Edit the model", "page.run === null")
+    drawn(page)
+
+
+def test_a_joint_is_picked_by_a_click_and_has_the_forces_between_its_blocks(served, opened):
+    (served.folder / "pile.nml").write_text(PILE)
+    page = begun(opened(served), "pile.nml")
+    press(page, "Run")
+    over(page)
+    at = page.evaluate(
+        "(() => { const v = page.view, m = v.model, p = m.poses(v.frame);"
+        " const out = new Float64Array(7);"
+        " const k = m.jointBetween(0, 1); m.joint(k, v.frame, p, out);"
+        " const b = v.stage.getBoundingClientRect(), c = v.camera, r = c.width / b.width;"
+        " const x = (out[2] + out[4]) / 2, y = (out[3] + out[5]) / 2;"
+        " return [b.left + (c.width / 2 + c.scale * (x - c.x)) / r,"
+        " b.top + (c.height / 2 - c.scale * (y - c.y)) / r]; })()"
+    )
+    page.mouse.click(*at)
+    until(page, "page.view.info.textContent.includes('normal force')")
+    assert page.evaluate("page.view.state.picked").startswith("table – ")
+    forces = page.evaluate(
+        "(() => { const v = page.view, owner = v.model.owner(); let sum = 0;"
+        " for (const [a, b, , n] of v.model.contactForces(v.frame))"
+        " if (owner[a] + owner[b] === 1) sum += n;"
+        " return [sum, v.model.jointForce(v.pickedJoint, v.frame)[0]]; })()"
+    )
+    assert forces[0] == forces[1] > 0
+
+
+def test_a_step_that_fails_shows_the_contact_where_it_failed(served, opened):
+    (served.folder / "fails.nml").write_text(failing())
+    page = begun(opened(served), "fails.nml")
+    press(page, "Run")
+    over(page)
+    assert page.evaluate("page.view.failing") == [1, 0]
+    assert page.evaluate("page.view.pickedJoint") >= 0
+    x, y, *_ = page.evaluate("page.view.model.nearest(1, 0)")
+    camera = page.evaluate("[page.view.camera.x, page.view.camera.y]")
+    assert camera == [x, y]
+    picture(page, "failed")
+
+
+def test_a_joint_in_place_of_another_is_a_stage_of_the_saved_namelist(served, opened):
+    text = PILE.replace("duration = 0.6", "duration = 6000")
+    (served.folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
+    page = begun(opened(served), "pile.nml")
+    press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 2")
+    press(page, "Pause", "page.run.status === 'paused'")
+    page.get_by_label("joint", exact=True).select_option(index=1)
+    page.get_by_label("joint in its place").select_option("ice")
+    press(page, "Begin", "page.run.actions.length === 1")
+    page.get_by_role("tab", name="Save").click()
+    press(page, "save the namelist")
+    until(page, "page.saves.fields.namelist.words.textContent.startsWith('saved')")
+    assert " -> ice'" in (served.folder / "pile_live.nml").read_text()
+
+
+def test_a_field_shows_what_runs_or_says_that_it_waits(served, opened):
+    (served.folder / "pile.nml").write_text(PILE)
+    page = begun(opened(served), "pile.nml")
+    press(page, "Rest", "page.run?.status === 'paused'")
+    friction = page.locator('[data-change="joint[1].friction_angle"]')
+    runs = friction.input_value()
+    page.evaluate("() => { page.changes.ask = () => true; }")  # the server has not heard of it yet
+    friction.fill("25")
+    friction.press("Enter")
+
+    waits = page.locator(".change-panel .wrong", has_text="not yet")
+    assert f"{runs} runs" in waits.inner_text()
+    page.evaluate("() => { page.changes.ask = page.ask; page.ask('change', "
+                  "{values: {'joint[1].friction_angle': '25'}}); }")  # fmt: skip
+    until(page, "page.run.actions.length === 1")
+    until(page, "!document.querySelector('.change-panel').textContent.includes('not yet')")
+    assert friction.input_value() == "25"
+    friction.fill("95")
+    friction.press("Enter")
+    until(page, "document.querySelector('#said').classList.contains('bad')")
+    assert friction.input_value() == "25"
+    press(page, "Run")
+    over(page)
+    assert friction.is_disabled() and friction.input_value() == "25"
+    page.evaluate("page.ask('change', {values: {'joint[1].friction_angle': '12'}})")
+    until(page, "document.querySelector('#said').textContent.includes('has ended')")
+    press(page, "Edit the model", "page.run === null")
+    press(page, "Rest", "page.run?.status === 'paused'")
+    assert friction.input_value() == runs and page.evaluate("page.run.actions") == []
+    assert page.complaints == []
+
+
+def test_another_model_is_seen_whole_and_nothing_picked_is_removed(served, opened):
+    for name, text in (("pile.nml", PILE), ("fails.nml", failing())):
+        (served.folder / name).write_text(text)
+    page = begun(opened(served), "pile.nml")
+    fitted = page.evaluate("page.view.camera.scale")
+    page.evaluate("page.view.pick(1)")
+    page.evaluate("page.view.setColor('displacement')")
+    until(page, "page.view.root.textContent.includes('nothing has run')")
+    press(page, "Rest", "page.run?.status === 'paused'")
+    remove = page.locator(".stage-form .row", has_text="remove").locator("input").first
+    assert remove.input_value() == ""
+    press(page, "remove the picked block")
+    assert remove.input_value() == "low"
+    page.evaluate("page.view.zoom(4, 0, 0)")
+    press(page, "Start page", "!document.getElementById('start').hidden")
+    press(page, "fails.nml", "page.model.file === 'fails.nml' && page.view.color === 'material'")
+    drawn(page)
+    seen = page.evaluate("[page.view.camera.scale, page.view.color, page.view.picked]")
+    assert seen == [pytest.approx(fitted), "material", -1]
+    press(page, "Run")
+    over(page)
+    told = page.locator("#trouble").bounding_box()
+    assert "does not converge" in page.locator("#trouble").inner_text()
+    assert told["y"] + told["height"] < 900
+
+
+def test_a_second_joint_set_crosses_the_first(served, opened):
+    page = begun(opened(served), "An empty model")
+    for _ in range(3):
+        add(page, "joint_set")
+    angles = page.evaluate(
+        "page.groups.filter((g) => g.name === 'joint_set').map((g) => g.values.angle)"
+    )
+    assert len(set(angles)) == 3

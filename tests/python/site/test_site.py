@@ -1,0 +1,374 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Columns under motions: closed forms, another program, and blocks beside them."""
+
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda import Column, HalfSpace, Layer
+from sitedda.signals import spectral_acceleration
+from sitedda.site import (
+    ColumnResponse,
+    SoilCurves,
+    beside,
+    darendeli,
+    equivalent_linear,
+    hyperbolic,
+    intensity,
+)
+
+STEP = 0.005
+
+
+@pytest.fixture(scope="module")
+def record(request):
+    root = request.config.rootpath
+    return sitedda.read_record(root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc")
+
+
+def sweep(samples=2000):
+    """A motion with all frequencies up to 20 Hz, at rest at both ends."""
+    time = STEP * np.arange(samples)
+    window = np.sin(np.pi * time / time[-1]) ** 2
+    return window * np.sin(2 * np.pi * (0.5 + time) * time)
+
+
+def ricker(frequency=4.0, samples=4000, delay=1.0):
+    argument = (np.pi * frequency * (STEP * np.arange(samples) - delay)) ** 2
+    return (1 - 2 * argument) * np.exp(-argument)
+
+
+ROCK = HalfSpace(density=2200.0, shear_velocity=800.0)
+
+
+def test_a_pulse_of_the_half_space_alone_is_doubled_at_once():
+    """Soil as the half-space: the surface moves as the outcrop, later by the travel time."""
+    column = Column([Layer(80.0, density=2200.0, shear_velocity=800.0)], ROCK)
+    pulse = ricker()
+    late = column.response(pulse, STEP).acceleration()
+    shift = round(80.0 / 800.0 / STEP)
+    assert late[shift:] == pytest.approx(pulse[:-shift], abs=1e-9)
+
+
+def test_within_motion_has_both_waves():
+    """Upgoing v and downgoing v of a uniform half-space at depth h: v(t) + v(t − 2h/V)."""
+    column = Column([Layer(80.0, density=2200.0, shear_velocity=800.0)], ROCK)
+    pulse = ricker()
+    deep = column.response(pulse, STEP).acceleration(80.0)
+    shift = round(2 * 80.0 / 800.0 / STEP)
+    expected = pulse / 2
+    expected[shift:] += pulse[:-shift] / 2
+    assert deep == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("depth", [0.0, 3.7, 12.0, 20.0])
+def test_strain_and_stress_follow_from_the_motion(depth):
+    """Stress at depth z is the inertia of all above: τ = ∫ρ a dz, by the motion at many depths."""
+    layers = [
+        Layer(8.0, density=1800.0, shear_velocity=200.0, damping=0.03),
+        Layer(12.0, density=2000.0, shear_velocity=320.0, damping=0.02),
+    ]
+    response = Column(layers, ROCK).response(sweep(), STEP)
+    stress = response.stress(depth)
+    total = np.zeros_like(stress)
+    edges = (0.0, min(depth, 8.0), depth)
+    for (top, bottom), density in zip(
+        zip(edges, edges[1:], strict=False), (1800.0, 2000.0), strict=True
+    ):
+        nodes, weights = np.polynomial.legendre.leggauss(12)
+        for node, weight in zip(nodes, weights, strict=True):
+            half = (bottom - top) / 2
+            if half > 0:
+                total += half * weight * density * response.acceleration(top + half * (1 + node))
+    assert stress == pytest.approx(total, abs=2e-5 * max(1.0, abs(total).max()))
+
+
+def test_velocity_and_displacement_belong_to_the_acceleration():
+    column = Column([Layer(20.0, density=1800.0, shear_velocity=200.0, damping=0.05)])
+    response = column.response(sweep(), STEP)
+    relative = response.acceleration() - response.motion.acceleration
+    second = np.gradient(np.gradient(response.displacement(), STEP), STEP)
+    low = slice(20, 900)  # below 5 Hz, where differences are accurate
+    assert second[low] == pytest.approx(relative[low], abs=0.02 * abs(relative).max())
+    assert response.displacement(20.0) == pytest.approx(0.0, abs=1e-15)
+    assert np.gradient(response.velocity(), STEP)[low] == pytest.approx(
+        response.acceleration()[low], abs=0.02 * abs(relative).max()
+    )
+
+
+def test_profile_holds_the_peaks_of_the_histories():
+    layers = [
+        Layer(h, density=1900.0, shear_velocity=v, damping=0.02)
+        for h, v in ((5.0, 180.0), (9.0, 300.0))
+    ]
+    response = Column(layers, ROCK).response(sweep(), STEP)
+    profile = response.profile()
+    assert list(profile.depth) == [0.0, 5.0, 14.0] and list(profile.middle) == [2.5, 9.5]
+    for at, depth in enumerate((0.0, 5.0, 14.0)):
+        assert profile.acceleration[at] == pytest.approx(abs(response.acceleration(depth)).max())
+    assert profile.strain[1] == pytest.approx(abs(response.strain(9.5)).max())
+    assert float(profile.stress[0]) == pytest.approx(
+        1900.0 * 180.0**2 * float(profile.strain[0]), rel=2e-3
+    )
+
+
+PROFILES = 6
+BED = HalfSpace(density=2200.0, shear_velocity=900.0, damping=0.01)
+STRENGTHS = (0.05, 0.4, 1.5, 5.0)  # m/s², peaks of the records: strains of 0.0004 % to 2.7 %
+
+
+def outcrops(record):
+    """Four motions of peak 1: a part of a record, a pulse, a sweep, and noise; and their steps."""
+    time = STEP * np.arange(2000)
+    noise = np.fft.rfft(np.random.default_rng(1).normal(size=time.size))
+    frequency = np.fft.rfftfreq(time.size, STEP)
+    noise *= frequency**2 / (1 + frequency**2) / (1 + (frequency / 12) ** 4)
+    window = np.sin(np.pi * time / time[-1]) ** 2
+    parts = (
+        record.acceleration.values[400:2400],
+        ricker(2.0, time.size, 1.5),
+        sweep(),
+        window * np.fft.irfft(noise),
+    )
+    step = float(record.time[1] - record.time[0])
+    return [(p / abs(p).max(), step if i == 0 else STEP) for i, p in enumerate(parts)]
+
+
+def soil_profile(seed):
+    """Thicknesses, velocities and densities of 4 to 9 layers, and their curves."""
+    chance = np.random.default_rng(seed + 10)
+    count = 4 + seed
+    thickness = chance.uniform(1.5, 6.0, count)
+    velocity = np.sort(chance.uniform(120.0, 450.0, count))
+    density = chance.uniform(1700.0, 2100.0, count)
+    if seed % 2:
+        curves = [hyperbolic(1e-3 * (1 + i / 3), 0.92, 0.01) for i in range(count)]
+    else:
+        middles = np.cumsum(thickness) - thickness / 2
+        curves = [darendeli(1e3 + 12e3 * z, 10.0 * (seed + 1)) for z in middles]
+    return thickness, velocity, density, curves
+
+
+def by_pystrata(profile, acceleration, step, samples):
+    """G/G_max, damping ratios and surface acceleration (m/s²) of its iteration, converged."""
+    pystrata = pytest.importorskip("pystrata")
+    site, gravity = pystrata.site, 9.80665
+    soils = [
+        site.SoilType(
+            "",
+            density * gravity / 1e3,
+            site.NonlinearProperty("", c.strain, c.reduction, "mod_reduc"),
+            site.NonlinearProperty("", c.strain, c.damping, "damping"),
+        )
+        for density, c in zip(profile[2], profile[3], strict=True)
+    ]
+    bed = site.SoilType("", BED.density * gravity / 1e3, None, BED.damping)
+    layers = [site.Layer(*one) for one in zip(soils, profile[0], profile[1], strict=True)]
+    ground = site.Profile([*layers, site.Layer(bed, 0.0, BED.shear_velocity)])
+    motion = pystrata.motion.TimeSeriesMotion("", "", step, acceleration / gravity, 2 * samples)
+    calculator = pystrata.propagation.EquivalentLinearCalculator(
+        tolerance=1e-7, max_iterations=1000, strain_limit=None
+    )
+    outcrop, surface = ground.location("outcrop", index=-1), ground.location("within", depth=0.0)
+    calculator(motion, ground, outcrop)
+    assert max(ground.max_error) < 1e-7
+    above = motion.calc_time_series(calculator.calc_accel_tf(outcrop, surface))
+    names = ("shear_mod_reduc", "damping")
+    reduction, damping = (
+        np.array([float(np.ravel(getattr(one, name))[0]) for one in layers]) for name in names
+    )
+    return reduction, damping, gravity * above[:samples]
+
+
+def test_as_pystrata_does(record):
+    """By default settings: G within 0.2 %, Sa within 0.5 %, over strains of 0.001 to 1 %."""
+    periods = np.geomspace(0.05, 3.0, 12)
+    strains = []
+    for seed in range(PROFILES):
+        profile = soil_profile(seed)
+        column = Column(
+            [
+                Layer(h, density=rho, shear_velocity=v)
+                for h, v, rho in zip(*profile[:3], strict=True)
+            ],
+            BED,
+        )
+        for number, (shape, step) in enumerate(outcrops(record)):
+            motion = STRENGTHS[(seed + seed // 2 + number) % len(STRENGTHS)] * shape
+            fitted = equivalent_linear(column, profile[3], motion, step)
+            reduction, damping, surface = by_pystrata(profile, motion, step, motion.size)
+            assert fitted.reduction == pytest.approx(reduction, rel=2e-3)
+            assert fitted.damping == pytest.approx(damping, rel=2e-3)
+            expected = spectral_acceleration(surface, step, periods)
+            assert fitted.response.spectrum(periods) == pytest.approx(expected, rel=5e-3)
+            strains.append(fitted.strain.max())
+    assert min(strains) < 2e-5 and max(strains) > 8e-3
+    assert re.search(r"\d+ iterations.*\n.*'dormieux', \|G\*\| = G", str(fitted))
+
+
+def test_curves_of_darendeli_are_those_of_pystrata():
+    pystrata = pytest.importorskip("pystrata")
+    for stress, plasticity in ((19e3, 15.0), (200e3, 0.0), (80e3, 60.0)):
+        mine = darendeli(stress, plasticity)
+        theirs = pystrata.site.DarendeliSoilType(
+            18.0, plasticity, 1.0, stress / 1e3, strains=mine.strain
+        )
+        assert mine.reduction == pytest.approx(theirs.mod_reduc.values, rel=1e-6)
+        assert mine.damping == pytest.approx(theirs.damping.values, rel=1e-3)
+
+
+def test_damping_beyond_the_convention_is_an_error():
+    """Masing's damping tends to 2/π; 'dormieux' has no modulus above ½, 'shake91' up to 1 has."""
+    layers = [Layer(10.0, density=1800.0, shear_velocity=120.0)]
+    curves, strong = [hyperbolic(2e-4)], 40.0 * ricker(2.0, 2000, 1.5)
+    with pytest.raises(ValueError, match=r"layer 1 has a damping ratio of 0\.5\d+ .*'shake91'"):
+        equivalent_linear(Column(layers, ROCK), curves, strong, STEP)
+    other = equivalent_linear(Column(layers, ROCK, "shake91"), curves, strong, STEP)
+    assert other.damping[0] > 0.5
+    weak = equivalent_linear(Column(layers, ROCK), curves, 0.01 * strong, STEP)
+    assert weak.damping[0] < 0.5
+
+
+def test_small_motion_is_linear(record):
+    """Equivalent-linear soil at vanishing strain: the column with its smallest damping."""
+    layers = [Layer(10.0, density=1800.0, shear_velocity=250.0)]
+    curves = darendeli(100e3, 0.0)
+    small = equivalent_linear(Column(layers, ROCK), [curves], 1e-7 * sweep(), STEP)
+    assert small.reduction == pytest.approx([1.0], abs=1e-2)
+    assert small.damping == pytest.approx([curves.damping[0]], rel=1e-2)
+
+
+def test_hyperbola_has_masings_damping():
+    """At γ = γ_r: G/Gmax ½, damping (2/π)(2(1 − ln 2)·2 − 1) of the closed loop."""
+    curves = hyperbolic(1e-3)
+    assert curves.reduction_at(1e-3) == pytest.approx(0.5)
+    assert curves.damping_at(1e-3) == pytest.approx((8 * (1 - np.log(2)) - 2) / np.pi, rel=1e-3)
+
+
+def test_scheme_of_the_blocks(record):
+    """With the damping of the time integration the response is that of `scheme_transfer`."""
+    from sitedda.scheme import Scheme
+
+    column = Column([Layer(15.0, density=2643.0, shear_modulus=1.9152e9)])
+    response = ColumnResponse.of(column, sweep(), STEP, kind="within", scheme=Scheme())
+    frequencies = np.array([1.0, 5.0, 13.0, 20.0])
+    assert response.transfer(frequencies) == pytest.approx(
+        column.scheme_transfer(frequencies, STEP), rel=1e-12
+    )
+
+
+def test_intensity_of_a_sine():
+    """A²T/2 of a sine: Arias, duration 0.9 T, mean period, CAV 2AT/π."""
+    time = STEP * np.arange(4001)
+    found = intensity(3.0 * np.sin(2 * np.pi * 2.0 * time), STEP)
+    assert found.peak_acceleration == pytest.approx(3.0)
+    assert found.arias == pytest.approx(np.pi / (2 * 9.80665) * 9.0 * 20.0 / 2, rel=1e-4)
+    assert found.duration == pytest.approx(0.9 * 20.0, rel=1e-2)
+    assert found.mean_period == pytest.approx(0.5, rel=1e-2)
+    assert found.cumulative_velocity == pytest.approx(2 * 3.0 * 20.0 / np.pi, rel=1e-3)
+    assert "D5–95" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("act", "words"),
+    [
+        (lambda c: c.response([1.0], STEP), "at least 2 samples"),
+        (lambda c: c.response([1.0, np.nan], STEP), "sample 1"),
+        (lambda c: c.response([1.0, 2.0]), "time_step"),
+        (lambda c: c.response([1.0, 2.0], -1.0), "time_step"),
+        (lambda c: c.response([1.0, 2.0], STEP, kind="inside"), "outcrop, within"),
+        (lambda c: c.response([1.0, 2.0], STEP, bottom=99.0), "depth"),
+        (lambda c: equivalent_linear(c, [], sweep(), STEP), "curves"),
+        (lambda c: equivalent_linear(c, [None], sweep(), STEP, strain_ratio=2.0), "strain_ratio"),
+        (lambda c: SoilCurves([1e-4, 1e-5], [1, 1], [0, 0]), "increasing"),
+        (lambda c: SoilCurves([1e-5, 1e-4], [1, 1.5], [0, 0]), "reduction"),
+        (lambda c: SoilCurves([1e-5, 1e-4], [1, 1], [0, 5.0]), "damping"),
+        (lambda c: darendeli(-1.0), "mean_stress"),
+        (lambda c: intensity(np.zeros(5), STEP), "no acceleration"),
+    ],
+)
+def test_bad_arguments_are_named(act, words):
+    column = Column([Layer(15.0, density=2000.0, shear_velocity=200.0, damping=0.05)])
+    with pytest.raises(ValueError, match=words):
+        act(column)
+
+
+def test_curves_of_a_soil_type_of_pystrata():
+    """Both properties at the strains of either, linear in the logarithm of strain."""
+    reduction = SimpleNamespace(strains=[1e-6, 1e-4], values=[1.0, 0.5])
+    damping = SimpleNamespace(strains=[1e-6, 1e-5, 1e-4], values=[0.01, 0.02, 0.06])
+    soil = SimpleNamespace(name="sand", mod_reduc=reduction, damping=damping)
+    curves = SoilCurves.from_pystrata(soil)
+    assert curves.strain == pytest.approx([1e-6, 1e-5, 1e-4])
+    assert curves.reduction == pytest.approx([1.0, 0.75, 0.5])
+    assert curves.damping == pytest.approx([0.01, 0.02, 0.06])
+
+
+def test_an_iteration_that_does_not_end_is_an_error(record):
+    layers = [Layer(20.0, density=1800.0, shear_velocity=120.0)]
+    with pytest.raises(sitedda.ConvergenceError, match="1 iterations"):
+        equivalent_linear(
+            Column(layers), [darendeli(50e3, 0.0)], record, tolerance=1e-9, most_iterations=1
+        )
+
+
+def test_blocks_and_column_in_one_picture(root, tmp_path, python_program):
+    """`sitedda site` on the paper's layers: both say the same, in table and picture."""
+    text = (root / "inputs/layered_site.nml").read_text()
+    text = text.replace("records/", f"{root}/inputs/records/")
+    text = re.sub(r"steps = \d+", "steps = 12000", text)
+    (tmp_path / "site.nml").write_text(text)
+    done = python_program.ok("site", "site.nml", "-o", "both.png", folder=tmp_path)
+    assert (tmp_path / "both.png").stat().st_size > 20_000
+    rows = re.findall(r"^(surface .*?)\s{2,}([\d.e+-]+)\s+([\d.e+-]+)", done.stdout, re.M)
+    assert len(rows) >= 5
+    for name, blocks, column in rows:
+        assert float(blocks) == pytest.approx(float(column), rel=0.05), name
+    damped = python_program("site", "layered_site.nc", "--damping", "0.05", folder=tmp_path)
+    assert damped.returncode == 0 and "damping ratio 5 %" in damped.stdout
+    wrong = python_program("site", "layered_site.nc", "--base", "nowhere", folder=tmp_path)
+    assert wrong.returncode == 1 and "--base" in wrong.stderr and "surface" in wrong.stderr
+
+
+DAMPED = {
+    "none": {},
+    "constant ratio": {"damping_ratio": 0.05, "reference_frequency": 14.0},
+    "Rayleigh": {"damping_ratio": 0.05, "rayleigh_frequencies": (5.0, 14.0)},
+    "alpha and beta": {"rayleigh_alpha": 3.0, "rayleigh_beta": 1e-3},
+}
+
+
+@pytest.mark.filterwarnings("ignore::sitedda.PeakWarning")
+@pytest.mark.parametrize("damping", DAMPED)
+def test_beside_is_in_python(root, damping):
+    """The joints of the blocks are a little softer than none; materials damp the column as well."""
+    material = {f"material.{name}": value for name, value in DAMPED[damping].items()}
+    run = sitedda.run(root / "inputs/layered_site.nml", steps=6000, changes=material)
+    both = beside(run.history)
+    assert ("and the materials" in str(both)) == bool(material)
+    assert both.response.column.depth == pytest.approx(15.0)
+    assert abs(both.column_surface).max() == pytest.approx(abs(both.surface).max(), rel=0.05)
+    spectra = [
+        spectral_acceleration(series, 1e-3, [0.2, 0.5, 1.0, 2.0])
+        for series in (both.surface, both.column_surface)
+    ]
+    assert spectra[0] == pytest.approx(spectra[1], rel=0.012)
+
+
+def test_two_solutions_of_the_equivalent_linear_analysis_are_said():
+    """A slow pulse: stiff soil follows it, soft soil resonates with it; in between, both fit."""
+    time = np.arange(0.0, 40.96, 0.02)
+    shape = (np.pi * 0.3 * (time - 6.0)) ** 2
+    pulse = (1 - 2 * shape) * np.exp(-shape)
+    column = Column([Layer(3.0, density=1800.0, shear_velocity=150.0)] * 5,
+                    HalfSpace(density=2200.0, shear_velocity=760.0))  # fmt: skip
+    curves = [darendeli(mean_stress=1e5, plasticity_index=15.0)] * 5
+    found = equivalent_linear(column, curves, 1.2 * pulse, 0.02, tolerance=1e-6)
+    assert found.largest_strain.max() == pytest.approx(0.0063, rel=0.02)
+    assert found.other_strain == pytest.approx(0.0492, rel=0.02)
+    assert "Another solution, strained 4.92 %, satisfies the curves as well" in str(found)
+    alone = equivalent_linear(column, curves, 1.6 * pulse, 0.02, tolerance=1e-6)
+    assert alone.doubt and np.isnan(alone.other_strain) and "Another" not in alone.doubt

@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Records made ready for an analysis, and amplification tables for hazard analyses."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from sitedda import Column, ConvergenceError, HalfSpace, InputError, Layer, read_record
+from sitedda.signals import spectral_acceleration
+from sitedda.site import (
+    Suite,
+    amplification_table,
+    band_pass,
+    conditional_mean,
+    darendeli,
+    matched,
+    read_flatfile,
+    resampled,
+    rotated_spectra,
+    scale_to,
+    suite,
+)
+from sitedda.site.motions import of_acceleration, spectral_correlation
+from sitedda.study import asce7, eurocode8
+
+STEP = 0.01
+
+
+@pytest.fixture(scope="module")
+def record(request):
+    root = request.config.rootpath
+    return read_record(root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc")
+
+
+def ricker(frequency, samples=2000, at=10.0):
+    x = (np.pi * frequency * (STEP * np.arange(samples) - at)) ** 2
+    return of_acceleration((1 - 2 * x) * np.exp(-x), STEP)
+
+
+def test_a_band_pass_moves_no_phase_and_ends_at_rest():
+    """Two passes of Butterworth's filter: 1/(1 + (f/f_c)^2n) at f, a half at the corner."""
+    given = ricker(2.0)
+    found = band_pass(given, 0.2, 2.0)
+    shift = (found.time.size - given.time.size) // 2
+    peak = int(abs(found.acceleration.values).argmax())
+    assert peak - shift == int(abs(given.acceleration.values).argmax())
+    n = 1 << 15
+    ratio = np.fft.rfft(found.acceleration, n) / np.fft.rfft(given.acceleration, n)
+    frequency = np.fft.rfftfreq(n, STEP)
+    away = np.tan(np.pi * frequency * STEP)  # the bilinear transform
+    low, high = np.tan(np.pi * 0.2 * STEP), np.tan(np.pi * 2.0 * STEP)
+    with np.errstate(divide="ignore"):
+        s = (away**2 - low * high) / (away * (high - low))
+    inside = (frequency > 0.3) & (frequency < 4)
+    np.testing.assert_allclose(abs(ratio)[inside], (1 / (1 + s**8))[inside], atol=1e-3)
+    for name in ("velocity", "displacement"):
+        assert abs(found[name].values[-1]) < 1e-3 * abs(found[name].values).max()
+    with pytest.raises(InputError, match="corners of 3 and 2 Hz"):
+        band_pass(given, 3, 2)
+    with pytest.raises(InputError, match="below 50 Hz"):
+        band_pass(given, 0.1, 60)
+
+
+def test_resampling_keeps_what_is_below_both_limits():
+    given = ricker(2.0)
+    fine = resampled(given, STEP / 3)
+    np.testing.assert_allclose(fine.acceleration[::3], given.acceleration, atol=2e-3)
+    x = (np.pi * 2.0 * (fine.time.values - 10.0)) ** 2
+    np.testing.assert_allclose(fine.acceleration, (1 - 2 * x) * np.exp(-x), atol=2e-3)
+    time = STEP * np.arange(2000)
+    fast = of_acceleration(np.sin(2 * np.pi * 40 * time), STEP)
+    assert abs(resampled(fast, 2 * STEP).acceleration.values[50:-50]).max() < 0.01
+    with pytest.raises(InputError, match="whole numbers"):
+        resampled(given, STEP / np.pi / 400)
+
+
+def test_rotated_spectra_are_those_of_all_directions(record):
+    pyrotd = pytest.importorskip("pyrotd")
+    other = record.assign(acceleration=0.6 * record.acceleration.shift(time=40, fill_value=0.0))
+    periods = np.array([0.2, 0.5, 1.0])
+    ours = rotated_spectra(record, other, periods, (0, 50, 100))
+    step = float(record.time[1])
+    theirs = pyrotd.calc_rotated_spec_accels(
+        step, record.acceleration.values, other.acceleration.values, 1 / periods, 0.05
+    )
+    np.testing.assert_array_equal(ours[1], theirs.spec_accel[theirs.percentile == 50])
+    angles = np.radians(np.arange(0, 180, 15))
+    turned = [
+        spectral_acceleration(
+            np.cos(t) * record.acceleration.values + np.sin(t) * other.acceleration.values,
+            step, periods,
+        )
+        for t in angles
+    ]  # fmt: skip
+    assert np.all(np.max(turned, axis=0) <= ours[2] * 1.01)
+    assert np.all(np.min(turned, axis=0) >= ours[0] * 0.99)
+    short = other.isel(time=slice(None, None, 2))
+    with pytest.raises(InputError, match="resample one"):
+        rotated_spectra(record, short, periods)
+
+
+def test_scaling_and_selection_to_a_conditional_mean(record, tmp_path):
+    periods = np.array([0.1, 0.15, 0.25, 0.4, 0.65, 1.0, 1.4, 2.0])
+    own = spectral_acceleration(record.acceleration.values, float(record.time[1]), periods)
+    assert scale_to(record, (periods, 2.5 * own), periods) == pytest.approx(2.5)
+    assert spectral_correlation(1.0, 1.0) == pytest.approx(1.0)
+    # Baker and Jayaram (2008): 1 - cos(π/2 - .366 ln(T_max/max(T_min, .109))) beyond .109 s
+    assert spectral_correlation(0.2, 1.0) == pytest.approx(1 - np.sin(0.366 * np.log(5)))
+    ends = spectral_correlation(0.05, np.array([0.109 - 1e-9, 0.109 + 1e-9, 0.2 - 1e-9, 0.2]))
+    assert np.all((ends > 0) & (ends < 1)) and abs(ends[0] - ends[1]) < 1e-3
+    median, sigma = 1 / periods, np.full(8, 0.6)
+    mean, spread = conditional_mean(periods, median, sigma, 1.0, 2.0)
+    assert mean[5] == pytest.approx(np.exp(1.2)) and spread[5] == pytest.approx(0.0, abs=1e-7)
+    assert np.all(mean / median <= np.exp(1.2)) and 0 < spread[0] < 0.6
+    rows = ["file," + ",".join(f"T{p:.3f}S" for p in periods)]
+    tilts = (-0.4, 0.0, 0.3)
+    for tilt in tilts:
+        values = 0.5 * mean * periods**tilt / 9.80665
+        rows.append(f"tilt{tilt}.at2," + ",".join(f"{v:.8g}" for v in values))
+    rows.append("broken.at2," + ",".join(["-999"] * 8))
+    file = tmp_path / "flat.csv"
+    file.write_text("\n".join(rows) + "\n")
+    found = read_flatfile(file)
+    assert len(found.names) == 3  # what has no spectrum is left out
+    best = found.select((periods, mean), 2, found.periods[1:-1])
+    assert [one[0] for one in best] == ["tilt0.0.at2", "tilt0.3.at2"]
+    assert best[0][1] == pytest.approx(2.0, rel=1e-3) and best[0][2] < 1e-2
+    with pytest.raises(InputError, match="has 3 records"):
+        found.select((periods, mean), 4, found.periods[1:-1])
+
+
+def test_the_spectrum_of_asce_7_has_its_corners():
+    spectrum = asce7(9.0, 5.4, 6.0)  # T_S = 0.6, T_0 = 0.12 s
+    periods = [0.0, 0.06, 0.12, 0.6, 1.0, 6.0, 12.0]
+    np.testing.assert_allclose(spectrum(periods), [3.6, 6.3, 9, 9, 5.4, 0.9, 0.225])
+    with pytest.raises(InputError, match="S_DS = 9"):
+        asce7(9.0, 100.0)
+
+
+def test_a_matched_motion_has_the_spectrum_and_ends_at_rest(record):
+    target, periods = eurocode8(2.0, "B"), np.geomspace(0.1, 2.0, 150)
+    found = matched(record, target, (0.1, 2.0), tolerance=0.1)
+    step = float(found.time[1])
+    got = spectral_acceleration(found.acceleration.values, step, periods)
+    assert np.abs(got / target(periods) - 1).max() < 0.11
+    assert found.attrs["misfit"] <= 0.1
+    for name in ("velocity", "displacement"):
+        assert abs(found[name].values[-1]) < 1e-9 * abs(found[name].values).max()
+    first = slice(0, 200)  # the wavelets stand where the motion is strong
+    assert abs(found.acceleration.values[first]).max() < 0.3 * abs(found.acceleration.values).max()
+    with pytest.raises(ConvergenceError, match="not 0.001 %"):
+        matched(record, target, (0.1, 2.0), tolerance=1e-5, most_rounds=2)
+    with pytest.raises(InputError, match="cannot be matched at periods of 50 s"):
+        matched(record, target, (0.1, 50.0))
+
+
+# --- amplification tables ------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def known():
+    """A suite whose amplification is a formula with known scatter."""
+    random = np.random.default_rng(1)
+    rock = np.geomspace(0.2, 8.0, 12)[None, :, None] * np.exp(
+        0.3 * random.standard_normal((40, 1, 3))
+    )
+    noise = 0.25 * random.standard_normal(rock.shape)
+    factor = 2.0 * ((rock + 1.0) / 1.0) ** -0.6 * np.exp(noise)
+    dims = ("motion", "level", "period")
+    table = xr.Dataset(
+        {"reference": (dims, rock), "amplification": (("profile", *dims, "analysis"),
+                                                      factor[None, ..., None])},
+        {"period": [0.01, 0.2, 1.0], "analysis": ["nonlinear"]},
+    )  # fmt: skip
+    return Suite(table)
+
+
+def test_a_table_finds_amplification_and_its_scatter(known):
+    levels = [0.5, 1.0, 2.0, 4.0]
+    found = amplification_table(known, levels, "nonlinear").table
+    wanted = 2.0 * (1 + np.array(levels)) ** -0.6
+    np.testing.assert_allclose(found["median"].values.T, np.tile(wanted, (3, 1)), rtol=0.05)
+    np.testing.assert_allclose(found.sigma_ln, 0.25, atol=0.05)
+    assert found.period.values[0] == 0  # PGA
+    far = amplification_table(known, [0.001, 1.0], "nonlinear").table
+    assert np.isnan(far["median"].values[0]).all()  # no motion is near
+    with pytest.raises(InputError, match="the suite has nonlinear"):
+        amplification_table(known, levels, "linear")
+
+
+def openquake_convolution(rows, imt, rock_levels, poes, soil_levels):
+    """Poes at the surface by the documented rule of OpenQuake's method 'convolution'."""
+    level = np.array([float(r["level"]) for r in rows])
+    median = np.array([float(r[imt]) for r in rows])
+    sigma = np.array([float(r[f"sigma_{imt}"]) for r in rows])
+    from scipy.stats import norm
+
+    found = np.zeros(len(soil_levels))
+    for low, high, p in zip(rock_levels[:-1], rock_levels[1:], -np.diff(poes), strict=True):
+        middle = (low + high) / 2
+        a, s = np.interp(middle, level, median), np.interp(middle, level, sigma)
+        found += norm.sf(np.log(np.asarray(soil_levels) / middle), np.log(a), s) * p
+    return found
+
+
+def test_openquake_reads_the_table_and_convolves_as_we_do(known, tmp_path):
+    import csv
+
+    found = amplification_table(known, np.geomspace(0.3, 6.0, 25), "nonlinear")
+    file = found.to_openquake(tmp_path / "af.csv", "S1", 760)
+    lines = file.read_text().splitlines()
+    assert lines[0] == '#,,"vs30_ref=760"'
+    heads = "ampcode,level,PGA,SA(0.2),SA(1),sigma_PGA,sigma_SA(0.2),sigma_SA(1)"
+    assert lines[1] == heads
+    rows = list(csv.DictReader(lines[1:]))
+    assert all(row["ampcode"] == "S1" for row in rows) and len(rows) == 25
+    rock = np.geomspace(0.005, 2.0, 400)  # g
+    poes = 1e-2 * (rock / 0.01 + 1) ** -2.0
+    wanted = np.geomspace(0.08, 0.4, 9)
+    by_rule = openquake_convolution(rows, "SA(1)", rock, poes, wanted)
+    ours = found.hazard(1.0, 9.80665 * rock, poes, 9.80665 * wanted)
+    np.testing.assert_allclose(ours, by_rule, rtol=0.02)
+    with pytest.raises(InputError, match="code = 'A B'"):
+        found.to_openquake(tmp_path / "x.csv", "A B")
+    pytest.importorskip("openquake.hazardlib", reason="OpenQuake is not installed")
+    from openquake.baselib.general import DictArray
+    from openquake.hazardlib.site_amplification import AmplFunction, Amplifier
+
+    levels = {imt: list(rock) for imt in ("PGA", "SA(0.2)", "SA(1)")}
+    frame = AmplFunction.read_df(str(file))
+    assert frame.vs30_ref == 760
+    theirs = Amplifier(DictArray(levels), frame, wanted)
+    amplified = theirs.amplify_one(b"S1", "SA(1)", list(poes))[:, 0]
+    np.testing.assert_allclose(ours, amplified, rtol=0.05)
+
+
+def test_a_site_amplifies_less_the_stronger_it_is_shaken():
+    column = Column([Layer(20.0, density=1800.0, shear_velocity=200.0)],
+                    HalfSpace(density=2200.0, shear_velocity=760.0))  # fmt: skip
+    motions = [ricker(f, 800, 4.0) for f in np.geomspace(1.0, 4.0, 30)]
+    levels = [0.1, 0.3, 1.0, 3.0]
+    found = suite([(column, [darendeli(1e5, 15.0)])], motions, ["equivalent-linear"],
+                  periods=[0.05, 0.4], levels=levels, measure="pga", workers=1)  # fmt: skip
+    reference = found.table.reference
+    table = amplification_table(found, [0.3, 1.0]).table
+    assert (table["median"].sel(level=1.0) < table["median"].sel(level=0.3)).all()
+    assert reference.sel(period=0.05).values[:, 1] == pytest.approx(0.3, rel=0.07)

@@ -1,0 +1,328 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Suites of motions, random profiles, beside pystrata and the published models."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from sitedda import Column, HalfSpace, InputError, Layer
+from sitedda.site import (
+    TORO,
+    SoilCurves,
+    darendeli,
+    equivalent_linear,
+    nonlinear,
+    randomized,
+    read_profile,
+    suite,
+)
+from sitedda.site.equivalent_linear import small_strain_column
+from sitedda.site.randomization import interfaces, truncated, varied_curves
+
+STEP = 0.01
+BORE = """top (ft), Vs (ft/s), unit weight (pcf), damping (%), curve
+0, 500, 115, 2, darendeli 0
+10, , 118, 2, darendeli 15
+25, 800, 122, 2, darendeli 20
+50, 1200, 125, 2, darendeli 0
+90, 2800, 140, 0.5, linear
+"""
+
+
+@pytest.fixture
+def bore(tmp_path):
+    file = tmp_path / "bore.csv"
+    file.write_text(BORE)
+    return file
+
+
+def shaking(seed, peak=0.5, samples=1500, step=STEP):
+    """Noise between 0.5 and 10 Hz under a hump, as a motion of m/s²."""
+    frequency = np.fft.rfftfreq(samples, step)
+    spectrum = np.exp(2j * np.pi * np.random.default_rng(seed).random(frequency.size))
+    spectrum[(frequency < 0.5) | (frequency > 10)] = 0
+    series = np.fft.irfft(spectrum, samples) * np.sin(np.pi * np.arange(samples) / samples) ** 2
+    time = ("time", step * np.arange(samples))
+    return xr.Dataset({"acceleration": ("time", peak * series / abs(series).max())}, {"time": time})
+
+
+def test_gaps_are_named_by_the_readers_heading_and_filled(bore):
+    with pytest.raises(InputError, match=r"row 3: Vs \(ft/s\) has a gap; .* fill = 'above'"):
+        read_profile(bore)
+    assert read_profile(bore, "above").layers[1].shear_velocity == pytest.approx(500 * 0.3048)
+    between = 500 + 300 * (17.5 - 5) / (37.5 - 5)  # at the depths of the middles
+    found = read_profile(bore, "interpolate").layers[1]
+    assert found.shear_velocity == pytest.approx(between * 0.3048)
+    assert found.density == pytest.approx(118 * 16.018463, rel=1e-6)
+    bore.write_text(BORE.replace("0, 500,", "0, ,").replace("10, ,", "10, 600,"))
+    with pytest.raises(InputError, match=r"row 2: Vs \(ft/s\) has a gap without a value above"):
+        read_profile(bore, "above")
+
+
+def test_a_suite_is_its_cases(bore):
+    """Every number of the table is that of the analysis by itself; so are the statistics."""
+    sites = randomized(read_profile(bore, "above"), 2, curves=-0.5)
+    motions = {"a": shaking(1), "b": shaking(2)}
+    periods = [0.1, 0.5, 2.0]
+    found = suite(sites, motions, periods=periods, levels=[1.0, 3.0], workers=1)
+    table = found.table
+    assert dict(table.status.sizes) == {"profile": 2, "motion": 2, "level": 2, "analysis": 3}
+    assert (table.status == "complete").all()
+    ground = 3.0 * motions["b"].acceleration.values
+    column, curves = sites[1]
+    three = {
+        "linear": small_strain_column(column, curves).response(ground, STEP),
+        "equivalent-linear": equivalent_linear(column, curves, ground, STEP).response,
+        "nonlinear": nonlinear(column, curves, ground, STEP),
+    }
+    reference = Column([Layer(1.0, density=1e3, shear_velocity=1e4)]).response(ground, STEP)
+    rock = reference.spectrum(periods, depth=1.0)
+    for name, one in three.items():
+        case = table.sel(analysis=name, motion="b").isel(profile=1, level=1)
+        np.testing.assert_allclose(case.sa, one.spectrum(periods), rtol=1e-9)
+        np.testing.assert_allclose(case.amplification, one.spectrum(periods) / rock, rtol=1e-6)
+    factors = np.log(table.amplification.sel(analysis="linear").isel(level=0).values).reshape(4, 3)
+    statistics = found.statistics.sel(analysis="linear").isel(level=0)
+    np.testing.assert_allclose(statistics["median"], np.exp(factors.mean(0)))
+    np.testing.assert_allclose(statistics.sigma_ln, factors.std(0, ddof=1))
+    assert (statistics["count"] == 4).all()
+
+
+def test_a_suite_from_the_command_line_goes_on_where_it_was(bore, python_program):
+    folder = bore.parent
+    text = "TIME SERIES\nx\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 1500, DT= .0100 SEC\n"
+    for name in ("one", "two"):
+        series = shaking(len(name) + ord(name[0])).acceleration.values / 9.80665
+        (folder / f"{name}.at2").write_text(text + "\n".join(f"{v:.7E}" for v in series) + "\n")
+    asked = "profile = 'bore.csv'\nfill = 'above'\nmotions = '*.at2'\nanalyses = ['linear']\n"
+    (folder / "suite.toml").write_text(asked + "randomize = {count = 3}\n")
+    done = python_program("site", folder / "suite.toml", "-q")
+    assert done.returncode == 0, done.stderr
+    assert "6 complete" in done.stdout
+    results = list((folder / "suite_suite").rglob("result.json"))
+    assert len(results) == 6
+    found = json.loads(results[0].read_text())
+    results[0].unlink()
+    for other in results[1:]:  # what is there is not computed again
+        other.write_text(other.read_text().replace('"seconds": ', '"seconds": 1'))
+    python_program("site", folder / "suite.toml", "-q")
+    assert json.loads(results[0].read_text())["numbers"] == found["numbers"]
+    assert all('"seconds": 1' in other.read_text() for other in results[1:])
+    rows = (folder / "suite_suite" / "suite.csv").read_text().splitlines()
+    assert rows[0].startswith("analysis,level,period_s,median,sigma_ln,count,converged")
+    assert len(rows) == 21
+    assert "Site response of a suite" in (folder / "suite_suite" / "suite.html").read_text()
+    (folder / "suite.toml").write_text(asked + "randomise = {count = 3}\n")
+    done = python_program("site", folder / "suite.toml", "-q")
+    assert done.returncode != 0 and "there is no 'randomise'" in done.stderr
+
+
+def test_what_fails_does_not_count_and_is_said(bore):
+    column, curves = randomized(read_profile(bore, "above"), 1, velocity=None)[0]
+    bad = SoilCurves([1e-6, 1e-2], [1, 0.9], [0.6, 0.6])  # more than the convention has
+    found = suite([(column, curves), (column, [bad] * len(curves))], [shaking(1)],
+                  ["equivalent-linear"], periods=[0.2, 1.0], workers=1)  # fmt: skip
+    assert (found.statistics["count"] == 1).all()
+    assert "1 case failed" in str(found) and "damping ratio of 0.6" in str(found)
+
+
+def test_median_and_sigma_are_those_of_pystrata_on_the_same_profiles(bore):
+    """100 Toro profiles, linear and equivalent-linear: 1 % and 0.01."""
+    pystrata = pytest.importorskip("pystrata")
+    sites = randomized(read_profile(bore, "above"), 100, sigma=0.2)
+    step = 0.005  # so fine that both oscillators agree
+    motion = shaking(4, 1.0, 3000, step)
+    ground, periods = motion.acceleration.values, np.geomspace(0.1, 3.0, 20)
+    names = ["linear", "equivalent-linear"]
+    ours = suite(sites, [motion], names, periods=periods, workers=2).statistics
+    length = 1 << (2 * ground.size - 1).bit_length()
+    padded = np.concatenate([ground / 9.80665, np.zeros(length - ground.size)])
+    rock = pystrata.motion.TimeSeriesMotion("", "", step, padded)
+    found = {name: [] for name in names}
+    for column, curves in sites:
+        below = column.base
+        soils = [
+            pystrata.site.SoilType(
+                str(i), layer.density * 9.80665e-3,
+                pystrata.site.NonlinearProperty("", one.strain, one.reduction, "mod_reduc"),
+                pystrata.site.NonlinearProperty("", one.strain, one.damping, "damping"),
+            )
+            for i, (layer, one) in enumerate(zip(column.layers, curves, strict=True))
+        ]  # fmt: skip
+        layers = [
+            pystrata.site.Layer(soil, layer.thickness, layer.shear_velocity)
+            for soil, layer in zip(soils, column.layers, strict=True)
+        ]
+        bedrock = pystrata.site.SoilType("", below.density * 9.80665e-3, None, below.damping)
+        layers.append(pystrata.site.Layer(bedrock, 0, below.shear_velocity))
+        for name in names:
+            profile = pystrata.site.Profile(layers)
+            if name == "linear":
+                calc = pystrata.propagation.LinearElasticCalculator()
+            else:
+                calc = pystrata.propagation.EquivalentLinearCalculator(0.65, 1e-5, 200)
+            outcrop = profile.location("outcrop", index=-1)
+            calc(rock, profile, outcrop)
+            ratio = calc.calc_accel_tf(outcrop, profile.location("outcrop", index=0))
+            freqs = 1 / periods
+            up = rock.calc_osc_accels(freqs, 0.05, ratio)
+            found[name].append(np.log(up / rock.calc_osc_accels(freqs, 0.05)))
+    for name in names:
+        theirs = np.array(found[name])
+        mine = ours.sel(analysis=name).isel(level=0)
+        np.testing.assert_allclose(mine["median"], np.exp(theirs.mean(0)), rtol=0.01)
+        np.testing.assert_allclose(mine.sigma_ln, theirs.std(0, ddof=1), atol=0.01)
+
+
+# --- random profiles -----------------------------------------------------------------------------
+
+
+def uniform(tmp_path, layers=12, thick=5.0):
+    rows = [f"{thick * i}, 300, 1900, darendeli 15" for i in range(layers)]
+    rows.append(f"{thick * layers}, 1200, 2200, linear")
+    file = tmp_path / "uniform.csv"
+    file.write_text("top (m), Vs (m/s), density (kg/m3), curve\n" + "\n".join(rows) + "\n")
+    return read_profile(file)
+
+
+@pytest.mark.parametrize("name", ["USGS B", "USGS D", "Geomatrix AB"])
+def test_velocities_have_the_statistics_of_the_published_model(tmp_path, name):
+    """1,000 profiles: median, σ, correlation of neighbours, and none beyond the cut."""
+    sites, model = randomized(uniform(tmp_path), 1000, velocity=name), TORO[name]
+    logs = np.log([[la.shear_velocity for la in column.layers] for column, _ in sites])
+    count = len(logs)
+    deviates = (logs - np.log(300)) / model.sigma
+    assert np.abs(deviates.mean(0)).max() < 4 / np.sqrt(count)
+    assert np.abs(deviates.std(0) - 1).max() < 4 * np.sqrt(0.5 / count)
+    assert np.abs(deviates).max() < 2 / 0.8796  # cut at 2 σ, stretched to the σ of the model
+    middles = 2.5 + 5.0 * np.arange(12)
+    wanted = model.correlation(middles)
+    mean, apart = (middles[1:] + middles[:-1]) / 2, 5.0
+    deep = model.rho_200 * ((mean + model.h_0) / (200 + model.h_0)) ** model.b
+    formula = (1 - deep) * model.rho_0 * np.exp(-apart / model.delta) + deep
+    np.testing.assert_allclose(wanted, formula, rtol=1e-12)
+    got = [np.corrcoef(deviates[:, i], deviates[:, i + 1])[0, 1] for i in range(11)]
+    error = (1 - wanted**2) / np.sqrt(count)
+    assert np.all(np.abs(got - wanted) < 4 * error + 0.03)
+    far = np.corrcoef(deviates[:, 0], deviates[:, 2])[0, 1]  # a first-order chain
+    assert abs(far - wanted[0] * wanted[1]) < 4 / np.sqrt(count) + 0.03
+
+
+def test_layering_has_the_rate_of_the_published_model_and_of_pystrata():
+    generator, count, depth = np.random.default_rng(3), 1000, 100.0
+    ours = [interfaces(generator, depth) for _ in range(count)]
+    assert all(one[-1] == depth and np.all(np.diff(one) > 0) for one in ours)
+    theirs = None
+    try:
+        from pystrata.variation import ToroThicknessVariation
+
+        np.random.seed(3)
+        thick = ToroThicknessVariation()
+        theirs = [np.cumsum([t for t, _ in thick.iter_thickness(depth)]) for _ in range(count)]
+    except ImportError:
+        pass
+    for low, high in ((0, 10), (10, 30), (30, 90)):
+        rate = 1.98 / 0.11 * ((high + 10.86) ** 0.11 - (low + 10.86) ** 0.11)
+        for sample in filter(None, (ours, theirs)):
+            number = np.mean([np.sum((one > low) & (one < high)) for one in sample])
+            assert abs(number - rate) < 4 * np.sqrt(rate / count)  # Poisson
+
+
+def test_depth_to_rock_and_curves_vary_as_published(tmp_path):
+    profile = uniform(tmp_path)
+    sites = randomized(profile, 1000, velocity=None, depth_to_rock=0.3, curves=-0.5, clip=3.0)
+    depth = np.log([column.depth / profile.depth for column, _ in sites])
+    assert abs(depth.std() - 0.3) < 4 * 0.3 * np.sqrt(0.5 / 1000)
+    assert abs(depth.mean()) < 4 * 0.3 / np.sqrt(1000)
+    deepest = max(sites, key=lambda one: one[0].depth)[0]
+    assert deepest.layers[-1].thickness > 5 and len(deepest.layers) == 12
+    mean = profile.curves()[0]
+    at = 1e-4  # neither limit is near
+    moduli = np.array([curves[0].reduction_at(at) for _, curves in sites])
+    ratios = np.array([curves[0].damping_at(at) for _, curves in sites])
+    g, d = float(mean.reduction_at(at)), float(mean.damping_at(at))
+    spread = np.exp(-4.23) + np.sqrt(0.25 / np.exp(3.62) - (g - 0.5) ** 2 / np.exp(3.62))
+    assert moduli.std() == pytest.approx(spread, rel=0.1)
+    spread = (np.exp(-5) + np.exp(-0.25) * np.sqrt(100 * d)) / 100
+    assert ratios.std() == pytest.approx(spread, rel=0.1)
+    assert np.corrcoef(moduli, ratios)[0, 1] == pytest.approx(-0.5, abs=0.1)
+
+
+@pytest.mark.parametrize("deviates", [(2.27, 2.27), (-2.27, -2.27), (-2.27, 2.27), (9.0, -9.0)])
+def test_varied_curves_stay_curves(deviates):
+    found = varied_curves(darendeli(1e5, 15.0), *deviates)
+    assert np.all((found.damping >= 0.001) & (found.damping <= 0.15))
+    assert np.all(np.diff(found.reduction) <= 1e-15)
+    assert np.all(np.diff(found.strain * found.reduction) >= -1e-18)
+
+
+def test_realisations_do_not_depend_on_their_number_and_seeds_differ(tmp_path):
+    profile = uniform(tmp_path)
+    few, many = randomized(profile, 2, layering=True), randomized(profile, 5, layering=True)
+    assert few[1][0] == many[1][0]
+    assert randomized(profile, 1, 2, layering=True)[0][0] != few[0][0]
+    assert truncated(np.array([0.0]), 2.0)[0] == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"velocity": "USGS E"}, "velocity = 'USGS E'"),
+        ({"count": 0}, "count = 0"),
+        ({"sigma": -1.0}, "sigma = -1"),
+        ({"curves": 2.0}, "curves = 2"),
+        ({"depth_to_rock": -0.1}, "depth_to_rock = -0.1"),
+    ],
+)
+def test_bad_randomisation_is_named(tmp_path, values, words):
+    with pytest.raises(InputError, match=words):
+        randomized(uniform(tmp_path), **{"count": 1, **values})
+
+
+# --- noise is no result --------------------------------------------------------------------------
+
+
+def test_equivalent_linear_beyond_half_a_per_cent_is_doubted():
+    soil = [Layer(10.0, density=1800.0, shear_velocity=150.0)]
+    column = Column(soil, HalfSpace(density=2200.0, shear_velocity=760.0))
+    ground = shaking(1).acceleration.values
+    weak, strong = (equivalent_linear(column, [darendeli(6e4)], f * ground, STEP) for f in (1, 10))
+    assert not weak.doubt
+    assert strong.largest_strain.max() > 0.005
+    assert "the equivalent-linear method" in str(strong)
+    assert f"{100 * strong.largest_strain.max():.3g} %" in strong.doubt
+
+
+def test_what_is_not_resolved_is_no_acceleration():
+    """The band of a nonlinear run bounds its accelerations; depths that differ are flagged."""
+    soil = [Layer(10.0, density=1800.0, shear_velocity=150.0)]
+    column = Column(soil, HalfSpace(density=2200.0, shear_velocity=760.0))
+    ground = 8 * shaking(1).acceleration.values
+    found = nonlinear(column, [darendeli(6e4)], ground, STEP, highest_frequency=12.5)
+    frequency = np.fft.rfftfreq(ground.size, STEP)
+    passed, raw = (np.abs(np.fft.rfft(one)) for one in
+                   (found.acceleration(0.0), found.histories.acceleration[0]))  # fmt: skip
+    assert passed[frequency > 25].max() < 0.2 * raw[frequency > 25].max()
+    assert np.abs(passed - raw)[frequency < 6].max() < 0.01 * raw.max()
+    profile = found.profile()
+    assert profile.acceleration_converged.dtype == bool
+    assert profile.strain_converged.sizes == profile.strain.sizes
+    calm = nonlinear(column, [darendeli(6e4)], 0.01 * ground, STEP).profile()
+    assert calm.acceleration_converged.all() and calm.strain_converged.all()
+
+
+def test_the_largest_acceleration_over_depth_does_not_grow_with_the_resolution():
+    """Undamped soil that yields: 4.4, 4.6, 5.6 m/s² as computed, 3.0, 3.0, 3.1 in the band."""
+    x = np.logspace(-7, -1, 301) / 3.65e-4
+    soil = SoilCurves(3.65e-4 * x, 1 / (1 + x), 0 * x)
+    column = Column([Layer(20.0, density=2000.0, shear_velocity=300.0)])
+    time = 0.002 * np.arange(3001)
+    ground = 3 * np.minimum(time, 1.0) * np.sin(4 * np.pi * time)
+    runs = [nonlinear(column, [soil], ground, 0.002, damping_curve="masing", highest_frequency=f)
+            for f in (12.5, 25.0, 50.0)]  # fmt: skip
+    raw = [np.abs(run.histories.acceleration).max() for run in runs]
+    peaks = [float(run.profile().acceleration.max()) for run in runs]
+    assert max(peaks) < 1.05 * min(peaks) and max(raw) > 1.2 * min(raw)
+    assert "peak accelerations do not converge at" in str(runs[1])

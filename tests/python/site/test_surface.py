@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Amplification along the surface of a run over its free field or its outcrop."""
+
+import numpy as np
+import pytest
+from lattices import lattice
+from test_boundaries import outcrop_ratio, stack
+
+import sitedda
+from sitedda.plot import run_picture, shown
+from sitedda.signals import smooth_konno_ohmachi
+from sitedda.site import surface
+
+HILL = (4, 5)
+
+
+def ground(hill=(), sides="free_field") -> sitedda.Run:
+    """Points along the surface, the last of them inside the ground."""
+    model = lattice(sides, hill=hill, duration=0.3)
+    for i, x in enumerate((0.0, 2.5, 5.0, 7.5, 10.0)):
+        model.measured_point(f"p{i}", x, 4.0 if 4 <= x <= 6 and hill else 3.0)
+    model.measured_point("below", 5.0, 1.0)
+    return model.run()
+
+
+def test_level_ground_is_its_own_free_field():
+    run = ground()
+    found = surface(run.history, lowest=10.0, highest=50.0)
+    assert found.names == ["p0", "p1", "p2", "p3", "p4"] and "free field left" in found.reference
+    corner = 0  # as that of the column at which its surface is measured
+    np.testing.assert_allclose(found.amplification, 1.0, atol=1e-4)
+    np.testing.assert_allclose(found.amplification[corner], 1.0, atol=1e-6)
+    np.testing.assert_allclose(found.peak_acceleration[corner], 1.0, atol=1e-6)
+    for side in ("left", "right"):
+        assert run.verdict.values[f"side_departure[free field {side}]"] < 1e-8
+
+
+def test_a_hill_is_seen_where_it_is():
+    run = ground(HILL)
+    found = surface(run.history, lowest=10.0, highest=50.0)
+    assert int(np.argmax(found.peak_acceleration)) == 2
+    top = run.history.acceleration.sel(point="p2", axis="x").values
+    field = run.history.incoming_acceleration.sel(boundary="free field left", axis="x").values
+    assert found.peak_acceleration[2] == pytest.approx(abs(top).max() / abs(field).max())
+    departure = run.verdict.values["side_departure[free field left]"]
+    assert 0.01 < departure < 0.3
+    assert found.plot().axes
+
+
+def test_the_picture_of_a_run_is_amplification_along_its_surface():
+    history = ground(HILL).history
+    assert shown(history).kind == "surface"
+    assert [axes.get_ylabel() for axes in run_picture(history).axes[:2]] == [
+        "frequency (Hz)",
+        "ratio",
+    ]
+    few = history.isel(point=slice(2, None))
+    assert shown(few).kind == "shake"
+
+
+def test_without_a_free_field_the_outcrop_of_the_half_space_is_the_reference():
+    """A layer on a half-space against the closed form, smoothed alike."""
+    time = np.arange(0.0, 0.2, 2e-3)
+    pulse = np.sin(np.pi * time / 0.2) ** 2 * np.sin(2 * np.pi * time / 0.1)
+    model = stack(20, motion=pulse, integration="midpoint", time_step=2e-3, duration=4.0)
+    model.measured_point("edge", 0.0, 20.0)
+    history = model.run().history
+    found = surface(history, lowest=1.0, highest=8.0)
+    assert found.reference == "outcrop of the half-space below base"
+    outcrop = 2 * history.incoming_acceleration.sel(boundary="base", axis="x").values
+    bins, spectrum = sitedda.fourier_spectrum(outcrop, 2e-3, padding=5)
+    both = [abs(spectrum), abs(spectrum) * outcrop_ratio(bins)]
+    below, above = (smooth_konno_ohmachi(bins, one, 40.0, found.frequency) for one in both)
+    np.testing.assert_allclose(found.amplification[1], above / below, rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("sides", "values", "words"),
+    [
+        ("free_field", {"highest": 1e4}, "half of the sampling frequency"),
+        ("free_field", {"lowest": 1.0}, "one period in the run"),
+        ("none", {}, "nothing comes in from outside"),
+    ],
+)
+def test_what_cannot_be_compared_is_said(sides, values, words):
+    history = ground().history
+    if sides == "none":
+        history = history.drop_vars("boundary_kind")
+    with pytest.raises(ValueError, match=words):
+        surface(history, **values)
+
+
+def test_the_command_prints_and_draws(main, tmp_path):
+    model = lattice("free_field", hill=HILL)
+    for x in (0.0, 5.0):
+        model.measured_point(f"at {x:g}", x, 4.0 if x else 3.0)
+    sitedda.run(model.write(tmp_path / "hill.nml"), output=tmp_path / "hill.nc")
+    band = ("--lowest", "10", "--highest", "50")
+    done = main.ok("surface", tmp_path / "hill.nc", *band, folder=tmp_path)
+    assert "over the surface of free field left" in done.stdout and "at 5" in done.stdout
+    assert (tmp_path / "hill_surface.png").stat().st_size > 10_000
+    done = main("surface", tmp_path / "hill.nc", folder=tmp_path)
+    assert done.returncode == 1 and "one period in the run" in done.stderr

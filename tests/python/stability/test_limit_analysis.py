@@ -1,0 +1,369 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Limit analysis against closed forms, and what it says of models that it does not know."""
+
+import math
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda.errors import InputError
+from sitedda.masonry import Arch
+from sitedda.stability import Limit
+
+LEFT, RIGHT = (-1.0, 0.0), (1.0, 0.0)
+
+
+def assembly(blocks: dict, friction: float, gravity=(0.0, -9.81), held=("base",)) -> sitedda.Model:
+    """Blocks by their corners, with tan φ in all joints; of the held ones two points are fixed."""
+    model = sitedda.Model("Blocks at their limit", time_step=1e-2, gravity=gravity)
+    model.contact(normal_stiffness=1e10)
+    model.material("stone", density=2500.0, young_modulus=1e12, poisson_ratio=0.2)
+    model.joint("dry", friction_angle=math.degrees(math.atan(friction)))
+    for name, corners in blocks.items():
+        model.block(np.array(corners, dtype=float), name=name)
+    for name in held:
+        for x, y in blocks[name][:2]:
+            model.fixed_point(x, y, name)
+    return model
+
+
+def box(left: float, bottom: float, width: float, height: float) -> list:
+    right, top = left + width, bottom + height
+    return [(left, bottom), (right, bottom), (right, top), (left, top)]
+
+
+BASE = box(-5, -1, 20, 1)
+
+
+def check_forces(found: Limit, friction: float, model: sitedda.Model, direction):
+    """The forces balance each block but the base, within friction."""
+    normal, shear = found.normal_force, found.shear_force
+    assert (normal >= 0).all()
+    assert (abs(shear) <= friction * normal + 1e-8 * normal.max()).all()
+    tangents = np.column_stack([-found.normals[:, 1], found.normals[:, 0]])
+    force = normal[:, None] * found.normals + shear[:, None] * tangents
+    gravity = np.array(model.control.gravity)
+    for i, polygon in enumerate(found.polygons[1:], 1):
+        mass, centre = mass_and_centre(polygon)
+        own = mass * (gravity + found.factor * np.linalg.norm(gravity) * np.array(direction))
+        total, moment = own.copy(), 0.0
+        for side, sign in ((1, 1.0), (0, -1.0)):
+            mine = found.blocks[:, side] == i
+            arm = found.points[mine] - centre
+            total += sign * force[mine].sum(axis=0)
+            moment += sign * (arm[:, 0] * force[mine, 1] - arm[:, 1] * force[mine, 0]).sum()
+        assert abs(total).max() < 1e-6 * np.linalg.norm(own)
+        assert abs(moment) < 1e-6 * np.linalg.norm(own) * np.ptp(polygon, axis=0).max()
+
+
+def mass_and_centre(polygon):
+    """By triangles from the first corner."""
+    one, after = polygon[1:-1] - polygon[0], polygon[2:] - polygon[0]
+    area = 0.5 * (one[:, 0] * after[:, 1] - one[:, 1] * after[:, 0])
+    centre = polygon[0] + (area[:, None] * (one + after)).sum(0) / (3 * area.sum())
+    return 2500.0 * area.sum(), centre
+
+
+@pytest.mark.parametrize("direction", [LEFT, RIGHT])
+@pytest.mark.parametrize(
+    ("width", "height", "friction"), [(2, 1, 0.5), (2, 1, 1.9), (1, 3, 0.6), (1, 3, 0.3)]
+)
+def test_a_block_slides_at_its_friction_or_turns_at_its_slenderness(
+    width, height, friction, direction
+):
+    model = assembly({"base": BASE, "block": box(1, 0, width, height)}, friction)
+    found = sitedda.limit_analysis(model, direction=direction)
+    slides = friction < width / height
+    for limit in (found.upper, found.lower):
+        assert limit.factor == pytest.approx(min(friction, width / height), rel=1e-6)
+        assert limit.slides is slides
+        assert limit.verdicts == ("stable", "slides" if slides else "topples")
+        check_forces(limit, friction, model, direction)
+    way = found.lower.displacement[1]
+    assert way[0] * direction[0] > 0
+    if slides:
+        assert abs(way[1:]).max() < 1e-6  # it does not dilate
+    else:
+        assert way[1] > 0 and way[2] * direction[0] < 0
+
+
+def test_a_block_on_a_slope_bears_what_is_left_of_its_friction():
+    """Along the dip (1, 0), gravity at an angle α: k = μ cos α − sin α; up the dip the sum."""
+    dip, friction = math.radians(15.0), 0.6
+    gravity = (9.81 * math.sin(dip), -9.81 * math.cos(dip))
+    model = assembly({"base": BASE, "block": box(1, 0, 4, 0.5)}, friction, gravity)
+    down = friction * math.cos(dip) - math.sin(dip)
+    up = friction * math.cos(dip) + math.sin(dip)
+    for direction, expected in ((RIGHT, down), (LEFT, up)):
+        found = sitedda.limit_analysis(model, direction=direction)
+        assert found.upper.factor == pytest.approx(expected, rel=1e-6)
+        assert found.lower.factor == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(("floor", "between", "which"), [(0.5, 0.3, 2), (0.25, 0.4, 1)])
+def test_two_blocks_slide_where_friction_is_least(floor, between, which):
+    blocks = {"base": BASE, "lower": box(0, 0, 4, 0.5), "upper": box(1, 0.5, 3, 0.25)}
+    model = assembly(blocks, between)
+    model.joint("floor", friction_angle=math.degrees(math.atan(floor)))
+    for name in ("base", "lower"):
+        block = model[f"block.{name}"]
+        block.joint = "floor"
+    model["block.upper"].joint = "dry"
+    found = sitedda.limit_analysis(model)
+    assert found.upper.factor == pytest.approx(min(floor, between), rel=1e-6)
+    assert found.upper.verdicts[which] == "slides"
+    assert found.upper.verdicts[1] == ("slides" if which == 1 else "stable")
+
+
+@pytest.mark.parametrize("direction", [LEFT, RIGHT])
+def test_a_stack_turns_about_the_joint_that_is_most_slender(direction):
+    """Of a stack of blocks the part above a joint turns at the lever of its centre."""
+    sizes = [(3.0, 1.0), (2.0, 1.5), (0.9, 1.0), (0.8, 1.2)]  # width, height, from below
+    blocks, bottom = {"base": BASE}, 0.0
+    for i, (width, height) in enumerate(sizes):
+        blocks[f"{i}"] = box(-0.5 * width, bottom, width, height)
+        bottom += height
+    found = sitedda.limit_analysis(assembly(blocks, 2.0), direction=direction)
+    weights = np.array([width * height for width, height in sizes])
+    tops = np.cumsum([height for _, height in sizes])
+    levels = tops - 0.5 * np.array([height for _, height in sizes])
+    factors = [
+        0.5 * sizes[i][0] * weights[i:].sum() / (weights[i:] @ (levels[i:] - tops[i] + sizes[i][1]))
+        for i in range(len(sizes))
+    ]
+    assert found.upper.factor == pytest.approx(min(factors), rel=1e-6)
+    assert found.lower.factor == pytest.approx(min(factors), rel=1e-3)
+    assert not found.upper.slides
+
+
+def test_a_ladder_leans_by_single_corners():
+    """A bar with its foot on the floor and its head at a wall: forces at two corners, closed form.
+
+    At the limit both corners slip, so that with the weight W, k W pulling the foot away:
+    N₁ + μN₂ = W, μN₁ + kW = N₂ → N₁, N₂; moments about the foot give k.
+    """
+    friction, angle, length, thick = 0.5, math.radians(50.0), 4.0, 0.2
+    along = np.array([math.cos(angle), math.sin(angle)])
+    across = np.array([-along[1], along[0]])
+    foot = np.array([0.0, 0.0])
+    bar = [
+        foot,
+        foot + length * along,
+        foot + length * along + thick * across,
+        foot + thick * across,
+    ]
+    wall = bar[1][0]
+    blocks = {"base": BASE, "wall": box(wall, 0.5, 2, 5), "bar": bar}
+    model = assembly(blocks, friction, held=("base", "wall"))
+    found = sitedda.limit_analysis(model, direction=LEFT)
+    centre = 0.5 * (length * along + thick * across)
+    head = length * along
+    # Unknown N₁, N₂, k (weight 1), balance of x, y and moments about the foot.
+    matrix = np.array([
+        [friction, -1.0, -1.0],
+        [1.0, friction, 0.0],
+        [0.0, head[1] + friction * head[0], centre[1]],
+    ])  # fmt: skip
+    n1, n2, k = np.linalg.solve(matrix, [0.0, 1.0, centre[0]])
+    assert k > 0 and n1 > 0 and n2 > 0
+    assert found.upper.factor == pytest.approx(k, rel=1e-6)
+    assert found.lower.factor == pytest.approx(k, rel=1e-3)
+    assert found.upper.slides
+
+
+def arch(friction: float, ratio=0.165, count=15, half=76.4) -> sitedda.Model:
+    """Voussoirs of a circular arch of radius 5 m on two held abutments."""
+    half = math.radians(half)
+    span, rise = 10.0 * math.sin(half), 5.0 * (1 - math.cos(half))
+    shapes = Arch(
+        span=span, rise=rise, thickness=5.0 * ratio, voussoirs=count, abutment=2.0
+    ).blocks()
+    blocks = {stone.name: stone.polygon for stone in shapes}
+    held = [name for name in blocks if name.endswith(("left", "right"))]
+    return assembly(blocks, friction, held=held)
+
+
+def test_a_known_arch():
+    """15 voussoirs, half angle 76.4°, t/R 0.165, μ 0.61: found independently."""
+    found = sitedda.limit_analysis(arch(0.61))
+    assert found.upper.factor == pytest.approx(0.45488, abs=2e-5)
+    other = sitedda.limit_analysis(arch(0.61), direction=LEFT)
+    assert other.upper.factor == pytest.approx(found.upper.factor, rel=1e-6)
+
+
+def test_an_output_and_its_input_have_the_same_limits(tmp_path):
+    model = assembly({"base": BASE, "block": box(1, 0, 1, 3)}, 0.6)
+    model.control(steps=2)
+    output = tmp_path / "block.nc"
+    model.run(output)
+    for source in (output, sitedda.open_output(output), model):
+        assert sitedda.limit_analysis(source).upper.factor == pytest.approx(1 / 3, rel=1e-6)
+
+
+def test_what_is_held_by_dilation_is_not_held_without():
+    """A block between floor and ceiling dilates as it slips, and could not; without it slides."""
+    blocks = {"base": BASE, "ceiling": box(-5, 1, 20, 1), "block": box(0, 0, 3, 1)}
+    found = sitedda.limit_analysis(assembly(blocks, 0.4, held=("base", "ceiling")))
+    assert found.upper.factor == math.inf and set(found.upper.verdicts) == {"stable"}
+    assert found.lower.factor == pytest.approx(0.4, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda m: m["joint.dry"](law="mohr_coulomb"), "law 'mohr_coulomb'"),
+        (
+            lambda m: m.bolt("a", (0.5, -0.5), (1.5, 2), axial_stiffness=1e8, grouted=True),
+            "grouted",
+        ),
+        (lambda m: m.load(1.5, 0.5, time=(0, 1), force_y=(1e6, 1e6)), "any load of this pattern"),
+        (lambda m: m.control(gravity=(0.0, 0.0)), "no gravity"),
+        (lambda m: m.control(gravity=(9.0, -9.0)), "any load of this pattern"),
+        (lambda m: m.clear("fixed_point"), "no support"),
+    ],
+)
+def test_what_it_does_not_know_is_an_error(change, words):
+    model = assembly({"base": BASE, "block": box(1, 0, 1, 3)}, 0.6)
+    change(model)
+    with pytest.raises(InputError, match=words):
+        sitedda.limit_analysis(model)
+
+
+@pytest.mark.parametrize("direction", [(0, 0), (1,), (math.nan, 0), "x"])
+def test_a_direction_has_two_numbers(direction):
+    with pytest.raises(InputError, match="direction"):
+        sitedda.limit_analysis(assembly({"base": BASE}, 0.6), direction=direction)
+
+
+@pytest.mark.parametrize(("sides", "factor"), [(("left",), 0.5), ((), 0.0)])
+def test_boundaries_hold_in_their_direction(sides, factor):
+    model = assembly({"base": BASE, "block": box(1, 0, 2, 1)}, 0.5, held=())
+    model.boundary(kind="springs", side="bottom", direction="y", stiffness_per_area=1e9)
+    for side in sides:
+        model.boundary(kind="fixed", side=side, direction="x")
+    found = sitedda.limit_analysis(model, direction=RIGHT)
+    assert found.upper.factor == pytest.approx(factor, abs=1e-6)
+
+
+def test_loads_of_an_output_are_not_known(tmp_path):
+    model = assembly({"base": BASE, "block": box(1, 0, 1, 3)}, 0.6)
+    model.load(1.5, 0.5, time=(0, 1), force_y=(-1e3, -1e3))
+    model.control(steps=2)
+    model.run(tmp_path / "loaded.nc")
+    with pytest.raises(InputError, match="has a &load: give its input"):
+        sitedda.limit_analysis(tmp_path / "loaded.nc")
+
+
+WEIGHT = 2500.0 * 9.81 * 2.0  # of a block of 2 m by 1 m, N/m
+
+
+def squat(friction=0.5, **joint) -> sitedda.Model:
+    """A block of 2 m by 1 m on a base."""
+    model = assembly({"base": BASE, "block": box(1, 0, 2, 1)}, friction)
+    model["joint.dry"](**joint)
+    return model
+
+
+@pytest.mark.parametrize(("friction", "expected"), [(0.5, 0.5 * 1.4), (4.0, 2 + 3.2 * 0.4)])
+def test_a_load_presses_or_holds(friction, expected):
+    """Q = 0.4 W at 1.6 m from the right edge: k W = μ(W + Q), or k W h/2 = W b/2 + 1.6 m Q."""
+    model = squat(friction)
+    model.load(1.4, 1.0, "block", time=(0, 1), force_y=(-0.4 * WEIGHT, -0.4 * WEIGHT))
+    assert sitedda.limit_analysis(model).upper.factor == pytest.approx(expected, rel=1e-6)
+
+
+def test_water_lifts():
+    """Uplift U below the block: k W = μ(W − U)."""
+    model = squat()
+    model.water(along=[(1, 0), (3, 0)], head=[1.0, 1.0])
+    found = sitedda.limit_analysis(model)
+    expected = 0.5 * (1 - 9810.0 * 2.0 / WEIGHT)
+    assert found.upper.factor == pytest.approx(expected, rel=1e-6)
+    assert found.lower.factor == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_bolt_holds_by_its_yield_force():
+    """Anchored by F at the left side: k W h/2 = (W b/2 + F b); slack if pushed the other way."""
+    model, force = squat(5.0), 0.2 * WEIGHT
+    model.bolt("tie", (1.0, -0.5), (1.0, 0.5), "base", "block", axial_stiffness=1e8,
+               yield_force=force, pretension=0.5 * force)  # fmt: skip
+    held = sitedda.limit_analysis(model)
+    assert held.upper.factor == pytest.approx(2.0 + 4 * 0.2, rel=1e-6)
+    assert held.upper.bolt_force["tie"] == pytest.approx(force, rel=1e-6)
+    assert sitedda.limit_analysis(model, direction=LEFT).upper.factor == pytest.approx(2, rel=1e-6)
+
+
+def test_cohesion_and_tension_hold():
+    """Slip: k W = μW + c b.  Turning: k h/2 = (1 + f_t b/W) b/2."""
+    slides = sitedda.limit_analysis(squat(cohesion=5e3))
+    assert slides.upper.factor == pytest.approx(0.5 + 5e3 * 2 / WEIGHT, rel=1e-6)
+    assert slides.lower.factor == pytest.approx(0.5 + 5e3 * 2 / WEIGHT, rel=1e-3)
+    turns = sitedda.limit_analysis(squat(4.0, cohesion=1e6, tensile_strength=1e4))
+    assert turns.upper.factor == pytest.approx(2 * (1 + 1e4 * 2 / WEIGHT), rel=1e-6)
+    assert not turns.upper.slides
+
+
+def test_a_named_load_grows():
+    """P at the edge of an overhang of 1 m tips a beam whose weight has a lever of 1 m: P = W."""
+    model = assembly({"base": box(-1, -1, 2, 1), "beam": box(-2, 0, 4, 0.5)}, 0.5)
+    weight = 2500.0 * 9.81 * 2.0
+    model.load(2.0, 0.5, "beam", name="live", time=(0, 1), force_y=(-1e3, -1e3))
+    model.load(0.0, 0.5, "beam", name="dead", time=(0, 1), force_y=(-1e4, -1e4))
+    found = sitedda.limit_analysis(model, load="live")
+    assert found.upper.factor == pytest.approx((weight + 1e4) / 1e3, rel=1e-6)
+    with pytest.raises(InputError, match="no &load of this name"):
+        sitedda.limit_analysis(model, load="lives")
+
+
+@pytest.mark.parametrize(("axles", "least"), [([(0, 1)], 1.0), ([(0, 1), (0.5, 1)], 1 / 0.75)])
+def test_an_axle_is_worst_at_the_end_of_an_overhang(axles, least):
+    """P (x − 1) = W within the overhang, no limit above the base; two axles share P."""
+    model = assembly({"base": box(-1, -1, 2, 1), "beam": box(-2, 0, 4, 0.5)}, 0.5)
+    weight = 2500.0 * 9.81 * 2.0
+    found = sitedda.travelling_axle(model, [(-0.5, 0.5), (2, 0.5)], axles=axles, positions=26)
+    assert found.least == pytest.approx(least * weight, rel=1e-4)
+    assert found.worst == pytest.approx(2.5, abs=1e-3)
+    assert np.isinf(found.load[found.position < 1.4]).all()
+    assert found.limit.verdicts == ("stable", "topples")
+    with pytest.raises(InputError, match="no block is at"):
+        sitedda.travelling_axle(model, [(-0.5, 0.6), (2, 0.6)])
+
+
+def test_an_arch_with_a_bolt_and_a_load_has_a_certificate():
+    """The mechanism bounds the factor: the load works as much as weight and bolt take."""
+    model = arch(0.6)
+    crown = max(sitedda.limit_analysis(model).upper.polygons, key=lambda p: p[:, 1].max())
+    x, y = crown.mean(axis=0)
+    model.load(x + 1.0, y, time=(0, 1), force_y=(-5e3, -5e3))
+    names = [group.name for group in model.of_kind("block")]
+    low = {name: np.reshape(model[f"block.{name}"].vertices, (-1, 2)).mean(0) for name in names}
+    ends = [low[names[4]], low[names[-5]]]
+    model.bolt("tie", *ends, names[4], names[-5], axial_stiffness=1e8, yield_force=2e3)
+    found = sitedda.limit_analysis(model).upper
+    ways = found.displacement
+
+    def way(i, place):
+        arm = place - mass_and_centre(found.polygons[i])[1]
+        return ways[i, :2] + ways[i, 2] * np.array([-arm[1], arm[0]])
+
+    for (a, b), place, normal in zip(found.blocks, found.points, found.normals, strict=True):
+        opening = way(b, place) - way(a, place)
+        slip = abs(opening @ [-normal[1], normal[0]])
+        assert opening @ normal >= 0.6 * slip - 1e-5  # no joint takes power
+    masses = [mass_and_centre(polygon)[0] for polygon in found.polygons]
+    dead = sum(m * -9.81 * w[1] for m, w in zip(masses, ways, strict=True))
+    live = sum(m * 9.81 * w[0] for m, w in zip(masses, ways, strict=True))
+    loaded = next(i for i, p in enumerate(found.polygons) if inside(p, (x + 1.0, y)))
+    dead += -5e3 * way(loaded, np.array([x + 1.0, y]))[1]
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    first, last = found.names.index(names[4]), found.names.index(names[-5])
+    taken = 2e3 * max(0.0, along @ (way(last, ends[1]) - way(first, ends[0])))
+    assert taken > 0
+    assert (taken - dead) / live == pytest.approx(found.factor, rel=1e-3)  # of the prestress
+
+
+def inside(polygon, place) -> bool:
+    one, after = polygon, np.roll(polygon, -1, axis=0)
+    along, away = after - one, np.array(place) - one
+    return bool((along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0] >= 0).all())

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pushover: the command, studies of it, what is refused."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sitedda import InputError
+from sitedda.stability import Pushover, performance_point, pushover
+from sitedda.study import eurocode8
+from sitedda_evidence.validation.pushed import tower
+
+
+def test_the_command_prints_draws_and_writes_the_curve(tmp_path, main):
+    tower().write(tmp_path / "tower.nml")
+    done = main.ok(
+        "pushover",
+        "tower.nml",
+        "--point",
+        "top",
+        "--steps",
+        "20",
+        "--limits",
+        "--displacement",
+        "0.1",
+        folder=tmp_path,
+    )
+    assert "peak: horizontal load over the weight 0.25" in done.stdout
+    assert "limit analysis: 0.25 without dilation, 0.25 with" in done.stdout
+    assert (tmp_path / "tower_pushover.png").exists()
+    head, *rows = (tmp_path / "tower_pushover.csv").read_text().splitlines()
+    assert head.startswith("displacement (m),largest (m),factor (1)")
+    assert len(rows) > 20
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"point": "roof"}, "'roof' is not the name of a &measured_point; there are top"),
+        ({"load": "wind"}, "load = 'wind'"),
+        ({"sense": 0}, "sense = 0"),
+        ({"displacement": -1.0}, "displacement"),
+        ({"steps": 0}, "steps"),
+        ({"changes": {"control.gravity": (0.0, 0.0)}}, "needs gravity"),
+    ],
+)
+def test_arguments_that_cannot_be(values, words):
+    with pytest.raises(InputError, match=words):
+        pushover(tower(), **{"point": "top"} | values)
+
+
+STUDY = """
+model = "tower.nml"
+parameters = {friction = {changes = "joint[dry].friction_angle", values = [8.0, 40.0]}}
+pushover = {point = "top", displacement = 0.05, steps = 20, limits = true}
+"""
+
+
+def test_a_study_pushes_each_of_its_cases(tmp_path, main):
+    """Slides at tan 8°, else rocks at width over height: the peaks, between their limits."""
+    import xarray
+
+    tower().write(tmp_path / "tower.nml")
+    (tmp_path / "push.toml").write_text(STUDY)
+    main.ok("study", str(tmp_path / "push.toml"), "--quiet")
+    table = xarray.load_dataset(tmp_path / "push_study" / "table.nc")
+    alone = pushover(tower(), "top", displacement=0.05, steps=20)
+    assert table.peak_factor.values[1] == alone.peak
+    assert table.peak_factor.values[0] == pytest.approx(math.tan(math.radians(8)), rel=0.02)
+    assert (table.peak_factor <= table.limit_upper * 1.02).all()
+    assert (table.peak_factor >= table.limit_lower * 0.98).all()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('point = "top", ', "", r"\[pushover\] point is missing"),
+        ("limits = true", 'load = "up"', "load = 'up'"),
+        ("steps = 20", "steps = 0", "steps"),
+        ("model =", 'task = "safety"\nmodel =', "leave out task and results"),
+        ("model =", "solve = {}\nmodel =", "are two tasks"),
+        ("limits", "limit", "did you mean 'limits'"),
+    ],
+)
+def test_bad_tables_of_a_pushover(tmp_path, old, new, words):
+    from sitedda.study.settings import read_settings
+
+    tower().write(tmp_path / "tower.nml")
+    file = tmp_path / "push.toml"
+    file.write_text(STUDY.replace(old, new, 1))
+    with pytest.raises(InputError, match=words):
+        read_settings(file)
+
+
+def ideal(curve, sense=1) -> Pushover:
+    """A curve of displacement (m) and load over weight, of one block that moves as its point."""
+    way, factor = np.array(curve, dtype=float).T
+    none = np.zeros(len(way))
+    moved = np.array([[sense * (way[-1] - way[int(np.argmax(factor))] or way[-1]), 0.0, 0.0]])
+    return Pushover("horizontal", sense, "top", way, way, factor, none, none, 2e3, ("one",),
+                    ("slides",), moved, ("slides",), [np.zeros((3, 2))], "", np.array([2e3]),
+                    10.0)  # fmt: skip
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_an_ideally_plastic_oscillator(sense):
+    """T* = 2π √(d_y/a_y); beyond T_C equal displacements, below by q: closed forms."""
+    for yielding, peak in ((0.05, 2.0), (0.005, 4.0)):
+        found = ideal([(0, 0), (0.5 * yielding, 0.1), (yielding, 0.2), (0.4, 0.2)], sense)
+        point = performance_point(found, eurocode8(peak, "A"))
+        period = 2 * math.pi * math.sqrt(yielding / 2.0)
+        elastic = float(eurocode8(peak, "A")(period))
+        demand = elastic * (period / (2 * math.pi)) ** 2
+        if period < 0.4:
+            q = elastic / 2.0
+            demand = demand / q * (1 + (q - 1) * 0.4 / period)
+        assert point.period == pytest.approx(period, rel=1e-3)
+        assert point.demand == pytest.approx(demand, rel=2e-3)
+        assert point.at_point == pytest.approx(demand, rel=2e-3)
+        assert point.capacity == 0.4 and point.stands and point.margin > 1
+        table = np.linspace(0.01, 5, 5000)
+        same = performance_point(found, (table, eurocode8(peak, "A")(table)))
+        assert same.demand == pytest.approx(point.demand, rel=1e-2)
+    assert not performance_point(found, eurocode8(400.0, "D")).stands
+
+
+def test_participation_of_masses_that_move_unequally():
+    """Masses 1 and 3, φ = 1 and ½: Γ = 2.5/1.75; the resistance is λ g."""
+    one = ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)])
+    found = replace(one, mass=4.0, masses=np.array([1.0, 3.0]),
+                    mechanism=np.array([[0.35, 0, 0], [0.175, 0, 0]]))  # fmt: skip
+    point = performance_point(found, eurocode8(1.0))
+    assert point.at_point / point.demand == pytest.approx(2.5 / 1.75, rel=1e-9)
+    assert point.curve[-1] == pytest.approx((0.4 * 1.75 / 2.5, 2.0), rel=1e-9)
+
+
+def test_a_rocking_block_by_the_italian_code(tmp_path, main):
+    """d₀ = b/2 of the centroid, a_s = g tan(α − θ_s), T_s = 2π √(d_s/a_s) with d_s = 0.16 d₀."""
+    model, (width, height) = tower(), (0.5, 2.0)
+    found = pushover(model, "top", displacement=0.45, steps=150)
+    point = performance_point(found, eurocode8(2.0, "B"), method="mechanism")
+    at, radius = 0.16 * 0.5 * width, 0.5 * math.hypot(width, height)
+    strength = 9.81 * math.tan(math.asin(0.5 * width / radius - at / radius))
+    assert point.period == pytest.approx(2 * math.pi * math.sqrt(at / strength), rel=5e-3)
+    assert point.capacity == pytest.approx(0.4 * 0.5 * width, rel=1e-2)  # finite rotation
+    demand = float(eurocode8(2.0, "B")(point.period)) * (point.period / (2 * math.pi)) ** 2
+    assert point.demand == pytest.approx(demand, rel=1e-9)
+    model.write(tmp_path / "tower.nml")
+    done = main.ok("pushover", "tower.nml", "--point", "top", "--displacement", "0.45", "--steps",
+                   "60", "--ec8", "2", "B", "--method", "mechanism", folder=tmp_path)  # fmt: skip
+    assert "performance: fails (mechanism): demand" in done.stdout or "stands" in done.stdout
+    assert (tmp_path / "tower_pushover_performance.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "method", "words"),
+    [
+        (eurocode8(1.0), "ads", "method = 'ads'"),
+        (([1.0, 0.5], [1, 1]), "n2", "ascending periods"),
+        (([0.1], [1]), "n2", "ascending periods"),
+        (eurocode8(1.0), "mechanism", "push farther"),
+    ],
+)
+def test_performance_that_cannot_be(spectrum, method, words):
+    with pytest.raises(InputError, match=words):
+        performance_point(ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)]), spectrum, method=method)
+
+
+def test_a_point_that_is_no_part_of_the_mechanism():
+    found = replace(ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)]), largest=np.array([0.0, 1.0, 9.0]))
+    with pytest.raises(InputError, match="hardly moves"):
+        performance_point(found, eurocode8(1.0))

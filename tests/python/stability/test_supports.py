@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Supports that move at rest, against closed forms of rigid blocks."""
+
+import math
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda import InputError
+
+LENGTH, HEIGHT = 2.0, 0.5
+WEIGHT = 2500.0 * 9.81 * LENGTH * HEIGHT  # of a half, N/m
+
+
+def flat_arch() -> sitedda.Model:
+    """Two stones between two abutments."""
+    model = sitedda.Model("flat arch", time_step=1e-3, gravity=(0, -9.81))
+    model.contact(normal_stiffness=1e11)
+    model.material("stone", density=2500.0, young_modulus=1e13, poisson_ratio=0.2)
+    model.joint("dry", friction_angle=50.0)
+    for name, left in (("left", -1.0), ("first", 0.0), ("second", LENGTH), ("right", 2 * LENGTH)):
+        right = left + (1.0 if name in ("left", "right") else LENGTH)
+        model.block([left, 0, right, 0, right, HEIGHT, left, HEIGHT], name=name)
+        if name in ("left", "right"):
+            for x in (left + 0.1, right - 0.1):
+                model.fixed_point(x, 0.25, name)
+    return model
+
+
+def thrust(spread: float) -> float:
+    """Of hinges at the foot of both abutments and the top between: H = w x/(2 r)."""
+    x = LENGTH + spread / 2
+    return WEIGHT * x / (2 * math.sqrt(LENGTH**2 + HEIGHT**2 - x**2))
+
+
+def test_the_thrust_of_an_arch_that_spreads():
+    found = sitedda.move_supports(flat_arch(), ["right"], (0.02, 0.0), steps=10)
+    assert not found.ending and found.share[-1] == 1.0
+    expected = [thrust(0.02 * share) for share in found.share]
+    assert -found.reaction[1:, 0] == pytest.approx(expected[1:], rel=2e-3)
+    vertical = WEIGHT + 2500.0 * 9.81 * HEIGHT  # with that of the abutment
+    assert found.reaction[1:, 1] == pytest.approx(np.full(10, vertical), rel=1e-3)
+    assert found.displacement[-1, 3, 0] == pytest.approx(0.02, rel=1e-3)
+    drop = HEIGHT - math.sqrt(LENGTH**2 + HEIGHT**2 - (LENGTH + 0.01) ** 2)
+    assert found.displacement[-1, 1, 1] == pytest.approx(-drop / 2, rel=0.02)
+    assert found.to_csv().count("\n") == 12
+
+
+def test_a_support_that_settles_and_turns():
+    """A stone on a base follows it: the reaction stays the weight of both."""
+    model = sitedda.Model("base", time_step=1e-3, gravity=(0, -9.81))
+    model.contact(normal_stiffness=1e10)
+    model.material("stone", density=2000.0, young_modulus=1e12, poisson_ratio=0.2)
+    model.joint("dry", friction_angle=40.0)
+    model.block([0, 0, 4, 0, 4, 1, 0, 1], name="base")
+    model.block([1, 1, 3, 1, 3, 2, 1, 2], name="stone")
+    for x in (1.0, 3.0):
+        model.fixed_point(x, 0.5, "base")
+    found = sitedda.move_supports(model, ["base"], (0.0, -0.05), rotation=0.02, steps=5)
+    assert found.reaction[:, 1] == pytest.approx(np.full(6, 6 * 2000 * 9.81), rel=1e-3)
+    assert found.displacement[-1, 0] == pytest.approx((0.0, -0.05, 0.02), abs=1e-4)
+    assert found.displacement[-1, 1, 2] == pytest.approx(0.02, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("blocks", "words"), [(["middle"], "'middle' is not the name"), (["first"], "no &fixed_point")]
+)
+def test_what_cannot_move(blocks, words):
+    with pytest.raises(InputError, match=words):
+        sitedda.move_supports(flat_arch(), blocks, (0.01, 0.0))

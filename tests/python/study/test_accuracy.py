@@ -1,0 +1,508 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures with bars: what they are made of, and that truths lie within."""
+
+import importlib.util
+import json
+import math
+import random
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda.base.numbers import number, with_bar
+from sitedda.error_bars import kept_accuracy
+from sitedda.error_bars.bars import bar_of_steps, penalty_error
+from sitedda.error_bars.figures import YIELD, Accuracy
+from sitedda.error_bars.horizon import _horizon_words, horizon
+from sitedda.error_bars.linear import is_linear
+from sitedda.error_bars.measure import _figures
+from sitedda.error_bars.variants import Facts, facts_of
+from sitedda.output import load
+from sitedda.report import to_html
+from sitedda.study.page import report_page
+from sitedda.study.quantities import measure, quantities_of
+from sitedda_evidence.validation.error_bars import PUSH, SLIDE, G
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_changes_of_the_scheme_give_the_limit(order):
+    a, b, c = (5.0 + 0.8 * h**order for h in (0.1, 0.05, 0.025))
+    bar = bar_of_steps(a, b, c, order)
+    assert bar.order == pytest.approx(order, abs=1e-9)
+    assert bar.extrapolated == pytest.approx(5.0, rel=1e-12)
+    assert abs(c - 5.0) < bar.half
+    assert bar.half == pytest.approx(max(3.0 * abs(b - c), 1e-3 * abs(a)), rel=1e-12)
+
+
+def test_a_last_change_that_is_small_by_chance_is_not_believed():
+    bar = bar_of_steps(1.1, 1.0, 1.0001, 1)
+    assert bar.half == pytest.approx(3.0 * 0.1 / 4.0)
+    assert math.isnan(bar.extrapolated)
+
+
+def test_changes_that_do_not_fall_are_said_to():
+    bar = bar_of_steps(1.0, 1.02, 0.97, 1)
+    assert not bar.converges
+    assert bar.half == pytest.approx(0.15)
+    wide = bar_of_steps(1.0, 2.0, 9.0, 1)
+    assert not wide.converges
+    assert math.isnan(wide.half)
+
+
+def test_changes_that_do_not_fall_are_said_to_however_small():
+    """A bar of 0.1 % from changes of 0.03 % was off by 0.4 %: late flutter of contact springs."""
+    assert not bar_of_steps(1.0, 1.0001, 1.0004, 1).converges
+    runs = [{"largest_velocity_m_s": value} for value in (0.1904, 0.19042, 0.19046, 0.1903)]
+    found = _figures(Facts({}, 1, 1e9), runs)["largest_velocity_m_s"]
+    assert found.bar > 0 and found.doubt.startswith("does not converge: 0.1904, ")
+    same = bar_of_steps(2.0, 2.0, 2.0, 1)
+    assert same.converges
+    assert same.half == pytest.approx(2e-3)
+
+
+def test_a_run_that_failed_leaves_no_bar():
+    bar = bar_of_steps(1.0, 1.1, math.nan, 1)
+    assert not bar.converges
+    assert math.isnan(bar.half)
+
+
+def test_what_only_smaller_steps_show_is_not_left_out():
+    runs = [{"largest_opening_m": value} for value in (0.0, 0.0, 0.1)]
+    found = _figures(Facts({}, 1, 0.0), runs)["largest_opening_m"]
+    assert found.finest == 0.1
+    assert "does not converge" in found.doubt
+
+
+def test_a_force_that_grows_with_smaller_steps_is_a_blow():
+    runs = [{"largest_contact_force_n_m": value} for value in (1.0, 2.0, 4.0)]
+    found = _figures(Facts({}, 1, 0.0), runs)["largest_contact_force_n_m"]
+    assert found.doubt == "grows as 1/Δt, a blow: 1, 2, 4 at Δt, Δt/2, Δt/4"
+
+
+def test_a_tilt_that_grows_with_smaller_steps_is_no_blow():
+    runs = [{"largest_tilt_rad": value} for value in (1.0, 2.0, 4.0)]
+    found = _figures(Facts({}, 1, 0.0), runs)["largest_tilt_rad"]
+    assert found.doubt == "does not converge: 1, 2, 4 at Δt, Δt/2, Δt/4"
+
+
+def test_what_has_no_limit_after_twins_have_parted_is_of_a_distribution():
+    runs = [{"largest_slip_m": value} for value in (1.0, 1.1, 0.8)]
+    found = _figures(Facts({}, 1, 0.0), runs)["largest_slip_m"]
+    assert _horizon_words(found, 2.0, 3.0) is found
+    beyond = _horizon_words(found, 3.5, 3.0)
+    assert beyond.doubt.startswith("beyond the horizon of 3 s, one of a distribution: 1, 1.1, 0.8")
+    assert beyond.bar == found.bar
+    limit = _figures(Facts({}, 1, 0.0), [{"largest_slip_m": value} for value in (1.0, 1.1, 1.12)])
+    own = replace(limit["largest_slip_m"], decided=2.5)
+    assert _horizon_words(own, 2.0, 1.0) is own
+    assert (
+        _horizon_words(own, 3.0, 1.0).doubt == "beyond the horizon of 2.5 s, one of a distribution"
+    )
+    yields = replace(own, doubt=YIELD)
+    assert _horizon_words(yields, 2.0, 3.0) is yields
+    assert _horizon_words(yields, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
+    both = Accuracy({"a": beyond, "b": _horizon_words(own, 3.0, 1.0)}).doubts()
+    assert both == [
+        ("bars", "beyond the horizon, the first of 2.5 s, each one of a distribution: a, b")
+    ]
+
+
+@pytest.mark.parametrize("damping, words", [("", "the time integration alone"),
+                                            (", damping = 1e5", "at other times")])  # fmt: skip
+def test_what_does_not_converge_has_a_cause(write_input, damping, words):
+    file = write_input(SLIDE.replace("restitution = 0", f"tensile_strength = 0{damping}"))
+    values = {1.5e-2: 1.0, 7.5e-3: 1.1, 3.75e-3: 0.8}
+
+    def odd(run) -> float:
+        return values[round(run.history.time_step.values[-1], 6)]
+
+    found = sitedda.accuracy(file, odd, changes={"time_step": 1.5e-2}, workers=1)
+    assert words in found.cause
+    assert found.cause in str(found)
+    assert found.cause in found.doubts()[-1][1]
+
+
+def test_a_run_that_failed_has_counted_nothing():
+    runs = [{"contacts_slipped": value} for value in (3.0, 3.0, math.nan)]
+    found = _figures(Facts({}, 1, 0.0), runs)["contacts_slipped"]
+    assert math.isnan(found.bar)
+    assert found.doubt == "no bar: not all runs have it"
+
+
+@pytest.mark.parametrize("share", [0.03, -0.2])
+def test_error_of_the_penalty(share):
+    assert penalty_error(2.0 + share, 2.0 + share / 2.0) == pytest.approx(abs(share), rel=1e-12)
+    assert penalty_error(2.0 + share, 2.0 + share / 4.0) == pytest.approx(1.5 * abs(share))
+
+
+def test_what_penalty_contacts_yield_needs_no_limit():
+    """A residual of 1e-8 m that 4 k_n makes a quarter of it is no movement of the model."""
+    runs = [{"residual_displacement_m": value} for value in (1.0e-8, 1.1e-8, 1.3e-8, 0.25e-8)]
+    found = _figures(Facts({}, 1, 1e9), runs)["residual_displacement_m"]
+    assert found.doubt == "only the compression of contact springs"
+    assert found.bar == pytest.approx(3 * 0.2e-8 + 1.5e-8)
+
+
+def test_changes_that_fall_below_the_error_of_the_penalty_leave_its_bar():
+    runs = [{"largest_slip_m": value} for value in (1.0, 1.015, 1.025, 0.95)]
+    found = _figures(Facts({}, 1, 1e9), runs)["largest_slip_m"]
+    assert found.doubt == "the bar is of the penalty stiffness"
+    assert found.bar == pytest.approx(3 * 0.01 + 0.1)
+
+
+@pytest.mark.parametrize(
+    "value, bar, words",
+    [
+        (0.13239, 0.00052, "0.13239 ± 0.00052"),
+        (615.2, 94.0, "615 ± 94"),
+        (123456.0, 1200.0, "123500 ± 1200"),
+        (2.5e-7, 1.3e-8, "(2.50 ± 0.13)e-7"),
+        (0.0, 0.0, "0 ± 0"),
+        (3.14159, math.nan, "3.142 (no bar)"),
+        (-0.04218, 0.00018, "-0.04218 ± 0.00018"),
+    ],
+)
+def test_numbers_end_where_their_bar_does(value, bar, words):
+    assert with_bar(value, bar) == words
+
+
+@pytest.mark.parametrize(
+    "value, words",
+    [(0.0, "0"), (0.123456, "0.1235"), (12.5, "12.5"), (123456.0, "123456"), (-2e-7, "-2e-7"),
+     (1.23456e12, "1.235e12"), (math.inf, "inf")],
+)  # fmt: skip
+def test_numbers_have_four_digits(value, words):
+    assert number(value) == words
+
+
+def test_runs_of_bars_are_kept(write_input, tmp_path):
+    file = write_input(SLIDE)
+    found = sitedda.accuracy(file, folder=tmp_path / "runs")
+    assert list(found.runs) == ["dt", "dt/2", "dt/4", "4 k_n", "twin"]
+    assert not any(found.runs.values())
+    assert found["largest_slip_m"].run == sitedda.run(file).verdict.values["largest_slip_m"]
+    assert json.loads(json.dumps(found.to_dict()))["figures"]["largest_slip_m"]["bar"] > 0
+    made = {p: p.stat().st_mtime_ns for p in (tmp_path / "runs" / "cases").rglob("*.json")}
+    assert sitedda.accuracy(file, folder=tmp_path / "runs").figures.keys() == found.figures.keys()
+    assert made == {p: p.stat().st_mtime_ns for p in made}
+
+
+def test_measured_stiffness_is_no_penalty(write_input):
+    text = SLIDE.replace("restitution = 0", "normal_stiffness_per_area = 2e11")
+    found = sitedda.accuracy(write_input(text), "largest_slip_m", changes={"time_step": 5e-3})
+    assert list(found.runs) == ["dt", "dt/2", "dt/4", "twin"]
+    assert found["largest_slip_m"].penalty == 0.0
+
+
+def test_steps_and_stages_are_divided(write_input):
+    text = SLIDE.replace("duration = 1.5, ", "").replace(", settle = .true.", "")
+    text = text.replace("time_step = 2e-3", "time_step = 1e-2")
+    text += "&stage name = 'one', steps = 8 /\n"
+    text += "&stage name = 'two', time_step = 5e-3, duration = 0.1 /\n"
+
+    def count(run) -> float:
+        return run.history.sizes["time"]
+
+    table = sitedda.accuracy(write_input(text), count, workers=1)
+    assert [round(table["count"].run), round(table["count"].finest)] == [8 + 20 + 1, 4 * 28 + 1]
+
+
+def test_a_run_that_is_there_is_not_run_again(write_input, tmp_path):
+    """Given the output of a run with less friction, its slip is that of "this run"."""
+    file = write_input(SLIDE.replace("time_step = 2e-3", "time_step = 5e-3"))
+    other = sitedda.run(file, tmp_path / "o.nc", changes={"joint.friction_angle": 15.0})
+    found = sitedda.accuracy(file, "largest_slip_m", output=other.output, workers=1)
+    figure = found["largest_slip_m"]
+    assert figure.run == other.verdict.values["largest_slip_m"] > 1.1 * figure.finest
+
+
+def test_runs_say_it_too(write_input, python_program, tmp_path):
+    file = write_input(SLIDE.replace("time_step = 2e-3", "time_step = 5e-3"))
+    done = python_program.ok("accuracy", str(file), "--quiet", "--set", "joint.friction_angle=25")
+    assert "largest_slip_m" in done.stdout
+    assert " ± " in done.stdout
+    run = sitedda.run(file, changes={"joint.friction_angle": 25.0})
+    shown = next(line for line in done.stdout.splitlines() if line.startswith("largest_slip_m"))
+    assert str(run.accuracy()["largest_slip_m"]) in shown
+    done = python_program.ok(
+        "run", str(file), "--accuracy", "-q", "--no-plot", "-o", str(tmp_path / "o.nc"), "--report"
+    )
+    assert " ± " in done.stdout
+    kept = kept_accuracy(load(tmp_path / "o.nc").attrs)
+    shown = with_bar(1e3 * kept["largest_slip_m"].finest, 1e3 * kept["largest_slip_m"].bar)
+    assert re.search(rf"^slip +{re.escape(shown)} mm", done.stdout, re.M)
+    assert str(kept["largest_slip_m"]) in (tmp_path / "o.html").read_text()
+
+
+def test_runs_that_say_the_same_say_it_once():
+    runs = {
+        "dt": "solver: 3 of 9 steps\nstart: sudden",
+        "dt/2": "solver: 1.5e-3 of 9 steps",
+        "b": "",
+    }
+    said = ["runs dt, dt/2: solver: 3 of 9 steps", "run dt: start: sudden"]
+    found = Accuracy({}, runs)
+    assert str(found).splitlines()[1:] == said
+    assert [doubt.words for doubt in found.doubts()] == said
+
+
+def test_what_cannot_be_run_is_one_sentence(write_input, python_program):
+    file = write_input(SLIDE.replace("friction_angle", "frictoin_angle"))
+    done = python_program("accuracy", str(file), "-q")
+    assert done.returncode == 1
+    assert "frictoin_angle" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.fixture(scope="module")
+def error_bars():
+    """The study of random cases."""
+    path = ROOT / "tests" / "robustness" / "error_bars.py"
+    spec = importlib.util.spec_from_file_location("error_bars_study", path)
+    study = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(study)
+    return study
+
+
+def test_random_pairs_lie_within_their_bars(capsys, error_bars):
+    assert error_bars.main(["--pairs", "4", "--seed", "3"]) == 0, capsys.readouterr().out
+
+
+@pytest.mark.filterwarnings("ignore::sitedda.PeakWarning")
+def test_a_random_linear_column_lies_within_its_bars(capsys, error_bars):
+    assert error_bars.main(["--columns", "1"]) == 0, capsys.readouterr().out
+
+
+@pytest.mark.filterwarnings("ignore::sitedda.PeakWarning")
+def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
+    """The transfer function gives the limit of runs with Δt/2, Δt/4 and 4 k_n."""
+    file = write_input(error_bars.column(random.Random(1003))[0])
+    names = [f"{name}[surface]" for name in ("pgv_m_s", "pga_resolved_m_s2", "sa_resolved_m_s2")]
+    run = sitedda.run(file)
+    assert run.history.attrs["contacts_changed"] == "no"
+    found = run.accuracy()
+    assert found.runs == {}
+    loaded = write_input(
+        f"{file.read_text()}&traction side = 'top', normal = 1e3 /\n", "loaded.nml"
+    )
+    assert is_linear(run.history, facts_of(file, {}))
+    assert not is_linear(run.history, facts_of(loaded, {}))
+    runs = sitedda.accuracy(file, names, workers=2)
+    for name in names:
+        one, other = found[name], runs[name]
+        assert one.run == pytest.approx(other.run, rel=1e-12)
+        limit = other.finest if math.isnan(other.extrapolated) else other.extrapolated
+        assert one.finest == pytest.approx(limit, rel=1e-2)
+        assert one.bar < 0.25 * other.bar  # small steps cost a transfer function nothing
+    assert (
+        found["largest_displacement_m"].doubt == "no bar: of a linear run measured points have one"
+    )
+
+
+def test_a_resonance_that_nothing_damps_has_no_limit():
+    file = ROOT / "inputs" / "layered_site.nml"
+    found = sitedda.accuracy(file, changes={"control.steps": 12000})
+    doubt = found["amplification"].doubt
+    assert doubt.startswith("does not converge: 466.2, 932.5, 1865 at Δt/16, Δt/32, Δt/64")
+    assert "damping of the time integration alone" in found.cause
+
+
+def test_a_history_that_parts_is_decided_until_then():
+    time = np.linspace(0.0, 10.0, 1001)
+    run = np.minimum(time, 4.0)
+    twin = run + 1e-9 * np.exp(4.0 * time)
+    parted = np.log(0.01 * 4.0 / 1e-9) / 4.0
+    assert horizon(time, run, twin) == pytest.approx(parted, abs=0.011)
+    assert horizon(time, run, run + 0.009) == math.inf
+    nothing = np.full(1001, math.nan)
+    assert horizon(time, nothing, nothing) == math.inf
+
+
+def test_a_displaced_block_is_that_far_away_and_keeps_its_bonds(write_input):
+    text = SLIDE.replace("restitution = 0", "cohesion = 1e6, tensile_strength = 1e6")
+    file = write_input(text.replace("base_motion_x = 'push'", "base_motion_x = ''"))
+    places = []
+    for by in (0.0, 1e-7):
+        changes = {"control.displaced_block": "block", "control.displaced_by": (2 * by, by)}
+        with sitedda.Simulation(file, changes=changes) as run:
+            places.append(run.coordinates[1])
+            run.advance(1)
+            assert run.contacts["bonded"].all()
+            assert not run.warning
+    away = places[1] - places[0]
+    size = math.sqrt(2.0)
+    assert away[:2] == pytest.approx([2e-7 * size, 1e-7 * size], rel=1e-6)
+    assert not away[2:].any()
+
+
+def test_a_twin_displaces_no_block_that_stages_remove(write_input):
+    """The twin of a run without its displaced block is the run: all would be decided."""
+    model = write_input(
+        SLIDE.replace("duration = 1.5, ", "")
+        .replace("settle = .true.,", "")
+        .replace("base_motion_x = 'push'", "")
+        + "&block name = 'top', vertices = -1 1 1 1 1 2 -1 2 /\n"
+        "&stage name = 'rest', kind = 'static' /\n"
+        "&stage name = 'dig', kind = 'static', remove = 'to*' /\n"
+        "&stage name = 'shake', steps = 5, motions = 'push' /\n"
+    )
+    assert facts_of(model, {}).there == (2, 1)  # block, floor
+    with (
+        pytest.raises(sitedda.InputError, match="'top', which is removed before"),
+        sitedda.Simulation(model, changes={"control.displaced_block": "top"}) as run,
+    ):
+        run.advance(5)
+
+
+def test_a_displaced_block_must_be_there(write_input):
+    with pytest.raises(sitedda.InputError, match="displaced_block = 'blok' is not the name"):
+        sitedda.Simulation(write_input(SLIDE), changes={"control.displaced_block": "blok"})
+
+
+PILE = f"""
+&control time_step = 1e-3, duration = 3, gravity = 0, -{G}, base_motion_x = 'shake' /
+&material density = 2500, young_modulus = 5e8, poisson_ratio = 0.2 /
+&joint friction_angle = 25, restitution = 0.6 /
+&block name = 'floor', vertices = -6 -1 6 -1 6 0 -6 0 /
+&block name = 'left', vertices = -6 0 -4 0 -4 4 -6 4 /
+&block name = 'right', vertices = 4 0 6 0 6 4 4 4 /
+&fixed_point x = -6, y = -1, block = 'floor' /
+&fixed_point x = 6, y = -1, block = 'floor' /
+&fixed_point x = -6, y = 0, block = 'left' /
+&fixed_point x = -6, y = 4, block = 'left' /
+&fixed_point x = 6, y = 0, block = 'right' /
+&fixed_point x = 6, y = 4, block = 'right' /
+&motion name = 'shake', quantity = 'acceleration', drift_order = 0, time_step = 0.01,
+        values = {" ".join(f"{6 * math.sin(0.15 * i):.4f}" for i in range(300))} /
+"""
+
+
+def pile() -> str:
+    """Blocks of chance that fall between two walls."""
+    dice, text = np.random.default_rng(5), PILE
+    for row in range(3):
+        for column in range(4):
+            x, y = -3.0 + 1.9 * column + 0.2 * row, 0.6 + 1.6 * row
+            turn = dice.uniform(0.0, 2.0 * math.pi / 5.0)
+            corners = [turn + 2.0 * math.pi * k / 5.0 for k in range(5)]
+            sides = dice.uniform(0.4, 0.7, size=2)
+            places = " ".join(f"{x + sides[0] * math.cos(c):.6f} {y + 0.6 * math.sin(c):.6f}"
+                              for c in corners)  # fmt: skip
+            text += f"&block name = 'b{row}{column}', vertices = {places} /\n"
+    return text
+
+
+def histories_of(file, output, block: str):
+    """Histories of the figures, a block being displaced."""
+    changes = {"control.displaced_block": block} if block else {}
+    sitedda.run(file, output, changes=changes)
+    return measure(output, quantities_of("histories"))[1]
+
+
+def test_displaced_blocks_show_the_same_horizon(write_input, tmp_path):
+    file, output = write_input(pile()), tmp_path / "o.nc"
+    run, *twins = (histories_of(file, output, block) for block in ("", "b00", "b13", "b21", "b23"))
+    look = run["history_energy_kinetic"].coordinates["look"]
+
+    def parted(name):
+        return [horizon(look, run[name].values, twin[name].values) for twin in twins]
+
+    motions = parted("history_energy_kinetic")
+    assert 1.0 < min(motions) and max(motions) < 1.2 * min(motions)
+    for name in run:  # none before the motions, in which a shift of 1e-9 begins to count
+        assert min(parted(name)) > 0.8 * min(motions), name
+
+
+def test_an_ensemble_gives_bands(write_input):
+    file = write_input(pile())
+    found = sitedda.accuracy(file, ["largest_tilt_rad", "residual_tilt_rad"], ensemble=3,
+                             changes={"control.duration": 2.0}, workers=2)  # fmt: skip
+    tilt = found["largest_tilt_rad"]
+    assert 1.0 < tilt.decided < 1.8
+    assert 1.0 < found["residual_tilt_rad"].decided <= 2.0
+    assert tilt.low < tilt.median < tilt.high
+    band = found.bands["largest_tilt_rad"]
+    assert band.median[-1] == pytest.approx(tilt.median)
+    assert band.high[100] - band.low[100] < 1e-6
+    assert "decided until" in str(found)
+    panels = [axes for axes in found.draw().axes if axes.get_visible()]
+    assert [axes.get_title() for axes in panels] == ["largest tilt (rad)"]
+    assert "16–84 % of twins" in [text.get_text() for text in panels[0].get_legend().texts]
+    assert list(found.runs)[-3:] == ["twin 1", "twin 2", "twin 3"]
+
+
+def test_bands_are_kept_and_shown(write_input, python_program, tmp_path):
+    file, output = write_input(SLIDE), tmp_path / "o.nc"
+    python_program.ok(
+        "run",
+        str(file),
+        "--ensemble",
+        "2",
+        "-q",
+        "--no-plot",
+        "--report",
+        "-o",
+        str(output),
+        "--set",
+        "duration=0.5",
+    )
+    kept = kept_accuracy(load(output).attrs)
+    band = kept.bands["largest_slip_m"]
+    assert band.time[-1] == pytest.approx(0.5, abs=0.01) and len(band.time) <= 200
+    assert (band.low <= band.high).all() and band.median[-1] > 0.01
+    shown = str(kept["largest_slip_m"])
+    python_program.ok("view", str(output), "--no-open", "-o", str(tmp_path / "v.html"))
+    for page in ("o.html", "v.html"):
+        text = (tmp_path / page).read_text()
+        assert shown in text and "Figures so far of twins" in text
+
+
+def test_a_study_of_figures_with_bars_knows_their_horizon(write_input):
+    """Blocks of chance part from their twins at about 1.3 s."""
+    table = sitedda.study(write_input(pile()), {"control.duration": [0.8, 1.8]}, task="accuracy",
+                          workers=1)  # fmt: skip
+    assert (table.status == "complete").all(), table.message.values
+    assert (table.blocks_lost == 0).all() and (table.largest_tilt_rad_bar > 0).any()
+    assert table.end_s.values == pytest.approx([0.8, 1.8], rel=1e-3)
+    beyond = table.largest_tilt_rad_decided_s < table.end_s
+    assert beyond.values.tolist() == [False, True]
+    words = [str(one) for one in table.warning.values]
+    assert "beyond the horizon" not in words[0] and "beyond the horizon" in words[1]
+    page = to_html(report_page(table))
+    fell, bar = (float(table[f"largest_displacement_m{end}"][1]) for end in ("", "_bar"))
+    assert with_bar(fell, bar) in page
+
+
+def test_nothing_that_rounding_leaves_is_told(write_input):
+    rests = SLIDE.replace("base_motion_x = 'push'", "base_motion_x = ''").replace("1.5,", "0.05,")
+    run = sitedda.run(write_input(rests))
+    assert run.verdict.happened.startswith("The model is at rest")
+    names = {line.name for line in run.verdict.figures}
+    assert not {"displacement", "tilt", "velocity", "point displacement"} & names
+    assert 0.0 <= run.verdict.values["largest_displacement_m"] < 2e-8
+
+
+def test_a_small_motion_of_a_linear_model_is_no_rest(write_input):
+    """Displacements of 1e-12 of the model answer to what drives it, 1e-10 m."""
+    small = SLIDE.replace(f"30*{PUSH}", "1e-9 " * 30).replace("1.5,", "0.3,")
+    run = sitedda.run(write_input(small.replace("0, -9.81", "0, 0")))
+    moved = run.verdict.values["largest_displacement_m"]
+    assert 1e-14 < moved < 1e-9
+    assert run.verdict.happened.startswith("Blocks moved by up to ")
+
+
+def test_studies_say_the_doubts_of_their_runs(write_input):
+    soft = SLIDE.replace("young_modulus = 5e9", "young_modulus = 1e6")
+    table = sitedda.study(write_input(soft), {"contact.normal_stiffness": [4e7, 1e5]},
+                          fixed={"control.duration": 0.02}, workers=1)  # fmt: skip
+    words = [str(one) for one in table.warning.values]
+    assert all(line.startswith("check: ") for line in words[0].splitlines())
+    size = r"check: element size: \d+ blocks, 1/.* of a wave at .* Hz, limit 1/12"
+    assert re.search(size, words[0])
+    assert "penetration: a vertex of block 2 'block' is" in words[1]

@@ -1,0 +1,479 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Studies: cases, keys, tables; what fails, what is resumed, what is refused."""
+
+import json
+import math
+import re
+import shutil
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+import study_functions
+from environment import DEADLINE
+from model_text import changed, namelist, tower
+from study_functions import same
+
+import sitedda
+from sitedda.errors import InputError, OutputError
+from sitedda.study import (
+    Points,
+    Workers,
+    collect,
+    counts,
+    latin_hypercube,
+    lognormal,
+    one_at_a_time,
+    saltelli,
+    seeds,
+    sobol,
+    uniform,
+)
+from sitedda.study.case import Work, carry_out, run_input
+from sitedda.study.plan import make_plan
+from sitedda.study.pushing import PushTo
+from sitedda.study.solving import SolveFor
+from sitedda.study.store import case_folder, locked, read_result
+
+GRID = {"material.rock.density": [2500.0, 2643.0], "motion.scale": [1.0, 2.0, 3.0]}
+KEPT = ["displacement[surface].x", "displacement[surface].x.largest", "energy_balance.last"]
+COLUMN = Path(__file__).parents[3] / "inputs" / "column.nml"
+
+
+@pytest.fixture
+def file(write_input):
+    return write_input(tower())
+
+
+@pytest.fixture
+def threads():
+    with ThreadPoolExecutor(2) as pool:
+        yield pool
+
+
+# --- the table -----------------------------------------------------------------------------------
+
+
+def test_a_table_holds_what_single_runs_give(file, threads):
+    found = sitedda.study(file, GRID, KEPT, executor=threads)
+    assert dict(found.sizes) == {"density": 2, "scale": 3, "time": 61}
+    assert found.density.attrs["changes"] == "material.rock.density"
+    assert counts(found) == {"complete": 6}
+    for i, density in enumerate(GRID["material.rock.density"]):
+        for j, scale in enumerate(GRID["motion.scale"]):
+            changes = {"material.rock.density": density, "motion.scale": scale}
+            run = sitedda.run(file, changes=changes).history
+            alone = run.displacement.sel(point="surface") - run.base_displacement
+            here = found["displacement[surface].x"][i, j]
+            assert np.array_equal(here, alone.sel(axis="x"))
+            assert (
+                found["displacement[surface].x.largest"][i, j]
+                == here[int(np.argmax(abs(here.values)))]
+            )
+
+
+def test_every_kind_of_quantity(file, threads):
+    results = {"all": "verdict", "steps": study_functions.steps_of, "Sa": "spectrum[surface].x",
+               "stress": "block_stress[layer_1].yy.min", "v": "velocity[surface].y"}  # fmt: skip
+    found = sitedda.study(file, {"motion.scale": [1.0]}, results, executor=threads)
+    run = sitedda.run(file)
+    values = run.verdict.values
+    for name in ("largest_displacement_m", "pga_m_s2[surface]", "energy_balance_j_m"):
+        assert found[name].item() == values[name]
+    assert found.blocks_fallen.item() == 0 and found.steps.item() == 61
+    assert np.nanmax(found.Sa) == pytest.approx(values["sa_m_s2[surface]"], rel=1e-12)
+    stress = run.history.block_stress.sel(block="layer_1", component="yy")
+    assert found.stress.item() == stress.min()
+    assert np.array_equal(found.v[0], run.history.velocity.sel(point="surface", axis="y"))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ("displacement[top].x", r"no point 'top'; there are base, surface"),
+        ("displacement[surface]", "name a axis of x, y|name an axis of x, y"),
+        ("height", "no quantity .height."),
+        ("largest_tilt_deg", "did you mean .largest_tilt_rad."),
+        ("density", "no quantity"),
+        ("block_density[layer_1]", "does not vary in time"),
+        ("pga_m_s2[top]", r"no point 'top'; there are base, surface"),
+        ("joint_slip[seam].last", "no quantity 'joint_slip'"),
+        ("amplification_ratio", "needs a group &amplification"),
+        ("spectrum[surface].z", "no axis 'z'"),
+    ],
+)
+def test_an_unknown_quantity_is_named_before_the_first_run(file, tmp_path, threads, wrong, words):
+    cases = {"material.rock.density": [-1.0, 2643.0]}  # of which the first cannot begin
+    with pytest.raises(InputError, match=words):
+        sitedda.study(file, cases, [wrong], folder=tmp_path / "study", executor=threads)
+    assert not [*tmp_path.glob("study/cases/*/*/result.json")]
+
+
+@pytest.mark.parametrize(
+    "task",
+    [
+        SolveFor("material.rock.densety", "largest_tilt_rad", 1.0, (1.0, 2.0)),
+        SolveFor("motion.scale", "displacement[top].x.last", 1.0, (1.0, 2.0)),
+        PushTo("top"),
+    ],
+)
+def test_names_of_a_task_are_known_before_its_first_run(file, tmp_path, threads, task):
+    with pytest.raises(InputError, match="no variable 'densety'|no point 'top'"):
+        sitedda.study(file, [], folder=tmp_path / "study", task=task, executor=threads)
+    assert not [*tmp_path.glob("study/cases/*/*/result.json")]
+
+
+@pytest.mark.parametrize("wrong", ["displacement[top].x.mean", "a b", 3])
+def test_a_quantity_that_cannot_be_is_refused(file, wrong):
+    with pytest.raises(InputError):
+        sitedda.study(file, {"motion.scale": [1.0]}, [wrong])
+
+
+def test_histories_of_uneven_steps_come_to_equal_ones(file, threads):
+    steps = {"control.time_step": [1e-3, 5e-4]}
+    fixed = {"duration": 0.06}
+    names = ["displacement[surface].x", "absolute_displacement[surface].x"]
+    found = sitedda.study(file, steps, names, fixed=fixed, executor=threads)
+    assert np.allclose(found.time, np.arange(61) * 1e-3, atol=1e-12)
+    assert "interpolated" in found.time.attrs["comment"]
+    fine = sitedda.run(file, duration=0.06, time_step=5e-4).history
+    moved = fine.displacement.sel(point="surface", axis="x")
+    base = fine.base_displacement.sel(axis="x")
+    assert abs(base).max() > 5 * abs(moved - base).max() > 0.0
+    for name, series in zip(names, (moved - base, moved), strict=True):
+        expected = np.interp(found.time, fine.time, series)
+        assert np.allclose(found[name][1], expected, rtol=0, atol=1e-15)
+
+
+def test_histories_that_end_early_end_with_nothing(file, threads):
+    steps = {"control.steps": [20, 60, 40]}
+    found = sitedda.study(file, steps, ["displacement[surface].x"], executor=threads)
+    history = found["displacement[surface].x"].values
+    assert history.shape == (3, 61) and "comment" not in found.time.attrs
+    assert np.sum(np.isnan(history), axis=1).tolist() == [40, 0, 20]
+    assert np.array_equal(history[0, :21], history[1, :21])
+
+
+@pytest.mark.parametrize("name", ["table.nc", "table.zarr"])
+def test_a_table_on_the_disk_is_that_in_memory(file, tmp_path, threads, name):
+    study = tmp_path / "study"
+    memory = sitedda.study(file, GRID, KEPT, folder=study, executor=threads)
+    with collect(study, tmp_path / name) as disk:
+        chunks = disk["displacement[surface].x"].encoding.get(
+            "chunksizes", disk["displacement[surface].x"].encoding.get("chunks")
+        )
+        assert tuple(chunks) == (1, 1, 61)
+        for variable in memory.variables:
+            assert np.array_equal(memory[variable].values, disk[variable].values), variable
+
+
+def test_a_function_is_a_model_too(threads):
+    found = sitedda.study(study_functions.plane, {"a": [1.0, 2.0], "b": [0.0, 3.0]},
+                          executor=threads)  # fmt: skip
+    assert found["sum"].values[1, 1] == 5.0 and np.isnan(found["sum"].values[1, 0])
+    assert found.message.values[0, 0] == "ValueError: b is nothing"
+    assert found.row.values[1, 1].tolist() == [2.0, 3.0, 6.0]
+
+
+def test_a_task_is_a_function_of_the_input(file, tmp_path, threads):
+    for folder in (None, tmp_path / "study"):
+        found = sitedda.study(file, {"contact.normal_stiffness": [1e12, 4e12]}, folder=folder,
+                              task=study_functions.first_frequency, executor=threads)  # fmt: skip
+        assert found.frequency_1.dims == ("normal_stiffness",)
+        assert found.frequency_1[1] > found.frequency_1[0]
+
+
+# --- parameters ----------------------------------------------------------------------------------
+
+
+def test_names_of_dimensions():
+    two = {"joint[a].cohesion": [1.0], "joint[b].cohesion": [2.0]}
+    plan = make_plan("none.nml", two | {"phi": ("joint[*].friction_angle", [3.0])})
+    assert list(plan.dims) == ["a_cohesion", "b_cohesion", "phi"]
+    assert list(plan.changes()) == [
+        {"joint[a].cohesion": 1.0, "joint[b].cohesion": 2.0, "joint[*].friction_angle": 3.0}
+    ]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"motion.scale": []},
+        {"motion.scale": 3.0},
+        {"motion.scale": "abc"},
+        {"status": ("motion.scale", [1.0])},
+        [{"x": ("a.b", [1.0])}, {"x": ("a.c", [1.0])}],
+    ],
+)
+def test_parameters_that_cannot_be_are_refused(wrong):
+    with pytest.raises(InputError):
+        make_plan("none.nml", wrong)
+
+
+def test_samples_keep_their_distributions_and_seeds():
+    both = {"a": uniform(1.0, 3.0), "b": lognormal(5.0, 0.3)}
+    for make in (latin_hypercube, sobol):
+        sample = make(64, both, seed=3)
+        assert sample.values == make(64, both, seed=3).values
+        assert sample.values != make(64, both, seed=4).values
+        a = np.sort(sample.values["a"])
+        assert np.all((a - 1.0) / 2.0 * 64 < np.arange(64) + 1.0 + 1e-9)
+        assert np.median(sample.values["b"]) == pytest.approx(5.0, rel=0.02)
+    with pytest.raises(InputError, match="power of two"):
+        sobol(10, both)
+    with pytest.raises(InputError, match="low < high"):
+        uniform(1.0, 1.0)
+
+
+def test_designs():
+    design = one_at_a_time({"a": (1, 2, 3), "b": (10, 20, 30)})
+    assert design.values == {"a": [2, 1, 3, 2, 2], "b": [20, 20, 20, 10, 30]}
+    mixed = saltelli(8, {"a": uniform(0, 1), "b": uniform(0, 1)})
+    a = np.reshape(mixed.values["a"], (4, 8))
+    b = np.reshape(mixed.values["b"], (4, 8))
+    assert np.array_equal(a[2], a[1]) and np.array_equal(b[2], b[0])
+    assert np.array_equal(a[3], a[0]) and np.array_equal(b[3], b[1])
+    assert seeds("voronoi.seed", 3) == {"voronoi.seed": [1, 2, 3]}
+
+
+def test_joint_networks_by_seed(tmp_path, threads):
+    text = """&run title = 'x' / &control time_step = 1e-3, steps = 3, gravity = 0, -9.81 /
+    &material name = 'rock', density = 2600.0, young_modulus = 5e9, poisson_ratio = 0.25 /
+    &joint name = 'dry', friction_angle = 30.0 /
+    &region name = 'rock', outline = 0, 0, 4, 0, 4, 4, 0, 4 / &voronoi size = 1.0 /
+    &fixed_point x = 0.1, y = 0.1 /"""
+    file = tmp_path / "voronoi.nml"
+    file.write_text(text)
+    found = sitedda.study(file, seeds("voronoi.seed", 3), "largest_displacement_m",
+                          executor=threads)  # fmt: skip
+    assert counts(found) == {"complete": 3}, found.message.values
+    assert len(set(found.largest_displacement_m.values)) == 3
+
+
+# --- what fails ----------------------------------------------------------------------------------
+
+
+def test_a_case_that_fails_leaves_the_others(file, threads):
+    found = sitedda.study(file, {"material.rock.density": [2500.0, -1.0, 2600.0]}, KEPT,
+                          executor=threads)  # fmt: skip
+    assert found.status.values.tolist() == ["complete", "failed", "complete"]
+    assert "density = -1 must be a positive number" in found.message.values[1]
+    assert np.isnan(found["energy_balance.last"].values).tolist() == [False, True, False]
+
+
+def test_processes_that_die_are_named(tmp_path):
+    kinds = ["well", "killed", "exits", "memory", "well too"]
+    with_endless = {"kind": [*kinds, "endless"]}
+    limits = {"workers": 2, "memory": 2e9, "time_limit": 1.0}
+    found = sitedda.study(
+        study_functions.troubled, with_endless, folder=tmp_path / "study", **limits
+    )
+    status = found.status.values.tolist()
+    assert status == ["complete", "failed", "failed", "failed", "complete", "failed"]
+    words = found.message.values.tolist()
+    assert "signal 9" in words[1] and "status 3" in words[2] and "memory" in words[3].lower()
+    assert "time limit of 1 s" in words[5]
+
+
+def test_a_run_that_never_closes_and_one_that_is_too_long(write_input, threads):
+    loose = {"friction_angle": 10.0, "cohesion": None, "tensile_strength": None}
+    groups = changed(tower(steps=20, gravity=[0.0, -9.81]), "joint", **loose)
+    file = write_input(changed(groups, "contact", max_iterations=2))
+    found = sitedda.study(file, {"motion.scale": [1.0, 50.0]}, KEPT, executor=threads)
+    assert found.status.values.tolist() == ["complete", "failed"]
+    assert "does not converge" in found.message.values[1]
+    long = sitedda.study(COLUMN, {"duration": [0.01, 1e6]}, "largest_tilt_rad", executor=threads,
+                         time_limit=12.0)  # fmt: skip
+    assert long.status.values.tolist() == ["complete", "failed"]
+    assert "time limit of 12 s" in long.message.values[1]
+
+
+def test_cases_that_fail_in_three_ways_are_named_and_the_rest_is_complete(write_input):
+    """One is refused, one does not converge, one needs more memory than a worker has."""
+    which = {
+        "material.density": [2643.0, -1.0, 2643.0, 2643.0, 2700.0],
+        "contact.max_iterations": [50, 50, 2, 50, 50],
+        "layers[layer].count": [3, 3, 3, 500_000, 3],
+    }
+    slippery = {"friction_angle": 10.0, "cohesion": None, "tensile_strength": None}
+    shaken = changed(tower(steps=20, gravity=[0.0, -9.81]), "motion", scale=50.0)
+    file = write_input(changed(shaken, "joint", **slippery))
+    found = sitedda.study(file, Points("case_of", which), "largest_displacement_m", workers=2,
+                          memory=1.5e9)  # fmt: skip
+    assert found.status.values.tolist() == ["complete", *3 * ["failed"], "complete"]
+    assert np.isfinite(found.largest_displacement_m).values.tolist() == [True, *3 * [False], True]
+    refused, open_still, too_large = found.message.values[1:4]
+    assert "density = -1 must be a positive number" in refused
+    assert "step 1" in open_still and "does not converge" in open_still
+    assert re.search(r"500\d* blocks needs [\d.]+ GB of memory, [\d.]+ GB are free", too_large)
+
+
+# --- resumed, shared, refused --------------------------------------------------------------------
+
+
+def test_a_study_goes_on_with_what_is_missing(file, tmp_path, threads):
+    study = tmp_path / "study"
+    first = sitedda.study(file, {"motion.scale": [1.0, 2.0]}, KEPT, folder=study, executor=threads)
+    keys = first.case.values
+    stamps = [(case_folder(study, k) / "out.nc").stat().st_mtime_ns for k in keys]
+    more = sitedda.study(file, {"motion.scale": [1.0, 2.0, 3.0]}, [*KEPT, "verdict"],
+                         folder=study, executor=threads)  # fmt: skip
+    assert more.case.values[:2].tolist() == keys.tolist()
+    assert stamps == [(case_folder(study, k) / "out.nc").stat().st_mtime_ns for k in keys]
+    assert np.all(np.isfinite(more.largest_tilt_rad))
+
+
+def test_a_failure_belongs_to_what_failed(file, tmp_path, threads):
+    """It stays with what was requested and the time that a case may take, not with others."""
+
+    def status(results=KEPT, **more):
+        found = sitedda.study(file, {"motion.scale": [1.0]}, results, folder=tmp_path / "study",
+                              executor=threads, **more)  # fmt: skip
+        return found.status.item()
+
+    assert status(time_limit=1e-9) == "failed"
+    assert [status(study_functions.fails_once) for _ in range(2)] == 2 * ["failed"]
+    assert status(study_functions.fails_once, retry=True) == "complete"
+    (output,) = tmp_path.glob("study/cases/*/*/out.nc")
+    ran = output.stat().st_mtime_ns
+    output.with_name("tried").unlink()
+    assert status({"other": study_functions.fails_once}) == "failed"
+    assert status() == "complete" and output.stat().st_mtime_ns == ran
+
+
+SHORT = {"duration": 1.0, "output.checkpoint_interval": 100}
+ANGLES = {"joint[drums].friction_angle": [20.0, 30.0]}
+KILLED = f"""
+import sys, sitedda
+sitedda.study(sys.argv[1], {ANGLES}, ["displacement[top].y"], folder=sys.argv[2], workers=1,
+              fixed={SHORT})
+"""
+
+
+def test_a_killed_client_leaves_a_study_that_completes_to_the_same_bits(tmp_path, threads):
+    command = [sys.executable, "-c", KILLED, str(COLUMN), str(tmp_path / "killed")]
+    with subprocess.Popen(command, start_new_session=True) as client:
+        until = time.monotonic() + DEADLINE
+        while not list(tmp_path.glob("killed/cases/*/*/out.nc*")) and time.monotonic() < until:
+            time.sleep(0.02)
+        client.kill()
+    subprocess.run(command, check=True, timeout=DEADLINE)
+    whole = sitedda.study(COLUMN, ANGLES, ["displacement[top].y"], executor=threads, fixed=SHORT)
+    same(collect(tmp_path / "killed"), whole)
+
+
+@pytest.fixture
+def interrupted(file, tmp_path):
+    """The folder of a case that was interrupted, with its checkpoint."""
+    folder = tmp_path / "case"
+    folder.mkdir()
+    shutil.copy(file, folder / "model.nml")
+    with sitedda.Simulation(folder / "model.nml", folder / "out.nc") as run:
+        run.advance(30)
+    return folder
+
+
+def test_a_case_without_a_good_checkpoint_begins_at_the_start(interrupted):
+    (interrupted / "out.nc.checkpoint").write_bytes(b"")
+    assert run_input(interrupted) == ""
+    assert (interrupted / "out.nc").exists()
+
+
+def test_a_checkpoint_that_cannot_be_written_takes_nothing_away(interrupted, monkeypatch):
+    def full(*_):
+        raise OutputError("out.nc.checkpoint.coming cannot be written: No space left on device")
+
+    monkeypatch.setattr("sitedda.engine.simulation.Simulation.advance", full)
+    with pytest.raises(OutputError, match="No space left"):
+        run_input(interrupted)
+    monkeypatch.undo()
+    with sitedda.Simulation(interrupted / "model.nml", interrupted / "out.nc", resume=True) as run:
+        assert run.steps == 30
+
+
+def test_a_case_is_worked_on_by_one_client(file, tmp_path):
+    plan = make_plan(file, {"motion.scale": [1.0]}, KEPT, tmp_path / "study").write()
+    work, folder = (
+        Work(plan.folder, quantities=plan.quantities),
+        case_folder(plan.folder, plan.keys[0]),
+    )
+    with locked(folder, wait=False) as mine:
+        assert mine
+        assert carry_out(work, plan.keys[0])["status"] == "busy"
+        assert read_result(folder) is None
+    assert carry_out(work, plan.keys[0])["status"] == "complete"
+    assert not list(folder.glob(".new-*")) and not list(folder.glob("out.nc.*"))
+
+
+def test_the_key_covers_input_records_and_build(tmp_path, write_input, monkeypatch):
+    (tmp_path / "quake.txt").write_text("0.0\n1.0\n0.0\n")
+    groups = changed(tower(), "motion", file="quake.txt", unit="m/s2", format="text", values=None)
+    file = write_input(groups)
+
+    def key():
+        return make_plan(file, {"motion.scale": [1.0]}, folder=tmp_path / "study").write().keys[0]
+
+    first = key()
+    assert key() == first
+    (tmp_path / "quake.txt").write_text("0.0\n1.0\n0.1\n")
+    second = key()
+    file.write_text(file.read_text().replace("2643", "2644"))
+    third = key()
+    monkeypatch.setattr("sitedda.study.plan.build", lambda: "another")
+    assert len({first, second, third, key()}) == 4
+    text = (case_folder(tmp_path / "study", first) / "model.nml").read_text()
+    assert "'../../../files/" in text and "quake" not in text.replace("motion_x = 'quake'", "")
+
+
+def test_collect_reads_only_below_its_own_folder(file, tmp_path, threads):
+    study = tmp_path / "study"
+    found = sitedda.study(file, {"motion.scale": [1.0]}, KEPT, folder=study, executor=threads)
+    folder = case_folder(study, found.case.item())
+    folder.rename(tmp_path / "elsewhere")
+    folder.symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(OutputError, match="is a link"):
+        collect(study)
+    manifest = json.loads((study / "study.json").read_text())
+    manifest["cases"] = ["../../../../etc"]
+    (study / "study.json").write_text(json.dumps(manifest))
+    with pytest.raises(OutputError, match="not the key of a case"):
+        collect(study)
+    with pytest.raises(InputError, match="not the folder of a study"):
+        collect(tmp_path)
+
+
+def test_points_change_together():
+    with pytest.raises(InputError, match="as many"):
+        Points("pair", {"a.b": [1, 2], "a.c": [1]})
+    pair = Points("pair", {"joint.friction_angle": [1, 2], "joint.cohesion": [3, 4]})
+    assert pair.changes((1,)) == {"joint.friction_angle": 2, "joint.cohesion": 4}
+
+
+def test_workers_are_an_executor():
+    with Workers(1) as pool:
+        assert list(pool.map(abs, [-1, 2])) == [1, 2]
+        with pytest.raises(ValueError, match="math domain"):
+            pool.submit(math.sqrt, -1.0).result()
+
+
+def test_namelist_text_is_kept(tmp_path):
+    """A study of a Model object, with a motion too long for the input itself."""
+    model = sitedda.Model.from_namelist(namelist(tower()))
+    model["motion.pulse"].values = np.sin(np.arange(5000) * 0.01)
+    plan = make_plan(model, {"motion.scale": [1.0]}, folder=tmp_path / "study").write()
+    text = (case_folder(plan.folder, plan.keys[0]) / "model.nml").read_text()
+    name = text.partition("../../../files/")[2].partition("'")[0]
+    assert np.loadtxt(plan.folder / "files" / name).size == 5000
+
+
+def test_a_result_with_a_name_that_netcdf_cannot_hold_is_damaged(tmp_path):
+    from sitedda.study.store import write_result
+
+    write_result(tmp_path, "complete", numbers={"x" * 250: 1.0})
+    assert read_result(tmp_path) is not None
+    write_result(tmp_path, "complete", numbers={"x" * 300: 1.0})
+    assert read_result(tmp_path) is None

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Each value of a study's file is of its kind and finite, or refused in a sentence."""
+
+import copy
+import json
+import math
+import tomllib
+from functools import reduce
+from pathlib import Path
+
+import pytest
+from model_text import tower
+
+import sitedda
+from sitedda.errors import InputError
+from sitedda.study.settings import read_settings
+from sitedda.study.tasks import TASKS, task_of
+
+STUDIES = sorted((Path(__file__).parents[3] / "inputs" / "studies").glob("*.toml"))
+BAD = [math.inf, math.nan, -1, 0, 10**30, "a", True, [], {}, [1.0], ["a", "b"]]
+PUSHED = {"model": "m.nml", "pushover": {"point": "top", "sense": 1, "displacement": 0.1,
+                                         "steps": 5, "limits": False}}  # fmt: skip
+SHORT = {"count": 1, "duration": 2.0, "periods": [0.05, 1.0]}  # a quick synthetic record
+
+
+def as_toml(value) -> str:
+    """A value on one line."""
+    if isinstance(value, dict):
+        rows = (f"{json.dumps(name)} = {as_toml(one)}" for name, one in value.items())
+        return "{" + ", ".join(rows) + "}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(as_toml, value))}]"
+    return json.dumps(value) if isinstance(value, str | bool) else repr(value)
+
+
+def places(value, place=()):
+    """Keys of all that stands in a table."""
+    inner = value.items() if isinstance(value, dict) else enumerate(value)
+    for key, one in inner:
+        yield (*place, key)
+        if isinstance(one, dict | list):
+            yield from places(one, (*place, key))
+
+
+def with_value(table: dict, place, new) -> str:
+    """The text of a table in which one value is another."""
+    table = copy.deepcopy(table)
+    reduce(lambda inner, key: inner[key], place[:-1], table)[place[-1]] = new
+    return "\n".join(f"{name} = {as_toml(one)}" for name, one in table.items())
+
+
+@pytest.mark.parametrize("study", [*STUDIES, "pushed"], ids=lambda one: getattr(one, "stem", one))
+def test_any_value_is_read_or_refused_in_one_sentence(study, tmp_path):
+    table = PUSHED if study == "pushed" else tomllib.loads(study.read_text())
+    if "records" in table:
+        table["records"]["synthetic"] |= SHORT
+        table["records"]["levels"] = [1.0, 2.0]
+    file = tmp_path / "s.toml"
+    for place in places(table):
+        for new in BAD:
+            file.write_text(with_value(table, place, new))
+            try:
+                read_settings(file)
+            except InputError as error:
+                words = str(error).removeprefix(f"{file}: ")
+                raw = ("object", "ufunc", "unhashable", "operand", "index out", "NoneType")
+                assert words != str(error) and "\n" not in words and len(words) < 300, words
+                assert not any(one in words for one in raw), (place, new, words)
+            else:
+                finite = not isinstance(new, float) or math.isfinite(new)
+                assert finite or place == ("time_limit",), (place, new)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[parameters]\na = {from = 0, to = 1, count = 3, spacing = 'log'}", "of one sign"),
+        ("[parameters]\na = {from = 1, to = 2, count = 2.5}", "count = 2.5 must be a whole"),
+        ("[parameters]\na = [1.0, inf]", "parameters.a = inf is not a finite"),
+        ("[sample]\ncount = 'a'", r"\[sample\] count = 'a' is not a number"),
+        ("[records]\nlevels = 2.0", r"levels = 2.0 is not a list of numbers"),
+        ("[records]\nlevels = [1.0]\n[records.synthetic]\nduration = inf", "duration = inf"),
+        ("[pushover]\npoint = 'top'\nlimits = 1", "limits = 1 is not true or false"),
+        ("results = 3\n[parameters]\na = [1]", "results = 3 is not a name, a list or"),
+    ],
+)
+def test_what_is_wrong_is_named(text, words, tmp_path):
+    file = tmp_path / "s.toml"
+    file.write_text(f"model = 'm.nml'\n{text}\n")
+    with pytest.raises(InputError, match=words):
+        read_settings(file)
+
+
+@pytest.mark.parametrize(
+    ("task", "known", "unknown"),
+    [
+        ("safety", "stands_at", "stand_at"),
+        ("accuracy", "largest_tilt_rad_bar", "largest_tilt_bar"),
+        ("accuracy", "pga_m_s2[top]_bar", "pga[top]_bar"),
+    ],
+)
+def test_figures_of_tasks_have_names_of_their_results(task, known, unknown, tmp_path, write_input):
+    write_input(tower())
+    file = tmp_path / "s.toml"
+    text = f"model = 'model.nml'\ntask = '{task}'\n[parameters]\n'motion.scale' = [1.0, 2.0]\n"
+    figure = "[[figures]]\nkind = 'fragility'\nthreshold = 1\nintensity = 'scale'\nquantity = "
+    file.write_text(f"{text}{figure}'{known}'\n")
+    assert read_settings(file).figures
+    file.write_text(f"{text}{figure}'{unknown}'\n")
+    with pytest.raises(InputError, match="none of the results"):
+        read_settings(file)
+    file.write_text(f"{text}{figure}'{known}'\n".replace("'scale'", "'scales'"))
+    with pytest.raises(InputError, match="no dimension 'scales'"):
+        read_settings(file)
+
+
+def test_results_of_tasks_are_those_that_are_known(write_input, tmp_path):
+    file = write_input(tower(steps=5))
+    for task in TASKS:
+        table = sitedda.study(file, {"material.density": [2500.0]}, task=task,
+                              folder=tmp_path / task, executor=None)  # fmt: skip
+        found = {name.partition("[")[0] for name, one in table.items() if one.dtype == float}
+        assert len(found) > 2 and found - {"seconds"} <= set(task_of(task).results)

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Words of the pages: short sentences that begin with their subject; true files and facts."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from sitedda.base.errors import SiteddaError
+from sitedda.commands.command import COMMANDS
+from sitedda.schema import GROUPS
+from sitedda.site.layers import CONVENTIONS
+
+ROOT = Path(__file__).parents[2]
+LATER: set[str] = set()
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
+LONGEST = 35  # words of a sentence
+CODE = re.compile(
+    r"^( *`{3,})[^\n]*\n.*?^\1$|\$\$.*?\$\$|^(?:\||#|!\[|:|<|\(|    )[^\n]*$", re.M | re.S
+)
+ITEM = re.compile(r"^ *(?:[-*]|\d+\.) ", re.M)
+INLINE = re.compile(r"`[^`]*`|\$[^$]+\$")
+SHORT = re.compile(r"\b(e\.g|i\.e|et al|Fig|vol|pp|Mech|Min|Sci|Int|J|Numer|Anal)\.")
+END = re.compile(r"(?<=[.?!])[*)]*\s+(?=[A-Z0-9α-ω\"`*\[(“&])")
+OPENING = re.compile(r"[*\[(\"]*(What|Where|Who|Whatever|Whose)\b")
+PATH = re.compile(r"`(?:python )?((?:docs|fortran|inputs|python|tests)/[\w./]+)")
+FILE = re.compile(r"`(\w+\.f90)`")
+OWN = {"crest.f90", "record_NAME.f90"}  # of a reader
+
+
+def sentences(page: str) -> list[str]:
+    """Sentences of a page, without code, formulas, tables and headings."""
+    text = ITEM.sub("\n\n", CODE.sub("\n", page))
+    found = []
+    for paragraph in re.split(r"\n\s*\n", text):
+        words = INLINE.sub("Code", " ".join(paragraph.split()))
+        words = SHORT.sub(r"\1", re.sub(r"\]\([^)]*\)", "]", words))
+        found += END.split(words)
+    return found
+
+
+@pytest.mark.parametrize(
+    "page",
+    [one for one in PAGES if one.name not in LATER],
+    ids=lambda one: str(one.relative_to(ROOT)),
+)
+def test_sentences_are_short_and_begin_with_their_subject(page):
+    found = sentences(page.read_text())
+    wordy = [one for one in found if len(re.findall(r"[^\W\d_]{2,}", one)) > LONGEST]
+    turned = [one for one in found if OPENING.match(one) and not one.rstrip("*").endswith("?")]
+    assert not wordy and not turned
+
+
+def test_long_and_turned_sentences_are_found():
+    assert OPENING.match("What is left is zero.") and not OPENING.match("Whatsoever")
+    assert sentences("# What\n\nA `b.c` is. Two.\n\n- Three\n- `d`\n\n```sh\nx\n```\n") == [
+        "", "A Code is.", "Two.", "Three", "Code", "",
+    ]  # fmt: skip
+
+
+def test_files_that_pages_name_exist():
+    names = {file.name for top in ("fortran", "python", "tests") for file in
+             (ROOT / top).rglob("*.f90")}  # fmt: skip
+    for page in PAGES:
+        text = page.read_text()
+        missing = [one for one in PATH.findall(text) if not (ROOT / one.rstrip(".")).exists()]
+        missing += [one for one in FILE.findall(text) if one not in names]
+        assert {Path(one).name for one in missing} <= OWN, page.name
+
+
+def words_of(group: str, variable: str) -> set[str]:
+    """The words that a variable of the input may have."""
+    found = next(one for one in GROUPS[group].variables if one.name == variable)
+    return set(re.findall(r"'(\w+)'", found.values))
+
+
+@pytest.mark.parametrize(
+    ("page", "known"),
+    [
+        ("docs/joints.md", words_of("joint", "law")),
+        ("docs/boundaries.md", words_of("boundary", "kind")),
+        ("docs/material_laws.md", words_of("material", "law") - {"linear"}),
+        ("docs/method.md", words_of("control", "integration")),
+        ("docs/site.md", set(CONVENTIONS)),
+    ],
+)
+def test_each_word_of_the_program_is_in_its_page(page, known):
+    shown = set(re.findall(r"'(\w+)'", (ROOT / page).read_text()))
+    assert known and not known - shown
+
+
+def test_each_command_is_documented():
+    text = "\n".join(page.read_text() for page in PAGES)
+    assert not [name for name in COMMANDS if f"sitedda {name}" not in text]
+
+
+def test_exit_statuses_are_those_of_the_errors():
+    kinds = {type(SiteddaError.of(kind, "")).__name__: kind for kind in range(1, 8)}
+    told = dict(re.findall(r"`(\w+)` (\d)", (ROOT / "docs/howto/python.md").read_text()))
+    assert {name: int(status) for name, status in told.items()} == kinds

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every step of every joint law: forces and states obey the law, and forces balance each block.
+
+All is computed anew from the output: laws by their formulas, contact directions from the vertices
+at the start of the step, inertia from the velocities.  What the iteration tolerates, twice, is
+allowed.
+"""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+import hard
+import numpy as np
+import pytest
+import xarray as xr
+
+import sitedda
+
+OPEN, SLIDE, STICK = 0, 1, 2
+DENSITY = 2500.0
+ANGLE = 30
+GRAVITY = 6.5, -7.0  # steeper than friction
+AREA_NORMAL, AREA_SHEAR = 1e11, 4e10
+
+
+def hyperbola(closure, length, _):
+    """Normal force of Barton and Bandis, N/m."""
+    closed = np.maximum(closure, 0.0)
+    return AREA_NORMAL * length * closed / (1.0 - closed / 5e-4)
+
+
+def rough(force, length):
+    """Strength of Barton and Bandis, N/m."""
+    stress = np.maximum(force, 1e-9) / length
+    angle = np.clip(ANGLE + 10.0 * np.log10(5e7 / stress), ANGLE, 70.0)
+    return force * np.tan(np.radians(angle))
+
+
+def linear(closure, *_):
+    """Normal force of contacts, N/m."""
+    return hard.PENALTY * np.maximum(closure, 0.0)
+
+
+def by_area(closure, length, _=None):
+    """The same of joints with a stiffness per area."""
+    return AREA_NORMAL * length * np.maximum(closure, 0.0)
+
+
+def lifted(closure, length, path):
+    """The same of joints that slip lifts by tan 15°, up to 5 mm of slip."""
+    return by_area(closure + np.tan(np.radians(15)) * np.minimum(path, 5e-3), length)
+
+
+def coulomb(force, _):
+    """Strength by friction alone, N/m."""
+    return np.tan(np.radians(ANGLE)) * force
+
+
+LAWS = {  # normal force of a closure, strength at a normal force
+    "coulomb": (linear, coulomb),
+    "stiffness per area": (by_area, coulomb),
+    "barton_bandis": (hyperbola, rough),
+    "mohr_coulomb that dilates": (lifted, coulomb),
+}
+
+
+@pytest.fixture(scope="module", params=[(1e-3, 30), (8e-3, 6)], ids=["1 ms", "8 ms"])
+def step(request):
+    """Time step, s, and how many."""
+    return request.param
+
+
+@pytest.fixture(scope="module", params=LAWS)
+def run(request, step, tmp_path_factory):
+    """Law and output of a wall that meets inclined gravity suddenly."""
+    file = tmp_path_factory.mktemp("wall") / "wall.nml"
+    text = hard.model(request.param, "sudden", 20, *step, ANGLE, False)
+    text = text.replace("&output ", "&output block_interval = 1, ")
+    file.write_text(text.replace("gravity = 0.0, -9.81", f"gravity = {GRAVITY[0]}, {GRAVITY[1]}"))
+    sitedda.run(file, output=file.with_suffix(".nc"))
+    with xr.open_dataset(file.with_suffix(".nc"), decode_times=False) as data:
+        return request.param, data.load()
+
+
+def contacts_of(data, frame):
+    """The contacts of a frame."""
+    return data.isel(contact=np.flatnonzero(data.contact_frame.values == frame))
+
+
+def tolerance(data):
+    """Of a force, N/m: round-off of places in the stiffest spring, twice."""
+    y = data.vertices.values[0, :, 1]
+    return 2 * 16 * np.finfo(float).eps * 0.5 * np.ptp(y) * 1e13
+
+
+def test_forces_and_states_obey_the_law(run):
+    law, data = run
+    normal_law, strength = LAWS[law]
+    seen = set()
+    for frame in range(1, data.sizes["frame"]):
+        found = contacts_of(data, frame)
+        length = found.contact_length.values if "contact_length" in found else 1.0
+        normal, shear = found.contact_normal_force.values, found.contact_shear_force.values
+        state, bound = found.contact_state.values, strength(normal, length)
+        allowed = tolerance(data)
+        path = found.contact_slip_path.values if "contact_slip_path" in found else 0.0
+        expected = normal_law(-found.contact_gap.values, length, path)
+        assert np.all(np.abs(normal - expected) <= allowed)
+        assert np.all(np.abs(shear) <= bound + allowed)
+        assert np.all(np.abs(np.abs(shear) - bound)[state == SLIDE] <= allowed)
+        assert np.all(normal[state == OPEN] == 0.0)
+        assert np.all(normal[state != OPEN] > 0.0)
+        seen |= set(state)
+    assert seen == {OPEN, SLIDE, STICK}
+
+
+def masses(data):
+    """Of all blocks, kg per metre."""
+    block_of, place = data.vertex_block.values, data.vertices.values[0]
+    found = []
+    for block in range(data.sizes["block"]):
+        x, y = place[block_of == block].T
+        found.append(0.5 * DENSITY * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
+    return np.array(found)
+
+
+def test_forces_balance_each_block(run, step):
+    _, data = run
+    vertices, block_of = data.vertices.values, data.vertex_block.values
+    mass, rates = masses(data)[:, None], data.block_rates.values[:, :, :2]
+    after = np.arange(len(block_of)) + 1
+    after[np.append(block_of[1:] != block_of[:-1], True)] = np.flatnonzero(
+        np.append(True, block_of[1:] != block_of[:-1])
+    )
+    for frame in range(1, data.sizes["frame"]):
+        found, place = contacts_of(data, frame), vertices[frame - 1]
+        edge = found.contact_edge.values
+        along = place[after[edge]] - place[edge]
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        outward = np.stack([along[:, 1], -along[:, 0]], axis=1)
+        normal, shear = found.contact_normal_force.values, found.contact_shear_force.values
+        force = normal[:, None] * outward - shear[:, None] * along
+        left = mass * (GRAVITY - (rates[frame] - rates[frame - 1]) / step[0])
+        np.add.at(left, block_of[found.contact_vertex.values], force)
+        np.add.at(left, block_of[edge], -force)
+        assert np.abs(left[1:]).max() <= 10 * tolerance(data)  # all but the base, which is held
+        assert np.abs(left[1:]).max() < 1e-4 * np.abs(force).max()

@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Joints whose shear force is a curve of slip: continuously yielding, rate and state."""
+
+import numpy as np
+import pytest
+
+from sitedda_evidence.model import (
+    block,
+    contact,
+    control,
+    group,
+    held,
+    history,
+    joint,
+    material,
+    measured,
+    motion,
+    rectangle,
+    residual,
+)
+
+GRAVITY, LOAD = 10.0, 1e6  # m/s², N/m: of a block of 1 m x 1 m, so that the stress is 1 MPa
+YIELDING = {
+    "law": "continuously_yielding",
+    "initial_friction_angle": 45.0,
+    "roughness": 2e-3,
+    "normal_stiffness_per_area": 1e10,
+    "shear_stiffness_per_area": 1e10,
+}
+A, SLIP, THRESHOLD = 0.01, 1e-4, 1e-9  # a, L (m), v_c (m/s)
+REFERENCE = 1e-6  # v_0, m/s
+
+
+def driven(
+    way, step: float, *more: str, every=1, friction_angle=30.0, density=LOAD / GRAVITY, **law
+):
+    """History of a block that follows displacements (m), one a step, along its joint."""
+    text = (
+        control(step, len(way) - 1, (0.0, -GRAVITY), settle=True, integration="theta"),
+        contact(1e10),
+        material("rock", 2500.0, 1e15),
+        material("load", LOAD / GRAVITY, 1e15),
+        joint("j", 30.0, **law),
+        held("base", rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
+        block("top", rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
+        motion("drive", way, step, "displacement"),
+        group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
+        measured("top", (0.5, 0.0), "top"),
+        group("output", block_interval=every),
+    )
+    return history("".join(text))
+
+
+def shear_and_slip(data) -> tuple[np.ndarray, np.ndarray]:
+    """Shear force (N/m) and slip (m) of the joint in each frame."""
+    frame = data.contact_frame.values
+    force = -np.bincount(frame, data.contact_shear_force.values)
+    place = data.displacement.sel(point="top", axis="x").values
+    at = np.searchsorted(data.time.values, data.frame_time.values)
+    return force, place[at] - place[0]
+
+
+def yielding_stress(slips, stiffness=1e10, pressure=1e6) -> np.ndarray:
+    """τ (Pa) along slips (m) by Runge and Kutta, r as UDEC has it."""
+    stress, worn, ratio, way = 0.0, 0.0, 0.0, 0.0
+    found = [0.0]
+
+    def rates(stress, worn, way, ratio):
+        bound = pressure * np.tan(np.pi / 6 + np.pi / 12 * np.exp(-worn / YIELDING["roughness"]))
+        factor = (1 - way * stress / bound) / (1 - ratio)
+        return np.array([factor * stiffness * way, 1 - factor]), bound
+
+    for change in np.diff(slips):
+        sign = np.sign(change)
+        if sign * way < 0:
+            ratio = min(0.75, sign * stress / rates(stress, worn, sign, 0.0)[1])
+        way = sign
+        pieces = int(abs(change) / 2e-7) + 1
+        h = abs(change) / pieces
+        for _ in range(pieces):
+            y = np.array([stress, worn])
+            k1 = rates(*y, way, ratio)[0]
+            k2 = rates(*(y + h / 2 * k1), way, ratio)[0]
+            k3 = rates(*(y + h / 2 * k2), way, ratio)[0]
+            k4 = rates(*(y + h * k3), way, ratio)[0]
+            stress, worn = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        found.append(stress)
+    return np.array(found)
+
+
+def test_a_yielding_joint_passes_its_peak():
+    """φ_m from 45° to 30°: peak 0.9320 MPa; 0.8364, 0.6082, 0.5774 MPa at 1, 5 and 20 mm."""
+    way = np.concatenate([np.zeros(20), np.arange(1, 4061) * 5e-6])
+    data = driven(way, 2e-3, every=10, **YIELDING)
+    force, slip = shear_and_slip(data)
+    assert force.max() == pytest.approx(0.9320e6, rel=1e-3)
+    for place, stress in ((1e-3, 0.8364e6), (5e-3, 0.6082e6), (20e-3, 0.5774e6)):
+        assert np.interp(place, slip, force) == pytest.approx(stress, rel=1e-3)
+    assert residual(data) < 1e-6
+    assert (data.contact_state.values[-2:] == 1).all()  # it slides
+
+
+def test_a_yielding_joint_is_elastic_at_a_reversal():
+    """To 2 mm, back to 1 mm, on to 4 mm; small cycles leave r at 0.75 at most."""
+    turns = np.array([0.0, 2e-3, 1e-3, 1.02e-3, 0.98e-3, 4e-3])
+    step = 2e-6
+    pieces = [np.arange(1, round(abs(b - a) / step) + 1) * step * np.sign(b - a) + a
+              for a, b in zip(turns[:-1], turns[1:], strict=True)]  # fmt: skip
+    data = driven(np.concatenate([np.zeros(20), *pieces]), 2e-3, every=5, **YIELDING)
+    force, _ = shear_and_slip(data)
+    every_step = data.displacement.sel(point="top", axis="x").values
+    at = np.searchsorted(data.time.values, data.frame_time.values)
+    expected = yielding_stress(every_step - every_step[0])[at]
+    assert np.abs(force - expected).max() < 3e-3 * expected.max()
+    assert force.min() < -0.65e6
+    assert residual(data) < 1e-6
+
+
+def steady(velocity: float, b: float, friction: float = np.tan(np.pi / 6)) -> float:
+    """Friction coefficient of steady slip."""
+    direct = A * np.log((velocity + THRESHOLD) / REFERENCE)
+    return friction + direct - b * np.log(velocity / REFERENCE)
+
+
+def rate_state(b: float) -> dict:
+    return {
+        "law": "rate_state",
+        "direct_effect": A,
+        "evolution_effect": b or None,
+        "threshold_velocity": THRESHOLD,
+        "reference_velocity": REFERENCE,
+        "state_distance": SLIP if b else None,
+        "normal_stiffness_per_area": 1e10,
+        "shear_stiffness_per_area": 1e12,
+    }
+
+
+@pytest.mark.parametrize("b", [0.0, 0.006, 0.015])
+def test_friction_follows_a_step_of_the_velocity(b):
+    """μ of a constant velocity, and of ten times that: θ = L/v + (θ₀ − L/v) exp(−vt/L)."""
+    slow, fast, step, each = 1e-4, 1e-3, 5e-4, 2000
+    turn = slow * step * np.arange(each + 1)
+    way = np.concatenate([turn, turn[-1] + fast * step * np.arange(1, each + 1)])
+    data = driven(
+        way, step, every=20, **rate_state(b) | {"initial_age": SLIP / slow if b else None}
+    )
+    force, slip = shear_and_slip(data)
+    time = data.frame_time.values
+    changes = each * step + time[0]
+    assert force[time < changes][-1] == pytest.approx(steady(slow, b) * LOAD, rel=1e-3)
+    late = time > changes + 10 * step  # the elastic spring has followed
+    since = time[late] - changes
+    age = SLIP / fast + (SLIP / slow - SLIP / fast) * np.exp(-fast * since / SLIP)
+    expected = np.tan(np.pi / 6) + A * np.log((fast + THRESHOLD) / REFERENCE)
+    expected = expected + b * np.log(age * REFERENCE / SLIP)
+    assert force[late] == pytest.approx(expected * LOAD, rel=1e-3)
+    assert force[-1] == pytest.approx(steady(fast, b) * LOAD, rel=1e-3)
+    assert (force[-1] > force[time < changes][-1]) == (b < A)
+    assert residual(data) < 1e-6
+
+
+def on_an_incline(angle: float, steps: int, **law):
+    """History of a block that is let go on a plane."""
+    text = (
+        control(1e-3, steps, GRAVITY * np.array([np.sin(angle), -np.cos(angle)])),
+        contact(1e10),
+        material("rock", 2500.0, 1e15),
+        joint("j", 30.0, **law),
+        held("base", rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
+        block("top", rectangle(0.0, 0.0, 1.0, 0.2), "rock", "j"),
+        measured("top", (0.5, 0.1), "top"),
+    )
+    return history("".join(text))
+
+
+@pytest.mark.parametrize(("b", "slope"), [(0.0, 0.62), (0.006, 0.60)])
+def test_a_block_on_an_incline_reaches_its_velocity(b, slope):
+    """tan β = μ₀ + (a − b) ln(v/v₀)."""
+    data = on_an_incline(np.arctan(slope), 6000, **rate_state(b), initial_age=0.1)
+    velocity = float(data.velocity.sel(point="top", axis="x")[-1])
+    assert slope == pytest.approx(steady(velocity, b), rel=1e-5)
+    found = REFERENCE * np.exp((slope - np.tan(np.pi / 6)) / (A - b))
+    assert velocity == pytest.approx(found, rel=1e-3)
+    assert residual(data) < 1e-6
+
+
+def test_friction_that_weakens_with_velocity_runs_away():
+    """b > a: there is no steady velocity under a constant load."""
+    data = on_an_incline(np.arctan(0.75), 1000, **rate_state(0.015))
+    assert float(data.velocity.sel(point="top", axis="x")[-1]) > 1.0
+
+
+@pytest.mark.parametrize(("share", "stable"), [(0.5, False), (2.0, True)])
+def test_a_spring_slider_sticks_and_slips_below_its_critical_stiffness(share, stable):
+    """k_crit = (b − a) N/L [Ruina, 1983]: steady above it, stick-slip below."""
+    b, velocity, step, steps = 0.015, 3e-4, 4e-3, 10000
+    spring = 1.0 / (1.0 / (share * (b - A) * LOAD / SLIP) - 1.0 / 1e12)
+    start = steady(velocity, b) * LOAD
+    way = velocity * step * steps * np.linspace(0.0, 1.2, 13)  # it goes on at the end
+    text = (
+        control(step, steps, (0.0, -GRAVITY), settle=True, integration="theta"),
+        contact(1e10),
+        material("rock", 2500.0, 1e15),
+        material("load", LOAD / GRAVITY, 1e15),
+        joint("j", 30.0, **rate_state(b), initial_age=SLIP / velocity),
+        held("base", rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
+        block("top", rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
+        held("driver", rectangle(2.0, 0.1, 0.5, 0.5), "rock", "j", motion_x="drive"),
+        motion("drive", way, step * steps / 10, "displacement"),
+        group("bolt", name="spring", **{"from": (0.5, 0.3), "to": (2.25, 0.3)},
+              from_block="top", to_block="driver", axial_stiffness=spring, pretension=start),
+        measured("top", (0.5, 0.0), "top"),
+    )  # fmt: skip
+    data = history("".join(text))
+    speed = data.velocity.sel(point="top", axis="x").values
+    last = speed[len(speed) * 3 // 4 :]
+    if stable:
+        assert last == pytest.approx(velocity, rel=0.02)
+    else:
+        assert last.min() < 0.1 * velocity
+        assert last.max() > 5 * velocity
