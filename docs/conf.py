@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Settings of the handbook; `python docs/build.py` builds it."""
 
+import sys
+from pathlib import Path
+
 import sitedda
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 project = "sitedda"
 author = "The sitedda developers"
@@ -12,17 +17,18 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.mathjax",
+    "mathml",
 ]
 myst_enable_extensions = ["deflist", "colon_fence", "dollarmath"]
 math_number_all = True
+html_math_renderer = "mathml"
 myst_heading_anchors = 3
 myst_links_external_new_tab = False
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
-exclude_patterns = ["ford.md", "packaging/*"]
+exclude_patterns = ["ford.md", "packaging/*", "joss/*"]
 smartquotes = False  # quotes are those of the input
 
 html_theme = "furo"
