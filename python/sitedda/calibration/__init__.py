@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stiffnesses of a model from modes that were measured."""
+"""Stiffnesses of a model from modes that were measured, or from a record of vibrations."""
 
 from .calibrate import Calibration, calibrate, odds
 from .family import Family, family_of
 from .measured import MeasuredMode, measured_modes
+from .record import Ambient, horizontal_over_vertical, identify, modes_csv
 
-__all__ = ["Calibration", "Family", "MeasuredMode", "calibrate", "family_of", "measured_modes",
+__all__ = ["Ambient", "Calibration", "Family", "MeasuredMode", "calibrate", "family_of",
+           "horizontal_over_vertical", "identify", "measured_modes", "modes_csv",
            "odds"]  # fmt: skip

@@ -12,7 +12,10 @@ from .parser import add_changes, folded
 def add_calibrate(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
-    parser.add_argument("modes", type=Path, metavar="MODES.csv", help="frequencies and shapes")
+    parser.add_argument("modes", type=Path, metavar="MODES.csv",
+        help="frequencies and shapes; with --record an ambient record")  # fmt: skip
+    parser.add_argument("--record", type=_band, metavar="LOW:HIGH",
+        help="MODES is a record of vibrations: its modes in this band, Hz, are used")  # fmt: skip
     parser.add_argument("--unknown", action="append", required=True, type=_unknown,
         metavar="NAME=LOW:HIGH", help="a stiffness, and the range that holds 90 %% of what it may "
         "be: contact.normal_stiffness=5e7:1e9")  # fmt: skip
@@ -29,11 +32,15 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
 
 def _unknown(text: str) -> tuple[str, tuple[float, float]]:
     name, _, ends = text.rpartition("=")
+    return name.strip(), _band(ends, text, "NAME=LOW:HIGH")
+
+
+def _band(ends: str, text: str = "", form: str = "LOW:HIGH") -> tuple[float, float]:
     try:
         low, high = map(float, ends.split(":"))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=LOW:HIGH") from None
-    return name.strip(), (low, high)
+        raise argparse.ArgumentTypeError(f"{text or ends!r} is not {form}") from None
+    return low, high
 
 
 def _discrepancy(text: str) -> float | None:
@@ -41,7 +48,7 @@ def _discrepancy(text: str) -> float | None:
 
 
 def _calibrate(options: argparse.Namespace) -> int:
-    from ..calibration import calibrate
+    from ..calibration import calibrate, identify, modes_csv
     from ..calibration.picture import draw_calibration
     from ..report.style import save_picture
 
@@ -49,8 +56,12 @@ def _calibrate(options: argparse.Namespace) -> int:
     reads = [options.file, options.modes]
     check_target(picture, "a picture", reads)
     table = check_target(picture.with_suffix(".csv"), OWN_TABLE, reads)
-    changes = dict(options.set)
-    found = calibrate(options.file, options.modes, dict(options.unknown),
+    changes, modes = dict(options.set), options.modes
+    if options.record:
+        modes = picture.with_name(f"{options.modes.stem}_modes.csv")
+        seen = modes_csv(identify(options.modes, options.record))
+        print(f"modes: {write(modes, seen, OWN_TABLE, reads)}")
+    found = calibrate(options.file, modes, dict(options.unknown),
                       discrepancy=options.discrepancy, sampler=options.sampler,
                       samples=options.samples, changes=changes)  # fmt: skip
     print(folded(str(found)))

@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Modes and H/V of an ambient record: stochastic subspace identification by pyOMA2."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.arguments import COUNT
+from ..base.errors import InputError, MissingLibrary
+from ..base.reading import read_bounded
+from ..engine.signals import smooth_konno_ohmachi
+from .measured import MeasuredMode
+
+_LARGEST = 2**30  # bytes of a record
+_BEYOND = 3.0  # sampling frequency of the analysis over the highest frequency
+_PERIODS = 2.0  # of the lowest frequency in the correlations
+_WIDEST = 160  # rows of the block Hankel matrix: its error costs their square
+_FEWEST = 100  # periods of the lowest frequency in a record
+_LEAST = 0.01  # deviation of a component of a shape of unit length
+_AXES = {"X": "x", "E": "x", "N": "x", "1": "x", "2": "x", "Y": "y", "Z": "y"}
+
+
+@dataclass(frozen=True)
+class Ambient:
+    """An ambient record.
+
+    Attributes
+    ----------
+    step : float
+        s between samples.
+    names : list of str
+        Of the channels: ``POINT.x``, ``POINT.y``.
+    values : ndarray, shape (samples, channels)
+        In any unit.
+    """
+
+    step: float
+    names: list[str]
+    values: NDArray[np.float64]
+
+    def __post_init__(self):
+        if self.values.ndim != 2 or self.values.shape[1] != len(self.names):
+            raise InputError(f"a record of {len(self.names)} channels has values of shape "
+                             f"{self.values.shape}")  # fmt: skip
+        if not np.all(np.isfinite(self.values)):
+            at, channel = np.argwhere(~np.isfinite(self.values))[0]
+            raise InputError(f"sample {at + 1} of {self.names[channel]} is no number")
+
+    @classmethod
+    def of(cls, source, channels: Mapping[str, str] | None = None) -> Ambient:
+        """Read a record.
+
+        Parameters
+        ----------
+        source : path, xarray.Dataset or Ambient
+            A CSV file with a heading, ``time`` (s) and a column for each channel; a file that obspy
+            reads, such as MiniSEED, whose channels are ``STATION.x`` (E, N, 1, 2) and ``STATION.y``
+            (Z); or the history of a run.
+        channels : mapping of str, optional
+            Name by heading or code of a channel (``'BHE'``, ``'ST01.BHE'``); others are left out.
+        """
+        if isinstance(source, Ambient):
+            found = source
+        elif hasattr(source, "acceleration"):
+            part = source.acceleration.transpose("time", "point", "axis")[1:]
+            names = [f"{p}.{a}" for p in part.point.values for a in part.axis.values]
+            found = cls(_step(part.time.values), names, part.values.reshape(len(part), -1))
+        elif Path(source).suffix.lower() in (".csv", ".txt", ""):
+            found = cls._of_csv(source)
+        else:
+            return cls._of_obspy(source, dict(channels or {}))
+        if channels is None:
+            return found
+        if lacking := sorted(set(channels) - set(found.names)):
+            raise InputError(f"the record has no channel {lacking[0]!r}: it has {found.names}")
+        kept = [found.names.index(name) for name in channels]
+        return cls(found.step, list(channels.values()), found.values[:, kept])
+
+    @classmethod
+    def _of_csv(cls, file) -> Ambient:
+        lines = read_bounded(Path(file), _LARGEST).decode("utf-8-sig", "replace").splitlines()
+        kept = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
+        names = [name.strip() for name in kept[0][1].split(",")] if kept else []
+        if len(names) < 2 or names[0] != "time" or len(kept) < 3:
+            raise InputError(f"{file}: give a heading, such as time,top.x,base.x, and samples")
+        values = np.empty((len(kept) - 1, len(names)))
+        for row, (number, line) in zip(values, kept[1:], strict=True):
+            try:
+                row[:] = [float(cell) for cell in line.split(",")]
+            except ValueError:
+                raise InputError(f"{file}, line {number}: give {len(names)} numbers, separated by "
+                                 "commas") from None  # fmt: skip
+        return cls(_step(values[:, 0]), names[1:], values[:, 1:])
+
+    @classmethod
+    def _of_obspy(cls, file, channels: dict) -> Ambient:
+        try:
+            import obspy
+        except ImportError:
+            raise MissingLibrary(f"{file} needs the library: pip install obspy") from None
+        stream = obspy.read(str(file)).merge(fill_value="interpolate")
+        start = max(trace.stats.starttime for trace in stream)
+        stream.trim(start, min(trace.stats.endtime for trace in stream))
+        found = {}
+        for trace in stream:
+            stats = trace.stats
+            codes = (f"{stats.station}.{stats.channel}", stats.channel)
+            given = [channels[code] for code in codes if code in channels]
+            axis = _AXES.get(stats.channel[-1:])
+            if given or (axis and not channels):
+                found[given[0] if given else f"{stats.station}.{axis}"] = trace
+        if len({trace.stats.delta for trace in found.values()}) != 1:
+            raise InputError(f"{file}: no channels, or channels of different time steps")
+        size = min(len(trace) for trace in found.values())
+        values = np.column_stack([trace.data[:size] for trace in found.values()])
+        return cls(float(stream[0].stats.delta), list(found), values.astype(float))
+
+
+def identify(
+    record, band: tuple[float, float], channels: Mapping[str, str] | None = None, order: int = 16,
+) -> list[MeasuredMode]:  # fmt: skip
+    """Modes of an ambient record: frequency, damping and shape, with their deviations.
+
+    Covariance-driven stochastic subspace identification at all orders of the model up to a largest
+    one; poles that agree between orders are a mode (hierarchical clustering).  Deviations are the
+    covariance of correlations of parts of the record, to first order (Döhler and Mevel 2013).
+
+    Parameters
+    ----------
+    record : path, xarray.Dataset or Ambient
+        See `Ambient.of`.
+    band : (float, float)
+        Hz, in which modes are sought; the lower one governs the length of the correlations.
+    channels : mapping of str, optional
+        See `Ambient.of`.
+    order : int
+        Largest order: twice the number of modes, or more.
+
+    Returns
+    -------
+    list of MeasuredMode
+        By frequency.
+
+    Raises
+    ------
+    InputError
+        If the band cannot be seen in the record, or nothing in it is stable.
+    MissingLibrary
+        Without pyOMA2.
+
+    References
+    ----------
+    Döhler, M. & Mevel, L. (2013). Efficient multi-order uncertainty computation for stochastic
+    subspace identification. Mechanical Systems and Signal Processing 38(2), 346-366.
+    """
+    from scipy.signal import decimate
+
+    found, (low, high) = Ambient.of(record, channels), map(float, band)
+    rate, count = 1 / found.step, len(found.names)
+    if not 0 < low < high <= 0.4 * rate:
+        raise InputError(f"band = {low:g} to {high:g} Hz: give two frequencies in order, above 0 "
+                         f"and below {0.4 * rate:g} Hz (of {rate:g} samples a second)")  # fmt: skip
+    if len(found.values) * found.step * low < _FEWEST:
+        raise InputError(f"a record of {len(found.values) * found.step:g} s has less than "
+                         f"{_FEWEST} periods of {low:g} Hz: give a longer one")  # fmt: skip
+    order = int(COUNT.check("order", order))
+    values = found.values - found.values.mean(axis=0)
+    if (every := int(rate / (_BEYOND * high))) > 1:
+        values, rate = decimate(values, every, ftype="fir", axis=0), rate / every
+    rows = int(np.clip(_PERIODS * rate / low, -(-order // count) + 1, max(_WIDEST // count, 4)))
+    poles = _poles(values, rate, rows, min(order, rows * count), (low, high))
+    modes = []
+    for f, s, zeta, deviation, shape, scatter in poles:
+        turned = (shape * np.exp(-1j * np.angle(np.sum(shape**2)) / 2)).real
+        length = np.linalg.norm(turned)
+        spread = float(np.sqrt(np.mean(np.abs(scatter) ** 2)) / length)
+        modes.append(MeasuredMode(
+            float(f), float(s), dict(zip(found.names, (turned / length).tolist(), strict=True)),
+            max(spread, _LEAST), damping=float(zeta), damping_deviation=float(deviation),
+        ))  # fmt: skip
+    return sorted(modes, key=lambda one: one.frequency)
+
+
+def _poles(values, rate: float, rows: int, order: int, band) -> list[tuple]:
+    """Frequency, damping and shape of stable poles, each with its deviation."""
+    with contextlib.redirect_stderr(io.StringIO()), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            from pyoma2.algorithms import SSI
+            from pyoma2.algorithms.data.run_params import Clustering, SSIRunParams
+            from pyoma2.setup import SingleSetup
+        except ImportError:
+            raise MissingLibrary("records need the library: pip install pyOMA-2") from None
+        logging.getLogger("pyoma2").setLevel(logging.WARNING)
+        method = SSI(name="ssi", run_params=SSIRunParams(br=rows, ordmax=order, calc_unc=True))
+        setup = SingleSetup(values, fs=rate)
+        setup.add_algorithms(method)
+        setup.run_by_name("ssi")
+        try:
+            method.add_clustering(Clustering(name="modes", quick="hier_avg", freqlim=band))
+            method.run_clustering("modes")
+        except (IndexError, ValueError):  # no pole, or one alone
+            raise InputError(f"no mode is stable between {band[0]:g} and {band[1]:g} Hz: give a "
+                             "longer record, a wider band or another order") from None  # fmt: skip
+    one = method.result.clustering_results["modes"]
+    shapes = np.reshape(one.Phi, (-1, one.Fn.size)).T
+    scatter = np.reshape(one.Phi_std, (-1, one.Fn.size)).T
+    return list(zip(one.Fn, one.Fn_std, one.Xi, one.Xi_std, shapes, scatter, strict=True))
+
+
+def horizontal_over_vertical(
+    record, frequency: ArrayLike, point: str, window: float = 30.0, bandwidth: float = 40.0,
+    channels: Mapping[str, str] | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+    """H/V of a point: median and σ of its logarithm over windows.
+
+    Parameters
+    ----------
+    record, channels
+        See `Ambient.of`.
+    frequency : array_like, shape (n,)
+        Hz.
+    point : str
+        With ``POINT.x`` and ``POINT.y``.
+    window : float
+        s; windows overlap by half, under Hann's window.
+    bandwidth : float
+        Of the window of Konno and Ohmachi.
+
+    Returns
+    -------
+    median, sigma_ln : ndarray, shape (n,)
+    """
+    from scipy.signal import ShortTimeFFT, get_window
+
+    found, at = Ambient.of(record, channels), np.asarray(frequency, dtype=float)
+    size = round(window / found.step)
+    if not 10 / window <= at.min() <= at.max() <= 0.5 / found.step or 3 * size > 2 * len(
+        found.values):  # fmt: skip
+        raise InputError(f"window = {window:g} s: each needs 10 periods of the lowest frequency, "
+                         "and the record two windows")  # fmt: skip
+    if lacking := [n for n in (f"{point}.x", f"{point}.y") if n not in found.names]:
+        raise InputError(f"the record has no channel {lacking[0]}: it has {found.names}")
+    cut = ShortTimeFFT(get_window("hann", size), size // 2, 1 / found.step)
+    parts = []
+    for axis in "xy":
+        values = found.values[:, found.names.index(f"{point}.{axis}")]
+        whole = cut.spectrogram(values - values.mean(), p0=1, p1=len(values) // (size // 2) - 1)
+        parts.append([smooth_konno_ohmachi(cut.f, np.sqrt(one), bandwidth, at) for one in whole.T])
+    logs = np.log(np.array(parts[0]) / parts[1])
+    return np.exp(np.median(logs, axis=0)), logs.std(axis=0)
+
+
+def modes_csv(modes: list[MeasuredMode]) -> str:
+    """A table that `measured_modes` reads."""
+    names = ["frequency", "deviation", "damping", "damping_deviation", "shape_deviation"]
+    points = list(dict.fromkeys(name for one in modes for name in one.shape))
+    rows = [[getattr(one, name) for name in names] + [one.shape.get(p, "") for p in points]
+            for one in modes]  # fmt: skip
+    lines = [",".join(f"{v:.6g}" if v != "" else "" for v in row) for row in rows]
+    return "\n".join(["# written by sitedda", ",".join(names + points), *lines, ""])
+
+
+def _step(time) -> float:
+    """Step of equal times, s."""
+    step = (time[-1] - time[0]) / (len(time) - 1)
+    if not step > 0 or np.any(np.abs(np.diff(time) - step) > 1e-3 * step):
+        raise InputError("the samples of the record are not at equal steps of time")
+    return float(step)

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Modes of an ambient record of a run of known stiffness."""
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda.calibration import (
+    Ambient,
+    horizontal_over_vertical,
+    identify,
+    measured_modes,
+    modes_csv,
+)
+from sitedda.command import main
+from sitedda.errors import InputError
+
+STEP, STEPS = 2e-3, 60000
+SHEAR, BED = "joint[bed].shear_stiffness_per_area", "boundary[ground].stiffness_per_area"
+
+
+def stack(folder) -> sitedda.Model:
+    """Four blocks on springs that follow white noise along both axes."""
+    random = np.random.default_rng(1)
+    model = sitedda.Model("stack", time_step=STEP, steps=STEPS, gravity=[0, -9.81], settle=True)
+    model.output(history_interval=4)
+    model.contact(normal_stiffness=1e9)
+    model.material("stone", density=2200.0, young_modulus=2e9, poisson_ratio=0.2)
+    model.joint("bed", friction_angle=35.0, normal_stiffness_per_area=8e8,
+                shear_stiffness_per_area=3e7)  # fmt: skip
+    for i in range(4):
+        low = 0.5 * i
+        model.block([0, low, 2, low, 2, low + 0.5, 0, low + 0.5], name=f"b{i}")
+    for i in (1, 3):
+        model.measured_point(f"p{i}", 1.0, 0.5 * i + 0.25, f"b{i}")
+    for axis in "xy":
+        np.savetxt(folder / f"{axis}.txt", 0.02 * random.standard_normal(STEPS))
+        model.motion(axis, file=folder / f"{axis}.txt", format="text", time_step=STEP,
+                     quantity="acceleration", unit="m/s2")  # fmt: skip
+    model.boundary(name="ground", kind="springs", blocks="b0", side="bottom",
+                   stiffness_per_area=6e7, motion_x="x", motion_y="y")  # fmt: skip
+    return model
+
+
+@pytest.fixture(scope="module")
+def ambient(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ambient")
+    model = stack(folder)
+    record = Ambient.of(model.run(output=folder / "stack.nc").history)
+    rows = np.column_stack([STEP * 4 * np.arange(len(record.values)), record.values])
+    head = ",".join(["time", *record.names])
+    np.savetxt(folder / "record.csv", rows, "%.6g", ",", header=head, comments="")
+    return folder, model, record
+
+
+def test_modes_of_a_record(ambient):
+    """A sway and a vertical mode: 0.5 % in frequency, 20 % in damping, and their deviations."""
+    pytest.importorskip("pyoma2")
+    folder, model, _ = ambient
+    found = identify(folder / "record.csv", (4.0, 20.0))
+    own = sitedda.modes(model, 2)
+    frequency = own.frequency / (1 + own.elongation)  # as the steps have it
+    assert len(found) == 2
+    for one, f, damping, shape in zip(found, frequency, own.damping, own.shapes, strict=True):
+        assert one.frequency == pytest.approx(f, rel=0.005)
+        assert one.damping == pytest.approx(damping, rel=0.2)
+        assert abs(one.frequency - f) < 3 * one.deviation < 0.03 * f
+        assert abs(one.damping - damping) < 3 * one.damping_deviation < 0.5 * damping
+        seen, true = np.array(list(one.shape.values())), shape[[1, 3], :2].ravel()
+        assert (seen @ true) ** 2 / (true @ true) > 0.999  # MAC; the seen one has unit length
+    (folder / "modes.csv").write_text(modes_csv(found))
+    for one, read in zip(found, measured_modes(folder / "modes.csv"), strict=True):
+        assert read.frequency == pytest.approx(one.frequency, rel=1e-5)
+        assert read.shape == pytest.approx(one.shape, rel=1e-5)
+
+
+def test_calibrate_from_a_record(ambient, capsys, monkeypatch):
+    pytest.importorskip("pyoma2")
+    folder, model, _ = ambient
+    monkeypatch.chdir(folder)
+    model.write("stack.nml")
+    command = ["calibrate", "stack.nml", "record.csv", "--record", "4:20", "--discrepancy", "0.005",
+               "--unknown", f"{SHEAR}=1e7:1e8", "--unknown", f"{BED}=2e7:2e8"]  # fmt: skip
+    assert main(command) == 0
+    assert "record_modes.csv" in capsys.readouterr().out
+    samples = np.loadtxt("stack_calibration.csv", delimiter=",", skiprows=2)
+    low, high = np.percentile(samples, (5, 95), axis=0)
+    assert np.all((low < [3e7, 6e7]) & ([3e7, 6e7] < high)) and np.all(high < 1.5 * low)
+
+
+def test_h_over_v_of_noise():
+    """The spectral ratio of two noises, one of them through an oscillator, is its transfer."""
+    from scipy.signal import lfilter
+
+    noise = np.random.default_rng(3).standard_normal((60000, 2))
+    record = Ambient(0.01, ["a.x", "a.y"], noise * [2.0, 1.0])
+    at = np.geomspace(1.0, 30.0, 12)
+    median, sigma = horizontal_over_vertical(record, at, "a")
+    windows = 2 * 600 / 30 - 1
+    assert np.all(abs(np.log(median / 2)) < 4 * 1.25 * sigma / np.sqrt(windows / 2))
+    pole = 0.97 * np.exp(2j * np.pi * 0.01 * 5.0)
+    ring = lfilter([1.0], [1.0, -2 * pole.real, abs(pole) ** 2], noise[:, 0])
+    record = Ambient(0.01, ["a.x", "a.y"], np.column_stack([ring, noise[:, 1]]))
+    median, _ = horizontal_over_vertical(record, fine := np.linspace(2.0, 10.0, 81), "a")
+    assert fine[median.argmax()] == pytest.approx(5.0, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("band", "words"),
+    [((4.0, 60.0), "below 50 Hz"), ((0.1, 20.0), "less than 100 periods"), ((9, 4), "in order")],
+)
+def test_refuses_bands(ambient, band, words):
+    with pytest.raises(InputError, match=words):
+        identify(ambient[2], band)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("top.x,time\n1,2\n", "give a heading"),
+        ("time,a.x\n0,1\n1,b\n", "line 3: give 2 numbers"),
+        ("time,a.x\n0,1\n1,2\n3,2\n", "equal steps"),
+        ("time,a.x\n0,1\n1,nan\n", "sample 2 of a.x"),
+    ],
+)
+def test_refuses_records(tmp_path, text, words):
+    (tmp_path / "record.csv").write_text(text)
+    with pytest.raises(InputError, match=words):
+        Ambient.of(tmp_path / "record.csv")
