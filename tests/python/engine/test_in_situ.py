@@ -110,6 +110,50 @@ def test_a_slope_stays_after_its_stress_is_corrected():
         assert "of the largest, in block" in run.summary
 
 
+def test_an_excavated_tunnel_closes_as_kirsch_says():
+    """A circle of 2 m at 300 m: γz and K₀γz before; wall points come in by (1 + ν) a/E times
+    (1 + K₀) p/2 ± (3 − 4ν) (1 − K₀) p/2.  The vertical closure is 2.0, 1.2 and 0.9 % too large with
+    cells of 0.4, 0.16 and 0.1 m at the wall."""
+    young, poisson, ratio, depth, radius, reach = 10e9, 0.25, 0.8, 300.0, 2.0, 60.0
+    model = sitedda.Model("tunnel", time_step=1e-3, gravity=(0, -10), analysis="plane_strain")
+    model.material("rock", density=2600.0, young_modulus=young, poisson_ratio=poisson)
+    model.joint("wall", friction_angle=35.0)
+    model.region("rock", reach * np.array([-1, -1, 1, -1, 1, 1, -1, 1]))
+    angle = np.linspace(0, 2 * np.pi, 65)
+    ring = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    model.excavation("core", ring[:-1], joint="wall")
+    model.mesh(regions="rock", size=4.0, fine_size=0.1, fine_along=ring)
+    model.in_situ(k0=ratio, surface=[(-reach, depth), (reach, depth)])
+    for side in ("left", "right", "bottom"):
+        model.boundary(kind="roller", side=side)
+    model.traction(side="top", normal=2600 * 10 * (depth - reach))
+    for name, x, y in (("crown", 0, 2), ("floor", 0, -2), ("left", -2, 0), ("right", 2, 0)):
+        model.measured_point(name, x, y, block="rock_1")
+    model.stage("in place", kind="static")
+    model.stage("excavated", kind="static", remove="core_*", zero_displacements=True)
+    with sitedda.Simulation(model) as run:
+        down = 2600 * 10 * (depth - centres(run))
+        expected = np.column_stack([-ratio * down, -down, 0 * down])
+        assert abs(run.stresses - expected).max() < 0.01 * down.min()
+        run.advance()
+        crown, floor, left, right = run.point_motions[0]
+    mean, half = (1 + ratio) / 2, (3 - 4 * poisson) * (1 - ratio) / 2
+    unit = 2600 * 10 * depth * (1 + poisson) * radius / young
+    assert (floor - crown)[1] / 2 == pytest.approx(unit * (mean + half), rel=0.01)
+    assert (left - right)[0] / 2 == pytest.approx(unit * (mean - half), rel=0.01)
+
+
+def test_an_excavation_within_one_block_is_a_ring():
+    """It has a block of its own in a mesh, and is refused without."""
+    model = ground("blocks", None)
+    model.region("rock", [100, 0, 110, 0, 110, 10, 100, 10])
+    model.excavation("core", [104, 4, 106, 4, 106, 6, 104, 6])
+    with pytest.raises(InputError, match="ring around .* mesh it"):
+        model.build()
+    model.mesh(regions="rock", size=2.0)
+    assert {group.body for group in model.build().of_kind("block")} >= {"rock_1", "core_1"}
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [

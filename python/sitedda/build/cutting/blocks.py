@@ -215,7 +215,7 @@ class _Cut:
         for hole, polygon in zip(holes, self.holes, strict=True):
             rows.append((0, hole.joint, _ring(polygon), True))
         for excavation, polygon in zip(excavations, self.pits, strict=True):
-            rows.append((1, excavation.joint, self._clipped(_ring(polygon), ""), False))
+            rows.append((1, excavation.joint, self._clipped(_ring(polygon), ""), True))
         ranks = {JointLine: 2, JointSet: 4, Voronoi: 5}
         cutters = [(ranks[type(joint)], joint) for joint in joints]
         for rank, cutter in [*cutters, *((3, surface) for surface in surfaces)]:
