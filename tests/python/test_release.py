@@ -72,3 +72,125 @@ def test_the_paper_keeps_the_form_of_the_journal(root):
     cited = set(re.findall(r"@(\w+)", body))
     known = set(re.findall(r"^@\w+\{(\w+),", (root / "docs/joss/paper.bib").read_text(), re.M))
     assert cited == known
+
+
+# Claims of the README, and how the name of the test of each begins.
+CLAIMS = {
+    "computes how ground, rock slopes and masonry": "input/test_examples.py::test_an_example_has_a",
+    "checks a model before a run": "engine/test_check.py::test_both_programs_say_what_the_packag",
+    "with error bars": "study/test_accuracy.py::test_runs_say_it_too",
+    "reproduced by `sitedda paper`": "verification/test_paper.py::test_the_study_reaches_what_it_m",
+    "`sitedda validate`": "verification/test_validation_cases.py::test_case_in_its_short_form",
+    "lists each change": "test_release.py::test_every_file_has_the_version_of_the_program",
+    "Linux on x86-64": "test_release.py::test_the_install_section_holds",
+    "pip install .": "test_release.py::test_the_documented_packages_are_those_that_recipes_install",
+    "python3 python/start.py site": "test_release.py::test_the_install_section_holds",
+    "python3 python/start.py test": "test_release.py::test_the_install_section_holds",
+    "pip install ./python/evidence": "test_package.py::test_commands_of_the_evidence_say_where",
+    "installs missing system packages": "test_release.py::test_the_documented_packages_are_those",
+    "import sitedda": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
+    "sitedda.copy_example": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
+    "run = sitedda.run": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
+    "print(run.verdict)": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
+    "run.draw(": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
+    "A rock slope of two joint sets": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
+    "![Slip of the joints": "test_handbook.py::test_no_link_leads_nowhere",
+    "runs inputs whose blocks are given": "test_release.py::test_the_executable_runs_given_blocks",
+    "sitedda check slope.nml": "test_release.py::test_the_commands_of_the_example_run",
+    "sitedda run slope.nml": "test_release.py::test_the_commands_of_the_example_run",
+    "sitedda resume slope.nml": "engine/test_checkpoint.py::test_a_killed_run_goes_on_from_its_las",
+    "sitedda accuracy slope.nml": "study/test_accuracy.py::test_runs_say_it_too",
+    "sitedda view slope.nc": "test_release.py::test_the_commands_of_the_example_run",
+    "sitedda --help": "test_handbook.py::test_every_command_is_one",
+    "namelist of groups": "test_handbook.py::test_the_references_have_every_group_and_variable",
+    "exit with status 0": "test_release.py::test_every_exit_status_of_the_readme_has_a_test",
+    "**Energy is accounted for**": "verification/test_layered_site.py::test_the_audit_explains_eve",
+    "**Steps converge or report": "commands/test_command.py::test_a_step_that_does_not_close_is",
+    "**Models are checked before": "engine/test_check.py::test_a_run_is_refused_by_a_check_that",
+    "**Same input, same bits**": "engine/test_bolts.py::test_bits_of_both_programs_and_of_a_resume",
+    "constant strain unless they are": "engine/test_bodies.py::test_the_shipped_roof_beam_is_a_bea",
+    "large rotations": "engine/test_bodies.py::test_a_spinning_body_keeps_its_energy",
+    "water acts on edges": "engine/test_water.py::test_water_on_faces_alone_presses",
+}  # fmt: skip
+STATUSES = {  # and the test in which a program ends with it
+    1: ("bad input", "commands/test_command.py::test_bad_input_is_status_1"),
+    2: ("refused by a check", "engine/test_check.py::test_a_check_that_fails_is_status_2"),
+    3: ("a step does not converge", "commands/test_command.py::test_a_step_that_does_not_close"),
+    4: ("linear solver", "test_faults.py::test_a_fault_is_one_message_and_a_status"),
+    5: ("file", "commands/test_command.py::test_an_output_that_cannot_be_written_is_status_5"),
+    6: ("interrupted", "commands/test_command.py::test_ctrl_c_keeps_what_was_computed"),
+    7: ("memory", "test_package.py::test_little_memory_is_one_sentence"),
+    141: ("closed pipe", "commands/test_command.py::test_the_bar_is_for_terminals_and_a_reader"),
+}
+
+
+def is_there(root, test: str) -> bool:
+    """A function of a test file has a name that begins like this."""
+    file, _, name = test.partition("::")
+    place = root / "tests" / (file if file.startswith("verification") else f"python/{file}")
+    return f"\ndef {name}" in place.read_text()
+
+
+def test_every_claim_of_the_readme_has_its_test(root):
+    """Each paragraph, item and line of code between the title and the links holds a claim."""
+    text = (root / "README.md").read_text().partition("\n## Read on")[0]
+    parts = []
+    for i, part in enumerate(re.split(r"^```.*\n", text, flags=re.M)):
+        parts += part.splitlines() if i % 2 else re.split(r"\n\s*\n|\n(?=- )", part)
+    parts = [" ".join(part.split()) for part in parts if part.strip() and part.strip()[0] != "#"]
+    for part in parts:
+        assert any(claim in part for claim in CLAIMS) or part.endswith(":"), part
+    for claim, test in CLAIMS.items():
+        assert any(claim in part for part in parts), claim
+        assert is_there(root, test), test
+
+
+def test_every_exit_status_of_the_readme_has_a_test(root):
+    told = " ".join((root / "README.md").read_text().split()).partition("exit with status 0; ")[2]
+    listed = re.findall(r"(\d+) ([a-z ]+)", told.partition(".")[0])
+    assert {int(number): words for number, words in listed} == {
+        number: words for number, (words, _) in STATUSES.items()
+    }
+    assert all(is_there(root, test) for _, test in STATUSES.values())
+    constants = re.findall(
+        r"parameter :: error_\w+ = (\d)", (root / "fortran/base/errors.f90").read_text()
+    )
+    assert {*map(int, constants)} - {8} == STATUSES.keys() - {141}  # 8 exits as a file does
+
+
+def test_the_install_section_holds(root):
+    readme = (root / "README.md").read_text()
+    project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
+    oldest = project["requires-python"].removeprefix(">=")
+    assert f"Python {oldest} or later" in readme
+    jobs = (root / "python/start.py").read_text()
+    assert all(f'"{job}": {job}' in jobs for job in re.findall(r"start.py (\w+)", readme))
+
+
+def test_the_executable_runs_given_blocks(native, python_program, tmp_path):
+    """And refuses others with a sentence that names the other program."""
+    python_program.ok("example", "layered_site", folder=tmp_path)
+    python_program.ok("example", "slope", folder=tmp_path)
+    native.ok("check", "layered_site.nml", folder=tmp_path)
+    refused = native("check", "slope.nml", folder=tmp_path)
+    assert refused.returncode == 1 and "sitedda build" in refused.stderr
+
+
+def test_the_commands_of_the_example_run(main, tmp_path):
+    """Those of the README, on the first 0.1 s of the slope."""
+    main.ok("example", "slope", folder=tmp_path)
+    main.ok("check", "slope.nml", folder=tmp_path)
+    main.ok("run", "slope.nml", "--set", "duration=0.1", "-q", folder=tmp_path)
+    assert (tmp_path / "slope.nc").exists()
+    main.ok("view", "slope.nc", folder=tmp_path)
+    assert list(tmp_path.glob("slope*.html"))
+
+
+def test_metadata_agree(root):
+    """Description and keywords are those of the package; codemeta has terms of its vocabulary."""
+    project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
+    codemeta, zenodo = (json.loads((root / name).read_text())
+                        for name in ("codemeta.json", ".zenodo.json"))  # fmt: skip
+    assert codemeta["description"] == project["description"] == zenodo["description"].rstrip(".")
+    citation = (root / "CITATION.cff").read_text()
+    assert all(word in project["keywords"] and word in citation for word in zenodo["keywords"])
