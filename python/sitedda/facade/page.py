@@ -181,10 +181,12 @@ def _group_table(scene: Scene, name: str, title: str) -> Table | None:
     heads = list(dict.fromkeys(given))
     if not heads:
         return None
-    rows = [[_short(group.get(key, "")) for key in heads] for group in groups]
-    units = {one.name: one.unit for one in GROUPS[name].variables}
-    named = [f"{key} ({units[key]})" if units.get(key) else key for key in heads]
-    return Table(named, rows, title)
+    known = {one.name: one for one in GROUPS[name].variables}
+    space = {key: " " if known[key].kind == "word" else "_" for key in heads}
+    rows = [[_short(group.get(key, "")).replace("_", space[key]) for key in heads]
+            for group in groups]  # fmt: skip
+    units = {key: f" ({known[key].unit})" if known[key].unit else "" for key in heads}
+    return Table([key.replace("_", " ") + units[key] for key in heads], rows, title)
 
 
 def _short(value) -> str:

@@ -18,7 +18,9 @@ from pathlib import Path
 from ..base.files import check_target, write
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
 
-_NUMBER = re.compile(r"[+−×<≤~-]?\s?\d[\d .,]*(·10\^?[+−-]?\d+|e[+-]?\d+)?\s?[^\s\d]{0,6}", re.I)
+_NUMBER = re.compile(
+    r"[+−×<≤~-]?\s?\d([\d .]|,(?! ))*(·10\^?[+−-]?\d+|e[+-]?\d+)?\s?[^\s\d]{0,6}", re.I
+)
 # Modules of the view, each after those that it uses.
 VIEW_MODULES = ("words", "streams", "model", "painters", "marks", "legend", "chart", "save",
                 "controls", "view", "page")  # fmt: skip

@@ -11,7 +11,10 @@ from matplotlib.transforms import Bbox
 from random_content import random_model
 
 import sitedda
+from sitedda.facade.page import _TABLES, _group_table
+from sitedda.output.scene import Scene
 from sitedda.plot import run_picture
+from sitedda.report.html import _table
 from sitedda.style import new_figure
 
 _TOUCH = 1.0  # pixels that boxes of letters may share
@@ -90,6 +93,21 @@ def test_no_text_of_a_picture_is_over_another_or_outside(runs):
         for bar in (one._colorbar for one in axes.child_axes if hasattr(one, "_colorbar")):
             values = bar.mappable.get_array()  # none is beyond an end
             assert values is None or bar.vmin <= values.min() <= values.max() <= bar.vmax, seed
+
+
+def test_tables_of_a_report_have_words_and_lists_that_wrap(runs):
+    shaken = 0
+    for seed, run in enumerate(runs):
+        scene = Scene.of(run)
+        tables = {name: _group_table(scene, name, title) for name, title in _TABLES}
+        heads = [head for table in tables.values() if table for head in table.heads]
+        assert "name" in heads and not any("_" in head for head in heads), (seed, heads)
+        if tables["motion"]:
+            shaken += 1
+            cells = re.findall("<td(.*?)>(.*?)</td>", _table(tables["motion"]))
+            lists = [kind for kind, text in cells if text.count(", ") > 5]
+            assert lists and not any("class='n'" in kind for kind in lists), seed
+    assert shaken
 
 
 def test_a_layout_that_fails_is_seen():
