@@ -25,6 +25,7 @@ module dda_impact
    use dda_friction, only: laws_type
    use dda_linear_solver, only: record_rigid_terms, solver_type
    use dda_linear_terms, only: linear_term_type, add_product, at_end, term_support
+   use dda_model, only: half_size
    use dda_open_close, only: open_close_type, solve_contacts
    use dda_scheme, only: step_type
    use dda_system, only: system_type, begin_diagonal
@@ -99,7 +100,7 @@ contains
             if (found > 0) call stiffen(impacts, system, impacts%struck == found)
             call record_rigid_terms(solver)
          end if
-         call solve_again(iteration, system, solver, contacts, laws, error)
+         call solve_again(iteration, system, solver, contacts, laws, blocks, error)
          if (allocated(error)) return
       end do
       if (round > most_rounds) call fail(error, error_convergence, &
@@ -318,22 +319,30 @@ contains
       end do
    end function work_of_supports
 
-   !> Repeat the open–close iteration with the present dashpots and impacts.
-   subroutine solve_again(iteration, system, solver, contacts, laws, error)
+   !> Repeat the open–close iteration with the present dashpots and impacts.  Struck contacts are
+   !> stiffer by their gain, so rounding of the displacements of the step may exceed the noise of
+   !> positions.
+   subroutine solve_again(iteration, system, solver, contacts, laws, blocks, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: iterations, changes, broken
+      real(wp) :: noise
 
+      noise = iteration%noise
+      iteration%noise = noise*max(1.0_wp, maxval(contacts%gain(:, :contacts%n)) &
+         *maxval(abs(system%d(1:2, :)))/half_size(blocks))
       iterations = iteration%iterations
       changes = iteration%changes
       broken = iteration%broken
       contacts%state(:contacts%n) = contacts%trial_state(:contacts%n)
       system%contact_terms%rebuild = .true.
       call solve_contacts(iteration, system, solver, contacts, laws, error)
+      iteration%noise = noise
       iteration%iterations = iteration%iterations + iterations
       iteration%changes = iteration%changes + changes
       iteration%broken = iteration%broken + broken
