@@ -28,6 +28,7 @@ PEAK = re.compile(r"29\.155 at 13\.948")  # amplification of the layered site
 LONGEST = 60.0  # s to install a wheel and run the example
 BUILD_PACKAGES = re.compile(r"^(gcc|g\+\+|gfortran|clang|.*-dev|libopenblas.*|libnetcdf.*)$")
 OF_MACHINE = ("etc/resolv.conf", "etc/hosts", "etc/pip.conf", "etc/ssl/certs/ca-certificates.crt")
+SETTINGS = re.compile(r"PIP_(?!FIND)|SSL_|.*_proxy")  # variables that the systems get
 REPAIR = ("-m", "auditwheel", "repair", "-w")
 
 
@@ -122,7 +123,7 @@ def make_systems(release: str, bare: Path, full: Path) -> None:
         packages = runpy.run_path(str(ROOT / "python/start.py"))["PACKAGES"]
         quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
         call("chroot", full, "apt-get", "update", "-qq", env=quiet)
-        options = ("-qq", "-y", "--no-install-recommends")
+        options = ("-qq", "-y", "--no-install-recommends", "-o", "Dpkg::Use-Pty=0")
         call("chroot", full, "apt-get", "install", *options, *packages, env=quiet)
     for system in (bare, full):
         shutil.rmtree(system / "tmp")
@@ -158,9 +159,7 @@ def run_example(system: Path) -> float:
 
 def inside(system: Path, program: str, *words) -> str:
     """Run a program of the virtual environment of a system, in its folder /tmp."""
-    kept = {
-        name: value for name, value in os.environ.items() if re.match("PIP_|SSL_|.*_proxy", name)
-    }
+    kept = {name: value for name, value in os.environ.items() if SETTINGS.match(name)}
     clean = {**kept, "PATH": "/venv/bin:/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/tmp"}
     # /proc is what the loader of an executable finds its libraries by.
     apart = ("unshare", "--pid", "--fork", f"--mount-proc={system / 'proc'}", "chroot", system)
