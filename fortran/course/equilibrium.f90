@@ -459,27 +459,35 @@ contains
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine put_in_words
 
-   !> Sliding contacts and their joints: of an unbalanced block, or of all if
-   !> it has none that slide, the one with the largest normal force.
+   !> The contact with the largest normal force and its joint: of the sliding ones of an unbalanced
+   !> block, else of all that slide, else of all of the block.
    function words_of_slip(simulation, b) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: b                         !< block that is out of balance
       character(len=:), allocatable :: words
-      integer :: c, worst(2), sliding
+      integer :: c, worst(3), sliding
+      logical :: own
 
       worst = 0
       sliding = 0
       words = '; look at supports, joints and gaps'
       associate (contacts => simulation%contacts(simulation%now), joints => simulation%model%joints)
          do c = 1, contacts%n
+            own = contacts%block_v(c) == b .or. contacts%block_e(c) == b
+            if (own) worst(3) = larger(contacts, worst(3), c)
             if (contacts%state(c) /= contact_slide) cycle
             sliding = sliding + 1
             worst(2) = larger(contacts, worst(2), c)
-            if (contacts%block_v(c) == b .or. contacts%block_e(c) == b) &
-               worst(1) = larger(contacts, worst(1), c)
+            if (own) worst(1) = larger(contacts, worst(1), c)
          end do
          c = merge(worst(1), worst(2), worst(1) > 0)
-         if (c == 0) return
+         if (c == 0) then
+            if (worst(3) > 0) words = '; no contact slides, and its largest contact force is '// &
+               short_text(contacts%normal_force(worst(3)))//' N/m on joint '// &
+               quoted(trim(joints(contacts%joint(worst(3)))%name))// &
+               ': look at that joint, at supports and gaps'
+            return
+         end if
          words = '; '//counted(to_text(sliding), 'contact slides', 'contacts slide')//': block '// &
             block_name(simulation, contacts%block_v(c))//' slides on '// &
             block_name(simulation, contacts%block_e(c))//' along joint '// &

@@ -156,3 +156,22 @@ def test_what_slides_is_said_with_its_joint(write_input):
     words = "2 contacts slide: block 2 'slider' slides on 1 'base' along joint 'bed'"
     with pytest.raises(sitedda.ConvergenceError, match=re.escape(words)):
         sitedda.run(write_input(groups), output=False)
+
+
+def test_a_block_that_does_not_rest_without_slip_is_said_with_its_joint(write_input):
+    """A wall whose rough joints leave a hundredth of a newton out of balance, and slip nowhere."""
+    groups = [
+        group("control", time_step=5e-4, steps=1, gravity=(0.0, -9.81), settle=True),
+        group("material", name="rock", density=1745.6, young_modulus=1.482e8, poisson_ratio=0.397,
+              rayleigh_alpha=0.795, rayleigh_beta=0.000886),
+        group("joint", name="rough", law="plesha", friction_angle=18.2, asperity_angle=6.9,
+              asperity_wear=0.000262, normal_stiffness_per_area=2.299e8,
+              shear_stiffness_per_area=7.773e7),
+        group("layers", name="base", left=-1, bottom=-0.5, width=16.59, thickness=0.5),
+        group("wall", name="brick", left=0, bottom=0, brick_length=1.0, brick_height=0.34,
+              bricks=6, courses=8),
+        group("boundary", kind="fixed", side="bottom", blocks="base*"),
+    ]  # fmt: skip
+    words = "no contact slides, and its largest contact force is .* N/m on joint 'rough'"
+    with pytest.raises(sitedda.ConvergenceError, match=words):
+        sitedda.run(write_input(groups), output=False)
