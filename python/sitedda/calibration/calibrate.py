@@ -170,8 +170,7 @@ def calibrate(
     discrepancy : float or None
         Relative error of the model's frequencies; None: an unknown, about 2 %.
     sampler : 'laplace' or 'ensemble'
-        Samples of the Gaussian about the most probable values; or of the posterior itself, by
-        `emcee`.
+        Importance sampling from t distributions about the peaks of the posterior; or `emcee`.
     samples : int
         How many.
     seed : int
@@ -209,14 +208,12 @@ def calibrate(
     else:
         NOT_NEGATIVE.check("discrepancy", discrepancy)
     search = _Search(family, Posterior(family, observations, mean, deviation, discrepancy))
-    x, covariance, error = search.run(seed)
-    posterior = search.posterior
-    generator = np.random.default_rng(seed)
+    peaks, error = search.run(seed)
+    x, posterior = peaks[0][0], search.posterior
+    drawn, weights, *evidence = posterior.weighted(peaks, seed)
+    drawn = drawn[np.random.default_rng(seed).choice(len(drawn), samples, p=weights)]
     if sampler == "ensemble":
-        drawn = posterior.sampled(x, covariance, samples, seed)
-    else:
-        drawn = generator.multivariate_normal(x, covariance, samples)
-    evidence = posterior.evidence(x, covariance, seed)
+        drawn = posterior.sampled(drawn, samples, seed)
     count = len(prior)
     values, level = np.exp(drawn[:, :count]), discrepancy
     if level is None:
@@ -263,24 +260,25 @@ class _Search:
     family: Family
     posterior: Posterior
 
-    def run(self, seed: int) -> tuple[np.ndarray, np.ndarray, float]:
-        """The best x, its covariance, and the relative error of frequencies by the basis."""
+    def run(self, seed: int) -> tuple[list[tuple], float]:
+        """Peaks of the posterior with their covariances, and the relative error by the basis."""
         posterior = self.posterior
         width = len(self.family.parts)
         axes = np.eye(posterior.mean.size)[:width] * posterior.deviation
         self.vectors = [self._exact(x)[1] for x in self._about(posterior.mean, BAND * axes)]
         self._reduce()
-        x = self._improved(self.posterior.best(seed))
+        peaks = [self._improved(x) for x in self.posterior.peaks(seed)]
         for _ in range(2):
-            covariance = self.posterior.covariance(x)
-            values, turns = np.linalg.eigh(covariance)
-            around = self._about(x, 2 * (turns * np.sqrt(values)).T)
-            self.vectors += [self._exact(one)[1] for one in around]
+            for x in peaks:
+                values, turns = np.linalg.eigh(self.posterior.covariance(x))
+                around = self._about(x, 2 * (turns * np.sqrt(values)).T)
+                self.vectors += [self._exact(one)[1] for one in around]
             self._reduce()
-            x = self.posterior.best(seed, x)
-        covariance = self.posterior.covariance(x)
-        some = np.random.default_rng(seed).multivariate_normal(x, covariance, _LOOKS)
-        return x, covariance, max(self._error(one) for one in some)
+            peaks = [self.posterior.best(x) for x in peaks]
+        peaks.sort(key=lambda x: -self.posterior.log(x[None])[0])
+        found = [(x, self.posterior.covariance(x)) for x in peaks]
+        some = np.random.default_rng(seed).multivariate_normal(*found[0], _LOOKS)
+        return found, max(self._error(one) for one in some)
 
     def _about(self, x: np.ndarray, steps: np.ndarray) -> np.ndarray:
         return np.vstack([x, x + steps, x - steps])
@@ -297,7 +295,7 @@ class _Search:
             if self._error(x) < _EXACT:
                 break
             self._reduce()
-            x = self.posterior.best(0, x)
+            x = self.posterior.best(x)
         return x
 
     def _error(self, x: np.ndarray) -> float:

@@ -86,7 +86,7 @@ class Family:
     def reduced(self, y: np.ndarray) -> Family:
         """The dense family on the span of vectors, shape (n, any)."""
         u, sizes, _ = np.linalg.svd(y, full_matrices=False)
-        basis = u[:, sizes > 1e-8 * sizes[0]]
+        basis = u[:, sizes > 1e-5 * sizes[0]]
         fixed, *parts = (basis.T @ (k @ basis) for k in (self.fixed, *self.parts))
         return Family((fixed + fixed.T) / 2, [(k + k.T) / 2 for k in parts], self.points @ basis)
 

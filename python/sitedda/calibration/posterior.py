@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment, minimize
+from scipy.special import gammaln, logsumexp
 
 from ..base.errors import ConvergenceError, MissingLibrary
 from .family import Family
@@ -24,9 +25,13 @@ from .measured import Observations
 
 _STEP = 1e-3  # of a prior deviation, of differences of gradients
 _STILL = 1e-10  # of the largest square that a shape can have at its points
-_STARTS = 4  # from points of the prior, besides its median
-_DRAWS = 2000  # of the integral of the evidence
+_PRIOR, _STARTS = 200, 5  # draws of the prior, and those from which peaks are sought
+_MOST, _LOWEST = 8, 7.0  # peaks that are kept: at most so many, at most so much lower in ln p
+_FARTHEST = 8.0  # deviations of the prior in which the best is sought
+_DRAWS = 2000  # of a round of the integral of the evidence
 _FREEDOM = 6  # degrees of freedom of its proposals, which reach farther than a Gaussian
+_ROUNDS, _KERNELS = 4, 100  # rounds that adapt the proposals, and their number
+_ENOUGH = 0.5  # fraction of draws that count at which proposals are not adapted further
 _WALKERS, _STEPS, _LENGTHS = 32, 500, 50  # of the sampler; its autocorrelation times, at least
 _MOST_STEPS = 20000
 
@@ -93,11 +98,11 @@ class Posterior:
         shape = self.shape(y, j, mode)
         return float((self.seen.shapes[j] @ shape) ** 2 / (shape @ shape + self._still(j)))
 
-    def log(self, x: np.ndarray) -> np.ndarray:
+    def log(self, x: np.ndarray, solved=None) -> np.ndarray:
         """ln p of rows of x."""
         z = (x - self.mean) / self.deviation
         total = -0.5 * np.sum(z**2 + np.log(2 * np.pi * self.deviation**2), axis=1)
-        squares, y, chosen = self.solved(x)
+        squares, y, chosen = solved or self.solved(x)
         delta, rows = self._delta(x), np.arange(len(x))
         for j, one in enumerate(self.seen.modes):
             off = np.log(2 * np.pi * one.frequency) - np.log(squares[rows, chosen[:, j]]) / 2
@@ -113,7 +118,8 @@ class Posterior:
         """−ln p at one x, and its gradient."""
         family = self.family
         slope = -(x - self.mean) / self.deviation**2
-        squares, y, chosen = (values[0] for values in self.solved(x[None]))
+        solved = self.solved(x[None])
+        squares, y, chosen = (values[0] for values in solved)
         delta = float(self._delta(x[None])[0])
         theta = np.exp(x[: len(family.parts)])
         moved = [t * (y.T @ part @ y) for t, part in zip(theta, family.parts, strict=True)]
@@ -136,17 +142,27 @@ class Posterior:
                 spread.append((1 - self.mac(y, j, mode), variance, seen.size - 1))
             if self.discrepancy is None:
                 slope[-1] += sum(delta**2 * (r / v**2 - n / v) for r, v, n in spread)
-        return -float(self.log(x[None])[0]), -slope
+        return -float(self.log(x[None], solved)[0]), -slope
 
-    def best(self, seed: int, start=None) -> np.ndarray:
-        """The x of the largest p, searched from the median and other points of the prior."""
-        starts = [start]
-        if start is None:
-            around = np.random.default_rng(seed).standard_normal((_STARTS, self.mean.size))
-            starts = [self.mean, *(self.mean + self.deviation * around)]
-        found = [minimize(self._scaled, (x - self.mean) / self.deviation, jac=True, method="BFGS")
-                 for x in starts]  # fmt: skip
-        return self.mean + self.deviation * min(found, key=lambda one: one.fun).x
+    def peaks(self, seed: int) -> list[np.ndarray]:
+        """Local maxima of p, the largest first, sought from the most probable draws of the prior.
+
+        Several sets of stiffnesses may meet the same frequencies.
+        """
+        draws = np.random.default_rng(seed).standard_normal((_PRIOR, self.mean.size))
+        order = np.argsort(-self.log(self.mean + self.deviation * draws))
+        starts = _apart([np.zeros(self.mean.size), *draws[order]], 1.0)[:_STARTS]
+        found = sorted((self._climbed(z) for z in starts), key=lambda one: one.fun)
+        near = [one.x for one in found if one.fun < found[0].fun + _LOWEST]
+        return [self.mean + self.deviation * z for z in _apart(near, 0.05)]
+
+    def best(self, start: np.ndarray) -> np.ndarray:
+        """The local maximum of p that is reached from a start."""
+        return self.mean + self.deviation * self._climbed((start - self.mean) / self.deviation).x
+
+    def _climbed(self, z: np.ndarray):
+        bounds = [(-_FARTHEST, _FARTHEST)] * z.size
+        return minimize(self._scaled, z, jac=True, bounds=bounds)
 
     def _scaled(self, z: np.ndarray) -> tuple[float, np.ndarray]:
         value, slope = self.minus_log(self.mean + self.deviation * z)
@@ -163,22 +179,48 @@ class Posterior:
         inverse = (axes / np.maximum(values, 0.25)) @ axes.T
         return inverse * np.outer(self.deviation, self.deviation)
 
-    def evidence(self, x: np.ndarray, covariance: np.ndarray, seed: int) -> tuple:
-        """ln of the integral of p, its standard error, and the fraction of draws that count.
+    def weighted(self, peaks: list[tuple], seed: int) -> tuple:
+        """Draws, their weights, ln of the integral of p, its error, and the fraction that counts.
 
-        Importance sampling with draws of a multivariate t about the best x.
+        Importance sampling with draws of a mixture of multivariate t about the peaks, each given as
+        x and its covariance.  If few draws count, p is no Gaussian there: a mixture about some of
+        them replaces it (West 1993).
         """
-        from scipy.stats import multivariate_t
+        generator, size = np.random.default_rng(seed), self.mean.size
+        centres = np.array([x for x, _ in peaks])
+        lowers = [np.linalg.cholesky(covariance) for _, covariance in peaks]
+        group, best = np.arange(len(peaks)), (0.0, centres, np.ones(1), 0.0, 0.0)
+        for _ in range(_ROUNDS):
+            picked = generator.integers(len(centres), size=_DRAWS)
+            heavy = np.sqrt(_FREEDOM / generator.chisquare(_FREEDOM, _DRAWS))[:, None]
+            gaussian = heavy * generator.standard_normal((_DRAWS, size))
+            draws, of = centres[picked], group[picked]
+            for i, lower in enumerate(lowers):
+                draws[of == i] += gaussian[of == i] @ lower.T
+            logs = self.log(draws) - _mixture(draws, centres, group, lowers)
+            weights = np.exp(logs - logs.max())
+            counting = weights.sum() ** 2 / np.sum(weights**2) / _DRAWS
+            if counting > best[0]:
+                error = math.sqrt(max(1 / counting - 1, 0.0) / _DRAWS)
+                integral = float(logs.max() + np.log(weights.mean()))
+                best = (float(counting), draws, weights / weights.sum(), integral, error)
+                groups = of
+            if counting > _ENOUGH:
+                break
+            draws, weights = best[1:3]
+            chosen = generator.choice(_DRAWS, _KERNELS, p=weights)
+            centres, group = draws[chosen], groups[chosen]
+            width = (4 / (size + 2) / _KERNELS) ** (1 / (size + 4))
+            for i in range(len(lowers)):
+                w = np.where(groups == i, weights, 0.0) + 1e-12
+                middle = w @ draws / w.sum()
+                spread = (draws - middle).T @ ((draws - middle) * w[:, None]) / w.sum()
+                lowers[i] = width * np.linalg.cholesky(spread)
+                mine = group == i
+                centres[mine] = middle + math.sqrt(1 - width**2) * (centres[mine] - middle)
+        return *best[1:], best[0]
 
-        proposal = multivariate_t(x, covariance, df=_FREEDOM, seed=np.random.default_rng(seed))
-        draws = np.atleast_1d(proposal.rvs(_DRAWS)).reshape(_DRAWS, x.size)
-        logs = self.log(draws) - proposal.logpdf(draws)
-        weights = np.exp(logs - logs.max())
-        counting = weights.sum() ** 2 / np.sum(weights**2) / _DRAWS
-        error = math.sqrt(max(1 / counting - 1, 0.0) / _DRAWS)
-        return float(logs.max() + np.log(weights.mean())), error, float(counting)
-
-    def sampled(self, x, covariance, count: int, seed: int) -> np.ndarray:
+    def sampled(self, first: np.ndarray, count: int, seed: int) -> np.ndarray:
         """Samples of x by the affine-invariant ensemble of `emcee`, shape (count, unknowns).
 
         Raises
@@ -193,8 +235,9 @@ class Posterior:
         except ImportError:
             raise MissingLibrary("sampler = 'ensemble' needs emcee: pip install emcee") from None
         generator = np.random.default_rng(seed)
-        places = generator.multivariate_normal(x, covariance, max(_WALKERS, 4 * x.size))
-        chain = emcee.EnsembleSampler(len(places), x.size, self.log, vectorize=True)
+        walkers = max(_WALKERS, 4 * self.mean.size)
+        places = first[generator.choice(len(first), walkers, replace=len(first) < walkers)]
+        chain = emcee.EnsembleSampler(walkers, self.mean.size, self.log, vectorize=True)
         chain.random_state = np.random.RandomState(seed).get_state()
         while chain.iteration < _MOST_STEPS:
             places = chain.run_mcmc(places, _STEPS)
@@ -208,6 +251,28 @@ class Posterior:
     def on(self, family: Family) -> Posterior:
         """The same on another reduced family."""
         return replace(self, family=family)
+
+
+def _apart(points: list[np.ndarray], distance: float) -> list[np.ndarray]:
+    """Points, each farther than a distance from those before it."""
+    kept: list[np.ndarray] = []
+    for point in points:
+        if len(kept) < _MOST and all(np.linalg.norm(point - one) > distance for one in kept):
+            kept.append(point)
+    return kept
+
+
+def _mixture(draws, centres, group, lowers) -> np.ndarray:
+    """ln of the density of a mixture of multivariate t about centres, of equal weights."""
+    size, half = len(lowers[0]), (_FREEDOM + len(lowers[0])) / 2
+    scale = gammaln(half) - gammaln(_FREEDOM / 2) - size / 2 * math.log(_FREEDOM * math.pi)
+    terms = np.empty((len(draws), len(centres)))
+    for i, lower in enumerate(lowers):
+        part, mine = np.linalg.inv(lower).T, group == i
+        off = (draws @ part)[:, None] - centres[mine] @ part
+        terms[:, mine] = -half * np.log1p(np.sum(off**2, axis=2) / _FREEDOM)
+        terms[:, mine] += scale - np.log(np.diag(lower)).sum()
+    return logsumexp(terms, axis=1) - math.log(len(centres))
 
 
 def _gauss(square, variance, count: int = 1):

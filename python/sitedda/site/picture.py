@@ -260,11 +260,12 @@ def surface_figure(surface) -> Figure:
     for values, color, label in (
         (surface.peak_acceleration, BLOCKS, "peak acceleration"),
         (surface.peak_velocity, COLUMN, "peak velocity"),
+        (surface.aggravation_factor, GREEN, "2-D over 1-D amplification, mean"),
     ):
         peaks.plot(surface.place[:, 0], values, "o-", color=color, ms=4, lw=1.2, label=label)
     peaks.axhline(1.0, color=REFERENCE, lw=0.8)
     peaks.set_ylabel("ratio")
-    peaks.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    peaks.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     picture = BlockPicture(surface.scene, "material", axes=blocks, legend=False)
     picture.show(0)
     picture.head.note.remove()

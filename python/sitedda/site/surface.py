@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..engine.signals import running_integral, smooth_konno_ohmachi
+from ..engine.signals import fast_length, running_integral, smooth_konno_ohmachi
 from ..engine.spectra import fourier_spectrum
+from ..input.input_text import input_values
 from ..output.named_arrays import NamedArrays
 from ..output.scene import Scene
+from ..output.verdict import run_scheme
 from .motion import Motion
+from .twin import column_below
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,6 +47,9 @@ class Surface:
         Ratios of the peaks.
     reference : str
         Reference of the ratios, in words.
+    column_amplification : ndarray, shape (points, bins)
+        The same ratio of the column of layers below each point, stepped as the run; NaN if the
+        model has no such column, or the axis is y.
     """
 
     scene: Scene
@@ -54,18 +60,31 @@ class Surface:
     peak_acceleration: NDArray[np.float64]
     peak_velocity: NDArray[np.float64]
     reference: str
+    column_amplification: NDArray[np.float64]
+
+    @property
+    def aggravation(self) -> NDArray[np.float64]:
+        """Amplification in two dimensions over that in one, shape (points, bins)."""
+        return self.amplification / self.column_amplification
+
+    @property
+    def aggravation_factor(self) -> NDArray[np.float64]:
+        """Its geometric mean over the band, shape (points,)."""
+        return np.exp(np.mean(np.log(self.aggravation), axis=1))
 
     def __str__(self) -> str:
         lines = [
             f"over the {self.reference}",
-            f"{'point':16s}{'x (m)':>9s}{'PGA':>8s}{'PGV':>8s}{'largest':>9s} at (Hz)",
+            f"{'point':16s}{'x (m)':>9s}{'PGA':>8s}{'PGV':>8s}{'largest':>9s} {'at (Hz)':8s}"
+            f"{'2-D/1-D':>8s}{'largest':>9s}",
         ]
         for i, name in enumerate(self.names):
             top = int(np.argmax(self.amplification[i]))
             lines.append(
                 f"{name:16s}{self.place[i, 0]:9.4g}{self.peak_acceleration[i]:8.3f}"
                 f"{self.peak_velocity[i]:8.3f}{self.amplification[i, top]:9.3f} "
-                f"{self.frequency[top]:.3g}"
+                f"{self.frequency[top]:<8.3g}{self.aggravation_factor[i]:8.3f}"
+                f"{self.aggravation[i].max():9.3f}"
             )
         return "\n".join(lines)
 
@@ -132,16 +151,48 @@ def surface(
     acceleration, velocity = np.transpose(
         [_peaks(one, step) / _peaks(felt, step) for one in series]
     )
+    place = np.array([history.point_place.sel(point=name).values for name in names])
+    columns = _columns(history, scene, place, felt, step) if axis == "x" else [None] * len(names)
     return Surface(
         scene,
         names,
-        np.array([history.point_place.sel(point=name).values for name in names]),
+        place,
         frequency,
         np.array([_smooth(one, step, frequency) / below for one in series]),
         acceleration,
         velocity,
         words,
-    )
+        np.array([np.full(frequency.size, np.nan) if one is None
+                  else _smooth(one, step, frequency) / below for one in columns]),
+    )  # fmt: skip
+
+
+def _columns(history: xr.Dataset, scene: Scene, place, felt, step: float) -> list:
+    """Accelerations of the columns below points under the motion of the reference; or None."""
+    length, scheme = fast_length(2 * felt.size), run_scheme(history)
+    bins = np.fft.rfftfreq(length, step)[:-1]
+    small = _TOUCHING * scene.size
+
+    def transfer(point) -> NDArray[np.complex128] | None:
+        below = [column_below(history, point, side) for side in (small, -small)]
+        found = next((one for one in below if one), None)
+        try:
+            return found and found.scheme_transfer(bins, step, kind="outcrop", integration=scheme)
+        except ValueError:  # an undamped resonance
+            return None
+
+    ground: NDArray | None = np.ones(bins.size)
+    given = input_values(history.attrs).get("boundary", [])
+    sides = [one["side"] for one in given if one["kind"] == "free_field"]
+    if sides:  # the reference is its surface
+        corners = scene.vertices(0)
+        edge = corners[:, 0].max() if sides[0] == "right" else corners[:, 0].min()
+        ground = transfer((edge, corners[corners[:, 0] == edge, 1].max()))
+    ratios = [transfer(point) for point in place]
+    spectrum = np.fft.rfft(felt, length)[:-1]
+    return [None if ratio is None or ground is None
+            else np.fft.irfft(np.append(spectrum * ratio / ground, 0.0), length)[: felt.size]
+            for ratio in ratios]  # fmt: skip
 
 
 def _reference(history: xr.Dataset, axis: str) -> tuple[NDArray[np.float64], str]:

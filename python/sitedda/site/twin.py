@@ -11,7 +11,7 @@ from ..base.errors import OutputError
 from ..engine.damping import damping_of
 from ..input.input_text import input_values
 from .branches import Branches
-from .column import Column, Layer
+from .column import Column, HalfSpace, Layer
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,6 +77,52 @@ def layered_soils(
             )
         )
     return Column(layers), soils
+
+
+def column_below(history: xr.Dataset, place, side: float) -> Column | None:
+    """The layers below a point of the surface of any model, each at small strains.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+    place : array_like, shape (2,)
+        The point, m.
+    side : float
+        m from the point to the vertical line that cuts the blocks.
+
+    Returns
+    -------
+    Column or None
+        On the half-space of a compliant base, else on a rigid base; None if the point is not on
+        top of the line, or there is a gap.
+    """
+    cut: dict[float, tuple[float, int]] = {}
+    owner, (x, top) = history.vertex_block.values, np.asarray(place, dtype=float)
+    outlines = np.split(history.vertices[0].values, np.flatnonzero(np.diff(owner)) + 1)
+    for block, polygon in enumerate(outlines):
+        (x0, y0), (x1, y1) = polygon.T, np.roll(polygon, -1, axis=0).T
+        met = (x0 - x - side) * (x1 - x - side) < 0
+        y = np.sort(y0[met] + (x + side - x0[met]) / (x1 - x0)[met] * (y1 - y0)[met])
+        cut |= {high: (low, block) for low, high in zip(y[::2], y[1::2], strict=True)}
+    if not cut or abs(max(cut) - top) > 3 * abs(side):
+        return None
+    tops = np.sort(list(cut))[::-1]
+    if np.any(abs([cut[high][0] for high in tops[:-1]] - tops[1:]) > 3 * abs(side)):
+        return None
+    given = input_values(history.attrs)
+    materials, number = given.get("material", []), history.block_material.values.astype(int)
+    layers = [Layer(
+        high - low, density=float(history.block_density[b]),
+        shear_modulus=float(history.block_shear_modulus[b]),
+        damping=damping_of(materials[number[b]]) or 0.0,
+    ) for high, (low, b) in ((high, cut[high]) for high in tops)]  # fmt: skip
+    for one in given.get("boundary", []):
+        if one["kind"] == "compliant":
+            rock = [one.get("density"), one.get("shear_velocity")]
+            own = layers[-1].density, layers[-1].shear_velocity
+            density, speed = (a or b for a, b in zip(rock, own, strict=True))
+            return Column(layers, HalfSpace(density=density, shear_velocity=speed))
+    return Column(layers)
 
 
 def _bottom(history: xr.Dataset, boxes: np.ndarray, low: int, high: int, foot: float) -> float:

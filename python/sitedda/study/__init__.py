@@ -19,7 +19,7 @@ _HOMES = {
         "records": "Record Records",
         "solving": "Root solve_for",
         "sensitivity": "SobolIndices Tornado sobol_indices tornado",
-        "fitted_motion": "asce7 eurocode8 synthetic",
+        "fitted_motion": "asce7 eurocode8 eurocode8_2024 synthetic",
         "sampling": "latin_hypercube lognormal normal one_at_a_time read_points saltelli "
         "sobol uniform",
         "quantities": "measure",

@@ -50,6 +50,38 @@ def eurocode8(peak: float, ground: str = "A", kind: int = 1) -> Callable:
     return spectrum
 
 
+def eurocode8_2024(
+    plateau: float, one_second: float, factors: tuple[float, float] = (1.0, 1.0)
+) -> Callable:
+    """The elastic spectrum of EN 1998-1-1:2024, 5.2.2.2, with 5 % damping.
+
+    Parameters
+    ----------
+    plateau, one_second : float
+        S_α,RP and S_β,RP of site category A, m/s².
+    factors : (float, float)
+        F_α and F_β of the site, by the table of the code or an amplification of your own.
+
+    Returns
+    -------
+    callable
+        Sa (m/s²) of periods (s).
+    """
+    high, at_one = plateau * factors[0], one_second * factors[1]
+    if not (high > 0 and one_second > 0 and 0.05 * high <= at_one <= 2 * high):
+        raise InputError(f"S_α = {high:g} and S_β = {at_one:g} m/s²: give values above 0, S_β from "
+                         "0.05 to 2 S_α")  # fmt: skip
+    a, c, d = 0.02, at_one / high, max(2.0, 1.0 + one_second)
+    b = min(max(c / 4, 0.05), 0.1)
+
+    def spectrum(period):
+        t = np.asarray(period, dtype=float)
+        long = at_one * np.minimum(1.0, d / np.maximum(t, c)) / np.maximum(t, c)
+        return np.where(t > max(b, c), long, np.interp(t, [a, b], [high / 2.5, high]))
+
+    return spectrum
+
+
 def asce7(short: float, one_second: float, long_period: float = 8.0) -> Callable:
     """The two-period design spectrum of ASCE/SEI 7-16, 11.4.6, with 5 % damping.
 

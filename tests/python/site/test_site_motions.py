@@ -21,7 +21,7 @@ from sitedda.site import (
     suite,
 )
 from sitedda.site.motions import of_acceleration, spectral_correlation
-from sitedda.study import asce7, eurocode8
+from sitedda.study import asce7, eurocode8, eurocode8_2024
 
 STEP = 0.01
 
@@ -135,6 +135,16 @@ def test_the_spectrum_of_asce_7_has_its_corners():
     np.testing.assert_allclose(spectrum(periods), [3.6, 6.3, 9, 9, 5.4, 0.9, 0.225])
     with pytest.raises(InputError, match="S_DS = 9"):
         asce7(9.0, 100.0)
+
+
+def test_the_spectrum_of_ec8_2024_has_its_corners():
+    """T_A = 0.02 s, T_B = T_C / 4 from 0.05 to 0.1 s, T_C = S_β / S_α, T_D = 1 + S_β,RP."""
+    spectrum = eurocode8_2024(5.0, 2.0, (1.5, 1.5))  # T_C 0.4, T_B 0.1, T_D 3 s; S_α 7.5, S_β 3
+    periods = [0.0, 0.02, 0.06, 0.1, 0.4, 1.0, 3.0, 6.0]
+    np.testing.assert_allclose(spectrum(periods), [3, 3, 5.25, 7.5, 7.5, 3, 1, 0.25])
+    assert eurocode8_2024(8.0, 0.8)(np.array([0.05, 2.0, 4.0])) == pytest.approx([8, 0.4, 0.1])
+    with pytest.raises(InputError, match="S_α = 1 and S_β = 3"):
+        eurocode8_2024(1.0, 3.0)
 
 
 def test_a_matched_motion_has_the_spectrum_and_ends_at_rest(record):

@@ -3,10 +3,11 @@
 
 import numpy as np
 import pytest
-from lattices import lattice
+from lattices import DENSITY, MODULUS, ROCK, lattice
 from test_boundaries import outcrop_ratio, stack
 
 import sitedda
+from sitedda import Column, HalfSpace, Layer
 from sitedda.plot import run_picture, shown
 from sitedda.signals import smooth_konno_ohmachi
 from sitedda.site import surface
@@ -45,6 +46,17 @@ def test_a_hill_is_seen_where_it_is():
     departure = run.verdict.values["side_departure[free field left]"]
     assert 0.01 < departure < 0.3
     assert found.plot().axes
+    # Level points have the column of the free field; the top has one layer more.
+    np.testing.assert_allclose(found.column_amplification[[0, 1, 3, 4]], 1.0, rtol=1e-5)
+    np.testing.assert_allclose(found.aggravation[1], found.amplification[1], rtol=1e-5)
+    rock = HalfSpace(density=ROCK["density"], shear_velocity=ROCK["shear_velocity"])
+    soil = [Layer(1.0, density=DENSITY + 100 * j, shear_modulus=MODULUS * (2 - 0.5 * j) / 2.5)
+            for j in (2, 2, 1, 0)]  # fmt: skip
+    at = {"frequencies": found.frequency, "time_step": 1e-3, "kind": "outcrop"}
+    level, high = (abs(Column(soil[i:], rock).scheme_transfer(**at)) for i in (1, 0))
+    # The ratio of spectra smoothed by one window is the smooth ratio of the columns.
+    np.testing.assert_allclose(found.column_amplification[2, :90], (high / level)[:90], rtol=0.06)
+    assert found.aggravation_factor[2] != pytest.approx(1.0, abs=0.02)
 
 
 def test_the_picture_of_a_run_is_amplification_along_its_surface():
@@ -72,6 +84,8 @@ def test_without_a_free_field_the_outcrop_of_the_half_space_is_the_reference():
     both = [abs(spectrum), abs(spectrum) * outcrop_ratio(bins)]
     below, above = (smooth_konno_ohmachi(bins, one, 40.0, found.frequency) for one in both)
     np.testing.assert_allclose(found.amplification[1], above / below, rtol=0.02)
+    np.testing.assert_allclose(found.aggravation, 1.0, rtol=0.03)  # nothing is two-dimensional
+    assert found.aggravation_factor == pytest.approx(1.0, rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -98,6 +112,7 @@ def test_the_command_prints_and_draws(main, tmp_path):
     band = ("--lowest", "10", "--highest", "50")
     done = main.ok("surface", tmp_path / "hill.nc", *band, folder=tmp_path)
     assert "over the surface of free field left" in done.stdout and "at 5" in done.stdout
+    assert "2-D/1-D" in done.stdout
     assert (tmp_path / "hill_surface.png").stat().st_size > 10_000
     done = main("surface", tmp_path / "hill.nc", folder=tmp_path)
     assert done.returncode == 1 and "one period in the run" in done.stderr
