@@ -4,7 +4,7 @@ module dda_lapack
    use dda_kinds, only: sp, wp
    implicit none
    private
-   public :: dgemm, sgemm, dposv, zsysv
+   public :: dgemm, sgemm, dposv, dpotrf, dtrsm, zsysv
 
    interface
       !> C = alpha op(A) op(B) + beta C, double precision.
@@ -36,6 +36,25 @@ module dda_lapack
          real(wp), intent(inout) :: b(ldb, *)  !< [n,nrhs] right-hand sides, become the solutions
          integer, intent(out) :: info  !< row whose pivot is not positive, else 0
       end subroutine dposv
+
+      !> Cholesky factor of a symmetric positive definite matrix.
+      pure subroutine dpotrf(uplo, n, a, lda, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo  !< 'L': lower triangle
+         integer, intent(in) :: n, lda  !< size and leading dimension
+         real(wp), intent(inout) :: a(lda, *)  !< [n,n], becomes the factor
+         integer, intent(out) :: info  !< row whose pivot is not positive, else 0
+      end subroutine dpotrf
+
+      !> Solve with a triangular matrix.
+      pure subroutine dtrsm(side, uplo, transa, diag, m, n, alpha, a, lda, b, ldb)
+         import :: wp
+         !> 'L' or 'R' of b; 'L': lower triangle; 'T': transposed; 'N': its diagonal is not 1
+         character(len=1), intent(in) :: side, uplo, transa, diag
+         integer, intent(in) :: m, n, lda, ldb  !< sizes of b and leading dimensions
+         real(wp), intent(in) :: alpha, a(lda, *)  !< factor of b; the matrix
+         real(wp), intent(inout) :: b(ldb, *)  !< [m,n] right-hand sides, become the solutions
+      end subroutine dtrsm
 
       !> Solve a complex symmetric system (Bunch–Kaufman).
       subroutine zsysv(uplo, n, nrhs, a, lda, ipiv, b, ldb, work, lwork, info)

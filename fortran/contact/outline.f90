@@ -10,7 +10,7 @@ module dda_outline
    use dda_neighbours, only: neighbours_type, find_near_pairs
    implicit none
    private
-   public :: sides, outline_of, pieces_on_side, pieces_along
+   public :: sides, outline_of, pieces_on_side, pieces_along, common_span, touching
 
    !> Sides of the box around the model, and the upward surface.
    character(len=*), parameter :: sides(5) = [character(len=7) :: 'left', 'right', 'bottom', &

@@ -14,7 +14,7 @@ module dda_stages
    use dda_doubts, only: add_doubt
    use dda_elements, only: block_stress, match_velocities, set_elements
    use dda_energy, only: energy_type, add_energy, total_energy, &
-      energy_kinetic, energy_strain, energy_contact, energy_support, energy_welded, &
+      energy_kinetic, energy_strain, energy_contact, energy_support, energy_water, energy_welded, &
       energy_gravity, energy_geometric, energy_algorithmic, energy_kinetic_damping, energy_static, &
       energy_removed, energy_changed, energy_initial, energy_zeroed
    use dda_energy_budget, only: start_energy_budget
@@ -229,7 +229,7 @@ contains
       type(energy_type) :: present
       real(wp) :: before
       integer, parameter :: state(*) = [energy_kinetic, energy_strain, energy_contact, &
-         energy_support, energy_welded]
+         energy_support, energy_water, energy_welded]
 
       call start_energy_budget(present, simulation%blocks, simulation%contacts(simulation%now), &
          simulation%laws, simulation%elements, next_step(simulation))

@@ -13,7 +13,7 @@ module dda_energy_budget
    use dda_energy, only: energy_type, add_energy, total_energy, energy_kinetic, energy_strain, &
       energy_contact, energy_support, energy_initial, energy_friction, energy_fracture, &
       energy_algorithmic, energy_damping, energy_dilation, energy_geometric, energy_impact, &
-      energy_law, energy_material_damping, energy_welded
+      energy_law, energy_material_damping, energy_water, energy_welded
    use dda_kinematics, only: kinetic_energy
    use dda_material_damping, only: damping_losses, damping_energy
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
@@ -48,18 +48,20 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(elements_type), intent(in) :: elements  !< of the model
       type(step_type), intent(in) :: step  !< the next step
-      real(wp) :: contact, support, welded, law
+      real(wp) :: contact, support, welded, law, water
 
       contact = energy%value(energy_contact)
       support = energy%value(energy_support)
       welded = energy%value(energy_welded)
       law = energy%value(energy_law)
+      water = energy%value(energy_water)
       energy%value(energy_contact) = contact_energy(contacts, laws)
       call update_stored(elements, blocks, step, energy)
       call add_energy(energy, energy_geometric, (energy%value(energy_contact) - contact) &
          + (energy%value(energy_support) - support))
       call add_energy(energy, energy_geometric, energy%value(energy_welded) - welded)
       call add_energy(energy, energy_geometric, energy%value(energy_law) - law)
+      call add_energy(energy, energy_geometric, energy%value(energy_water) - water)
    end subroutine update_geometric
 
    !> Losses and work of the converged step, before its d is added to the coordinates.

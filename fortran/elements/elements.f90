@@ -11,8 +11,10 @@ module dda_elements
    use dda_crack_law, only: crack_law_type, new_crack_law
    use dda_edge_loads, only: new_edge_loads
    use dda_element, only: element_type
-   use dda_energy, only: energy_type, energy_law, energy_support, energy_welded
+   use dda_energy, only: energy_type, energy_law, energy_support, energy_water, &
+      energy_welded
    use dda_fixed_points, only: new_fixed_points
+   use dda_joint_flow, only: joint_flow_type, new_joint_flow, node_columns, channel_columns
    use dda_free_sides, only: free_sides_type, new_free_sides, follow_column
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_linear_terms, only: linear_terms_type, clear_terms
@@ -29,9 +31,10 @@ module dda_elements
    private
    public :: elements_type, set_elements, register, linear_terms_of, &
       add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
-      slope_beyond, worst_of_points, has_bounds_off, bolt_states, accept_elements, &
-      match_velocities, freeze_elements, balance_elements, serialise_elements, face_forces, &
-      follow_free_field, block_stress, stress_error, plastic_strain, body_energies
+      slope_beyond, worst_of_points, has_bounds_off, bolt_states, flow_states, &
+      accept_elements, match_velocities, freeze_elements, balance_elements, serialise_elements, &
+      face_forces, follow_free_field, node_columns, channel_columns, block_stress, stress_error, &
+      plastic_strain, body_energies
 
    !> One kind of elements.
    type :: kind_type
@@ -78,6 +81,7 @@ contains
       if (size(model%free_fields) > 0) call register(elements, new_free_sides(model%free_fields))
       if (size(model%edge_loads) > 0) call register(elements, new_edge_loads(model%edge_loads))
       if (size(model%bolts) > 0) call register(elements, new_bolts(model%bolts, blocks))
+      if (allocated(model%flow)) call register(elements, new_joint_flow(model%flow, blocks))
       if (size(model%welds) > 0) call register(elements, new_welds(model%welds, blocks, &
          model%materials, model%control%plane_strain))
       elements%nonlinear = any(model%materials%has_law()) .or. any(model%welds%joint > 0)
@@ -168,7 +172,7 @@ contains
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
 
-      energy%value([energy_support, energy_welded, energy_law]) = 0.0_wp
+      energy%value([energy_support, energy_welded, energy_law, energy_water]) = 0.0_wp
       do i = 1, size(elements%kind)
          call elements%kind(i)%element%add_stored(blocks, elements%motions, step, energy)
       end do
@@ -183,7 +187,7 @@ contains
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
 
-      energy%value([energy_support, energy_welded, energy_law]) = 0.0_wp
+      energy%value([energy_support, energy_welded, energy_law, energy_water]) = 0.0_wp
       do i = 1, size(elements%kind)
          call elements%kind(i)%element%account(blocks, elements%motions, step, d, energy)
       end do
@@ -276,6 +280,22 @@ contains
          end select
       end do
    end function bolt_states
+
+   !> Values of the nodes and channels of water in the output.
+   pure subroutine flow_states(elements, nodes, channels)
+      type(elements_type), intent(in) :: elements  !< of the model
+      real(wp), intent(out) :: nodes(:,:)     !< [`node_columns`,nodes]
+      real(wp), intent(out) :: channels(:,:)  !< [`channel_columns`,channels]
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (joint_flow_type)
+            nodes = element%of_nodes()
+            channels = element%of_channels()
+         end select
+      end do
+   end subroutine flow_states
 
    !> Forces of ties, and of welds with images, on the blocks of one face, at t₀ + θΔt of a step
    !> whose increment d is known.

@@ -16,7 +16,7 @@ module dda_energy
       energy_damping, energy_static, energy_removed, energy_changed, &
       energy_zeroed, energy_material_damping, energy_dilation, &
       energy_length, energy_yield, energy_impact, energy_welded, &
-      energy_law, energy_plastic, energy_breaking, energy_balance
+      energy_law, energy_plastic, energy_breaking, energy_water, energy_flow, energy_balance
    implicit none
    private
    public :: energy_type, energy_terms, total_energy, balance, turnover, add_energy, &
@@ -26,7 +26,7 @@ module dda_energy
       energy_static, energy_removed, energy_changed, energy_zeroed, &
       energy_material_damping, energy_dilation, energy_length, energy_yield, &
       energy_impact, energy_welded, energy_law, energy_plastic, energy_breaking, &
-      energy_balance
+      energy_water, energy_flow, energy_balance
 
    !> Value of each term but the balance, J per metre of thickness.
    type :: energy_type

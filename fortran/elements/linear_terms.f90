@@ -17,7 +17,8 @@ module dda_linear_terms
       coupled_blocks
    public :: at_theta, at_end, mean_dashpot, end_dashpot, at_damping, instants
    public :: term_normal, term_shear, term_support, term_boundary, term_tie, term_bolt, &
-      term_free_side, term_weld, term_point, term_bed, term_kinds, term_names, term_labels
+      term_free_side, term_weld, term_point, term_bed, term_water, term_kinds, term_names, &
+      term_labels
 
    integer, parameter :: at_theta = 1      !< stiffness at t₀ + θΔt
    integer, parameter :: at_end = 2        !< stiffness at the end of the step
@@ -37,17 +38,18 @@ module dda_linear_terms
    integer, parameter :: term_weld = 8      !< spring of a welded face of a body
    integer, parameter :: term_point = 9     !< tangent of a strain point beyond elasticity
    integer, parameter :: term_bed = 10      !< spring of a bed
-   integer, parameter :: term_kinds = 10
+   integer, parameter :: term_water = 11    !< water enclosed at a node of a joint
+   integer, parameter :: term_kinds = 11
    character(len=*), parameter :: term_names(term_kinds) = [character(len=22) :: &
       'normal contact springs', 'shear contact springs', 'fixed points', 'absorbing boundaries', &
       'ties of the sides', 'bolts', 'free-field sides', 'welded faces', 'strain points', &
-      'beds of springs']
+      'beds of springs', 'water in joints']
 
-   character(len=*), parameter :: term_labels(term_kinds) = [character(len=26) :: &
+   character(len=*), parameter :: term_labels(term_kinds) = [character(len=27) :: &
       'the normal contact spring', 'the shear contact spring', 'a fixed point', &
       'a dashpot of the boundary', 'a tie of the sides', 'a bolt', &
       'a dashpot of the free field', 'a welded face', 'a strain point', &
-      'a spring of a bed']
+      'a spring of a bed', 'water in a joint']
 
    !> One term.
    type :: linear_term_type

@@ -12,6 +12,7 @@ module dda_input
    use dda_input_changes, only: typed_change, change_text, change_type
    use dda_input_bodies, only: read_bodies
    use dda_input_bolts, only: read_bolts
+   use dda_input_flow, only: read_flow
    use dda_input_boundaries, only: read_boundaries, check_rest
    use dda_input_in_situ, only: read_in_situ
    use dda_input_joint, only: read_joint
@@ -99,6 +100,7 @@ contains
       if (.not. allocated(error)) call read_measured_joints(model, groups, error)
       if (.not. allocated(error)) call read_bolts(model, groups, error)
       if (.not. allocated(error)) call read_edge_loads(model, groups, error)
+      call read_flow(model, groups, error)
       if (.not. allocated(error)) call read_boundaries(model, groups, error)
       if (.not. allocated(error)) call read_stages(model, groups, error)
       if (.not. allocated(error)) call read_ends(model, groups, error)

@@ -16,6 +16,7 @@ module dda_model
    use dda_bolt, only: bolt_type
    use dda_boundary, only: boundary_type, boundary_edge_type, boundary_motion_type
    use dda_edge_load, only: edge_load_type
+   use dda_flow, only: flow_type
    use dda_free_field, only: free_field_type
    implicit none
    private
@@ -54,6 +55,7 @@ module dda_model
       type(load_type), allocatable :: loads(:)
       type(edge_load_type), allocatable :: edge_loads(:) !< tractions and water
       type(bolt_type), allocatable :: bolts(:)
+      type(flow_type), allocatable :: flow           !< not allocated: no water flows in joints
       type(point_type), allocatable :: points(:)
       type(measured_joint_type), allocatable :: measured_joints(:)
       type(stage_type), allocatable :: stages(:)     !< in order, one at least

@@ -306,6 +306,7 @@ contains
             [size(blocks%owner)])
          call put_maxima(dataset, simulation)
          call put_bolts(dataset, simulation)
+         if (allocated(simulation%model%flow)) call put_flow(dataset, simulation%model)
          call put_boundaries(dataset, simulation)
          call put(dataset, 'vertex_block', real(blocks%owner - 1, wp), [1], [size(blocks%owner)])
          call put(dataset, 'block_density', blocks%mass/blocks%area, [1], [blocks%n])
@@ -336,6 +337,24 @@ contains
          call put(dataset, 'residual', known(maxima%last), [1], [n])
       end associate
    end subroutine put_maxima
+
+   !> The network of water in joints.
+   subroutine put_flow(dataset, model)
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(model_type), intent(in) :: model  !< with flow
+      integer :: c
+
+      associate (channels => size(model%flow%channel), nodes => size(model%flow%pressure))
+         call put(dataset, 'flow_node_place', pack(model%flow%place + spread(model%origin, 2, &
+            nodes), .true.), [1, 1], [2, nodes])
+         do c = 1, channels
+            call put(dataset, 'flow_channel_node', real(model%flow%channel(c)%node - 1, wp), &
+               [1, c], [2, 1])
+            call put(dataset, 'flow_channel_block', real(model%flow%channel(c)%block - 1, wp), &
+               [1, c], [2, 1])
+         end do
+      end associate
+   end subroutine put_flow
 
    !> Constants of the bolts.
    subroutine put_bolts(dataset, simulation)

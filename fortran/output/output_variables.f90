@@ -23,6 +23,7 @@ contains
       has = .true.
       has(in_measured_joints) = lengths(dim_measured_joint) > 0
       has(in_bolts) = lengths(dim_bolt) > 0
+      has([in_flow_nodes, in_flow_channels, in_flow_network]) = lengths(dim_flow_channel) > 0
       has(in_cables) = lengths(dim_through) > 0
       has(in_boundary_motions) = lengths(dim_boundary) > 0
       has(in_boundary_edges) = lengths(dim_boundary_edge) > 0
@@ -60,6 +61,9 @@ contains
          lengths(dim_joint) = size(model%joints)
          lengths(dim_measured_joint) = size(model%measured_joints)
          lengths(dim_bolt) = size(model%bolts)
+         lengths([dim_flow_node, dim_flow_channel]) = 0
+         if (allocated(model%flow)) lengths([dim_flow_node, dim_flow_channel]) = &
+            [size(model%flow%pressure), size(model%flow%channel)]
          lengths(dim_through) = points_between(model)
          lengths(dim_body) = size(model%body_names)
          lengths(dim_boundary) = size(model%boundary_motions)

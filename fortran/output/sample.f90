@@ -4,7 +4,7 @@
 module dda_sample
    use dda_kinds, only: wp
    use dda_boundary_motion, only: take_boundary_motions
-   use dda_elements, only: bolt_states
+   use dda_elements, only: bolt_states, channel_columns, flow_states, node_columns
    use dda_energy, only: energy_values
    use dda_joint_motion, only: measure_joint
    use dda_maxima, only: known
@@ -61,9 +61,25 @@ contains
             simulation%elements, bolts)), .true.)
          at = at + columns*bolts
       end associate
+      if (allocated(simulation%model%flow)) call take_flow(simulation, sample, at)
       if (size(through) == 0) return
       call take_boundary_motions(simulation, through)
       sample(at + 1:) = pack(through, .true.)
    end subroutine take_sample
+
+   !> Water in joints.
+   subroutine take_flow(simulation, sample, at)
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      real(wp), intent(inout) :: sample(:)  !< [`size_of_sample`]
+      integer, intent(inout) :: at          !< numbers before it
+      real(wp) :: nodes(node_columns, size(simulation%model%flow%pressure)), &
+         channels(channel_columns, size(simulation%model%flow%channel))
+
+      call flow_states(simulation%elements, nodes, channels)
+      sample(at + 1:at + size(nodes)) = pack(transpose(nodes), .true.)
+      at = at + size(nodes)
+      sample(at + 1:at + size(channels)) = pack(transpose(channels), .true.)
+      at = at + size(channels)
+   end subroutine take_flow
 
 end module dda_sample

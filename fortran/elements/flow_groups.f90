@@ -1,0 +1,301 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Nodes of water that are solved together, and the springs that they are to the blocks.
+!>
+!> A group's pressures satisfy M Δp = r − Bᵀd.  With M = L Lᵀ its force on the blocks is
+!> B (p₀ + M⁻¹r) − G Gᵀd with G = B L⁻ᵀ: each column of G is a spring of stiffness 1 between all
+!> blocks of the group.  Nodes that do not flow are groups of their own, and couple only the blocks
+!> around them; flowing ones couple all blocks of their component, at a cost of nodes × blocks².
+module dda_flow_groups
+   use dda_kinds, only: wp
+   use dda_flow_network, only: network_type, add_node_row
+   use dda_lapack, only: dpotrf, dtrsm
+   use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_end, term_water
+   implicit none
+   private
+   public :: group_type, set_groups, set_springs, add_springs, change_by, steady_pressure
+
+   !> Nodes that are solved together.
+   type :: group_type
+      integer, allocatable :: node(:)
+      integer, allocatable :: block(:)      !< beside them
+      real(wp), allocatable :: factor(:,:)  !< [nodes,nodes] L
+      real(wp), allocatable :: spring(:,:)  !< [6 × blocks,nodes] G
+   end type group_type
+
+   !> of the conductance: of channels whose nodes are both above the water, in steady flow
+   real(wp), parameter :: of_air = 1.0e-3_wp
+   integer, parameter :: most_rounds = 60  !< of the search for the water table
+
+contains
+
+   !> Components of the network, or single nodes.
+   pure subroutine set_groups(network, flowing, groups)
+      type(network_type), intent(in) :: network  !< of the model
+      logical, intent(in) :: flowing             !< water flows from node to node
+      type(group_type), allocatable, intent(out) :: groups(:)  !< of all nodes
+      integer :: label(size(network%volume)), c, i, n, low
+      logical :: changed
+
+      label = [(i, i=1, size(label))]
+      changed = flowing
+      do while (changed)
+         changed = .false.
+         do c = 1, size(network%absent)
+            if (network%absent(c)) cycle
+            associate (node => network%flow%channel(c)%node)
+               low = minval(label(node))
+               changed = changed .or. any(label(node) /= low)
+               label(node) = low
+            end associate
+         end do
+      end do
+      allocate (groups(count([(label(i) == i, i=1, size(label))])))
+      n = 0
+      do i = 1, size(label)
+         if (label(i) /= i) cycle
+         n = n + 1
+         groups(n)%node = pack([(c, c=1, size(label))], label == i)
+         call find_blocks(network, groups(n))
+         associate (nodes => size(groups(n)%node), blocks => size(groups(n)%block))
+            allocate (groups(n)%factor(nodes, nodes), groups(n)%spring(6*blocks, nodes), &
+               source=0.0_wp)
+         end associate
+      end do
+   end subroutine set_groups
+
+   !> Blocks beside the nodes of a group.
+   pure subroutine find_blocks(network, group)
+      type(network_type), intent(in) :: network  !< of the model
+      type(group_type), intent(inout) :: group   !< with its nodes
+      integer :: c, side
+
+      allocate (group%block(0))
+      do c = 1, size(network%absent)
+         if (network%absent(c)) cycle
+         if (.not. (any(group%node == network%flow%channel(c)%node(1)) .or. &
+            any(group%node == network%flow%channel(c)%node(2)))) cycle
+         do side = 1, 2
+            associate (b => network%flow%channel(c)%block(side))
+               if (.not. any(group%block == b)) group%block = [group%block, b]
+            end associate
+         end do
+      end do
+   end subroutine find_blocks
+
+   !> Factor and springs of all groups: M = S + Δt H of free nodes; fixed ones do not yield.
+   pure subroutine set_springs(network, conductance, fixed, groups)
+      type(network_type), intent(in) :: network       !< of the model
+      real(wp), intent(in) :: conductance(:)          !< [channels] Δt times it, m²/Pa
+      logical, intent(in) :: fixed(:)                 !< [nodes] their pressure is known
+      type(group_type), intent(inout) :: groups(:)    !< get new numbers
+      integer :: place(size(fixed)), owner(size(fixed)), g, i
+
+      do g = 1, size(groups)
+         groups(g)%factor = 0.0_wp
+         groups(g)%spring = 0.0_wp
+         do i = 1, size(groups(g)%node)
+            place(groups(g)%node(i)) = i
+            owner(groups(g)%node(i)) = g
+            groups(g)%factor(i, i) = network%storage(groups(g)%node(i))
+            if (groups(g)%factor(i, i) <= 0.0_wp) groups(g)%factor(i, i) = 1.0_wp  ! no channel
+         end do
+      end do
+      call add_conductances(network, conductance, fixed, place, owner, groups)
+      call add_rows(network, fixed, place, owner, groups)
+      do g = 1, size(groups)
+         call factorise(groups(g))
+      end do
+   end subroutine set_springs
+
+   !> Add Δt H between free nodes, and of free nodes to fixed ones.
+   pure subroutine add_conductances(network, conductance, fixed, place, owner, groups)
+      type(network_type), intent(in) :: network       !< of the model
+      real(wp), intent(in) :: conductance(:)          !< [channels] Δt times it, m²/Pa
+      logical, intent(in) :: fixed(:)                 !< [nodes] their pressure is known
+      integer, intent(in) :: place(:), owner(:)       !< [nodes] in its group; its group
+      type(group_type), intent(inout) :: groups(:)    !< get new numbers
+      integer :: c, i, k
+
+      do c = 1, size(conductance)
+         if (.not. conductance(c) > 0.0_wp) cycle
+         associate (node => network%flow%channel(c)%node, &
+            m => groups(owner(network%flow%channel(c)%node(1)))%factor)
+            do k = 1, 2
+               i = place(node(k))
+               if (.not. fixed(node(k))) m(i, i) = m(i, i) + conductance(c)
+            end do
+            if (any(fixed(node))) cycle
+            m(place(node(1)), place(node(2))) = m(place(node(1)), place(node(2))) - conductance(c)
+            m(place(node(2)), place(node(1))) = m(place(node(2)), place(node(1))) - conductance(c)
+         end associate
+      end do
+   end subroutine add_conductances
+
+   !> Add B of free nodes.
+   pure subroutine add_rows(network, fixed, place, owner, groups)
+      type(network_type), intent(in) :: network       !< of the model
+      logical, intent(in) :: fixed(:)                 !< [nodes] their pressure is known
+      integer, intent(in) :: place(:), owner(:)       !< [nodes] in its group; its group
+      type(group_type), intent(inout) :: groups(:)    !< get new numbers
+      integer :: c, k, side, first
+
+      do c = 1, size(network%absent)
+         if (network%absent(c)) cycle
+         associate (channel => network%flow%channel(c))
+            do k = 1, 2
+               if (fixed(channel%node(k))) cycle
+               associate (group => groups(owner(channel%node(k))), i => place(channel%node(k)))
+                  do side = 1, 2
+                     first = 6*findloc(group%block, channel%block(side), 1) - 5
+                     call add_node_row(network, c, k, side, group%spring(first:first + 5, i))
+                  end do
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine add_rows
+
+   !> M = L Lᵀ, G = B L⁻ᵀ.
+   pure subroutine factorise(group)
+      type(group_type), intent(inout) :: group  !< with M and B; becomes L and G
+      integer :: n, info
+
+      n = size(group%node)
+      if (n == 1) then
+         group%factor = sqrt(group%factor)
+         group%spring = group%spring/group%factor(1, 1)
+         return
+      end if
+      call dpotrf('L', n, group%factor, n, info)
+      if (size(group%spring) > 0) call dtrsm('R', 'L', 'T', 'N', size(group%spring, 1), n, &
+         1.0_wp, group%factor, n, group%spring, size(group%spring, 1))
+   end subroutine factorise
+
+   !> Append the springs; those of fixed nodes have no stiffness, so that the pattern lasts.
+   pure subroutine add_springs(network, fixed, groups, terms)
+      type(network_type), intent(in) :: network         !< of the model
+      logical, intent(in) :: fixed(:)                   !< [nodes] their pressure is known
+      type(group_type), intent(in) :: groups(:)         !< of all nodes
+      type(linear_terms_type), intent(inout) :: terms   !< springs and dashpots
+      type(linear_term_type) :: term
+      integer :: g, i
+
+      term%kind = term_water
+      term%instant = at_end
+      do g = 1, size(groups)
+         associate (group => groups(g), n => size(groups(g)%block))
+            if (n < 2) cycle
+            term%block_a = group%block(1)
+            term%block_b = group%block(2)
+            if (allocated(term%further)) deallocate (term%further, term%further_row)
+            do i = 1, size(group%node)
+               term%source = group%node(i)
+               term%place = network%flow%place(:, group%node(i))
+               term%coefficient = merge(0.0_wp, 1.0_wp, fixed(group%node(i)))
+               term%row_a = group%spring(1:6, i)
+               term%row_b = -group%spring(7:12, i)
+               if (n > 2) then
+                  term%further = group%block(3:)
+                  term%further_row = reshape(group%spring(13:, i), [6, n - 2])
+               end if
+               call add_term(terms, term)
+            end do
+         end associate
+      end do
+   end subroutine add_springs
+
+   !> Add M⁻¹ (r − Bᵀd) to the pressures of a group.
+   pure subroutine change_by(group, rest, pressure, d)
+      type(group_type), intent(in) :: group     !< with its factor
+      real(wp), intent(in) :: rest(:)           !< [nodes] r, m³ per metre of thickness
+      real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
+      real(wp), intent(in), optional :: d(:,:)  !< [6,blocks] increments of the coordinates; else 0
+      real(wp) :: change(size(group%node), 1), moved(6*size(group%block))
+
+      associate (n => size(group%node))
+         change(:, 1) = rest(group%node)
+         call dtrsm('L', 'L', 'N', 'N', n, 1, 1.0_wp, group%factor, n, change, n)
+         if (present(d)) then
+            moved = reshape(d(:, group%block), [size(moved)])
+            change(:, 1) = change(:, 1) - matmul(moved, group%spring)
+         end if
+         call dtrsm('L', 'L', 'T', 'N', n, 1, 1.0_wp, group%factor, n, change, n)
+         pressure(group%node) = pressure(group%node) + change(:, 1)
+      end associate
+   end subroutine change_by
+
+   !> Pressures of steady flow in a group; a group without a known pressure keeps its pressures.
+   !>
+   !> Water is below the water table alone: a channel with both nodes above it conducts little
+   !> (residual flow, Desai 1976), and pressures there are zero.
+   pure subroutine steady_pressure(network, group, fixed, source, pressure)
+      type(network_type), intent(in) :: network  !< of the model
+      type(group_type), intent(in) :: group      !< a component
+      logical, intent(in) :: fixed(:)            !< [nodes] their pressure is known
+      real(wp), intent(in) :: source(:)          !< [nodes] inflow, m²/s
+      real(wp), intent(inout) :: pressure(:)     !< [nodes] Pa
+      real(wp) :: matrix(size(group%node), size(group%node)), right(size(group%node), 1)
+      real(wp) :: known(size(group%node)), full
+      logical :: dry(size(pressure)), now(size(pressure))
+      integer :: round, info
+
+      if (.not. any(fixed(group%node))) return
+      full = maxval(network%conductance)
+      known = merge(pressure(group%node) + network%elevation(group%node), &
+         source(group%node)/full, fixed(group%node))
+      dry = .false.
+      do round = 1, most_rounds
+         right(:, 1) = known
+         call assemble_steady(network, group, fixed, dry, matrix, right(:, 1))
+         call dpotrf('L', size(right), matrix, size(right), info)
+         call dtrsm('L', 'L', 'N', 'N', size(right), 1, 1.0_wp, matrix, size(right), right, &
+            size(right))
+         call dtrsm('L', 'L', 'T', 'N', size(right), 1, 1.0_wp, matrix, size(right), right, &
+            size(right))
+         now = .false.
+         now(group%node) = right(:, 1) - network%elevation(group%node) < 0.0_wp .and. &
+            .not. fixed(group%node)
+         if (all(now .eqv. dry)) exit
+         dry = now
+      end do
+      where (.not. fixed(group%node)) pressure(group%node) = max(0.0_wp, right(:, 1) &
+         - network%elevation(group%node))
+   end subroutine steady_pressure
+
+   !> H φ = Q of a group over its largest conductance; φ of fixed nodes is given on the right side.
+   pure subroutine assemble_steady(network, group, fixed, dry, matrix, right)
+      type(network_type), intent(in) :: network  !< of the model
+      type(group_type), intent(in) :: group      !< a component
+      logical, intent(in) :: fixed(:), dry(:)    !< [nodes] φ is known; above the water
+      real(wp), intent(out) :: matrix(:,:)       !< [nodes of the group, the same]
+      real(wp), intent(inout) :: right(:)        !< [nodes of the group] Pa
+      integer :: place(size(fixed)), c, i, k
+      real(wp) :: h, full
+
+      place = 0
+      place(group%node) = [(i, i=1, size(group%node))]
+      full = maxval(network%conductance)
+      matrix = 0.0_wp
+      do i = 1, size(group%node)
+         matrix(i, i) = merge(1.0_wp, tiny(1.0_wp), fixed(group%node(i)))
+      end do
+      do c = 1, size(network%absent)
+         associate (node => network%flow%channel(c)%node)
+            if (network%absent(c) .or. place(node(1)) == 0) cycle
+            h = network%conductance(c)/full*merge(of_air, 1.0_wp, all(dry(node)))
+            do k = 1, 2
+               if (fixed(node(k))) cycle
+               associate (i => place(node(k)), j => place(node(3 - k)))
+                  matrix(i, i) = matrix(i, i) + h
+                  if (fixed(node(3 - k))) then
+                     right(i) = right(i) + h*right(j)
+                  else
+                     matrix(i, j) = matrix(i, j) - h
+                  end if
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine assemble_steady
+
+end module dda_flow_groups

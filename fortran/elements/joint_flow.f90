@@ -1,0 +1,473 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Water that flows in joints, in one step with the motion of the blocks.
+!>
+!> At the end of a step a node has taken in what its joints have opened by, what compression stores
+!> and what flows on:
+!>
+!>     Bᵀd + S Δp + Δt H (p₁ + γy) − Δt Q = Δw ,
+!>
+!> where w is the volume without water.  A node is full (w = 0, p free) or not (p = p_v, w ≥ 0); a
+!> converged step that contradicts is solved again with other states.  Force B p₁ on the blocks and
+!> balance make one symmetric positive definite system: nothing grows at any Δt.  Exactly
+!>
+!>     p₁ᵀBᵀd = −Δ(½ pᵀSp) − ½ ΔpᵀSΔp − Δt φᵀHφ + Δt (γy)ᵀHφ + Δt p₁ᵀQ + p₁ᵀΔw ,  φ = p₁ + γy:
+!>
+!> the work on the blocks is what the water stores less, what the scheme and viscosity lose, and
+!> what weight, inflow and vapour give.
+!>
+!> In the undrained state H = 0.  In the steady one, pressures are those of flow in equilibrium
+!> through the apertures at the start of the step, a load without stiffness.
+module dda_joint_flow
+   use dda_kinds, only: wp
+   use dda_archive, only: archive_type, archive_values => serialise
+   use dda_blocks, only: blocks_type
+   use dda_element, only: element_type
+   use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_flow, energy_input, &
+      energy_water
+   use dda_flow, only: flow_type, value_at, flow_steady, flow_transient, flow_undrained
+   use dda_flow_groups, only: group_type, set_groups, set_springs, add_springs, change_by, &
+      steady_pressure
+   use dda_flow_network, only: network_type, new_network, update_network, add_node_row, outflow_of
+   use dda_linear_terms, only: linear_terms_type
+   use dda_motion, only: motion_type
+   use dda_output_schema, only: columns_of, in_flow_nodes, in_flow_channels
+   use dda_scheme, only: step_type, end_time
+   implicit none
+   private
+   public :: joint_flow_type, new_joint_flow, node_columns, channel_columns
+
+   !> numbers of a node and of a channel in the output
+   integer, parameter :: node_columns = columns_of(in_flow_nodes)
+   integer, parameter :: channel_columns = columns_of(in_flow_channels)
+   !> rounds in which all nodes may change their state; then one at a time, which ends (Murty 1974)
+   integer, parameter :: free_rounds = 15
+   real(wp), parameter :: rounding = 1.0e-12_wp  !< of the largest pressure, and of a volume
+
+   !> Water of a model and its state.
+   type, extends(element_type) :: joint_flow_type
+      type(network_type) :: network
+      type(group_type), allocatable :: group(:)
+      logical :: frozen = .false.             !< a static stage, at `time`
+      real(wp) :: time = 0.0_wp               !< s
+      real(wp), allocatable :: pressure(:)    !< [nodes] Pa
+      real(wp), allocatable :: empty(:)       !< [nodes] volume without water w, m³ per metre
+      logical, allocatable :: vented(:)       !< [nodes] assumed not full
+      ! Of the step
+      type(step_type) :: step
+      integer :: rounds = 0                   !< of states
+      logical, allocatable :: fixed(:)        !< [nodes] their pressure is prescribed
+      real(wp), allocatable :: source(:)      !< [nodes] inflow Q, m²/s
+      real(wp), allocatable :: conductance(:) !< [channels] that acts, m²/(Pa s)
+      real(wp), allocatable :: first(:)       !< [nodes] p₁ at d = 0, Pa
+      real(wp), allocatable :: rest(:)        !< [nodes] r, m³ per metre of thickness
+      ! Of the last step accepted
+      real(wp), allocatable :: inflow(:)      !< [nodes] from outside, m²/s
+      real(wp), allocatable :: flux(:)        !< [channels] from the first node to the second, m²/s
+   contains
+      procedure :: add_linear
+      procedure :: add_force
+      procedure :: add_stored
+      procedure :: account
+      procedure :: prepare
+      procedure :: revise
+      procedure :: accept
+      procedure :: freeze
+      procedure :: inherit
+      procedure :: serialise
+      procedure :: of_nodes
+      procedure :: of_channels
+   end type joint_flow_type
+
+contains
+
+   !> Water of a model in its first state.
+   type(joint_flow_type) function new_joint_flow(flow, blocks) result(self)
+      type(flow_type), intent(in) :: flow      !< of the model
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer :: n
+
+      self%network = new_network(flow, blocks)
+      n = size(flow%pressure)
+      self%pressure = flow%pressure
+      self%empty = (1.0_wp - flow%saturation)*self%network%volume
+      self%vented = self%empty > 0.0_wp
+      allocate (self%fixed(n), source=.false.)
+      allocate (self%source(n), self%inflow(n), self%flux(size(flow%channel)), source=0.0_wp)
+      self%first = self%pressure
+      self%rest = 0.0_wp*self%pressure
+      self%conductance = 0.0_wp*self%network%conductance
+      call begin_state(self)
+   end function new_joint_flow
+
+   !> Groups of the state of the stage.
+   subroutine begin_state(self)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+
+      call set_groups(self%network, state_of(self) /= flow_undrained, self%group)
+      call set_springs(self%network, self%conductance, self%fixed .or. self%vented, self%group)
+   end subroutine begin_state
+
+   !> Steady, transient or undrained.
+   pure integer function state_of(self)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+
+      state_of = self%network%flow%state(merge(1, 2, self%frozen))
+   end function state_of
+
+   !> Before a step: apertures, boundaries, and pressures for d = 0.
+   subroutine prepare(self, blocks, step, d)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(step_type), intent(in) :: step      !< the present one
+      real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
+
+      call update_network(self%network, blocks)
+      self%step = step
+      self%rounds = 0
+      self%vented = self%empty > 0.0_wp
+      call set_boundaries(self, merge(self%time, end_time(step), self%frozen))
+      call assume(self)
+   end subroutine prepare
+
+   !> Conductances in the assumed states: those of the cubic law, and s²(3 − 2s) of them where water
+   !> comes from a node that is not full, with its saturation s at the start of the step.
+   pure subroutine set_conductance(self)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+      real(wp) :: saturation
+      integer :: c, from
+
+      self%conductance = 0.0_wp
+      if (state_of(self) /= flow_transient) return
+      self%conductance = self%network%conductance
+      if (.not. any(self%vented)) return
+      do c = 1, size(self%conductance)
+         associate (node => self%network%flow%channel(c)%node, head => self%pressure &
+            + self%network%elevation)
+            from = node(merge(1, 2, head(node(1)) > head(node(2)) .or. (head(node(1)) >= &
+               head(node(2)) .and. .not. self%vented(node(1)))))
+         end associate
+         if (.not. self%vented(from)) cycle
+         saturation = max(0.0_wp, 1.0_wp - self%empty(from)/self%network%volume(from))
+         self%conductance(c) = self%conductance(c)*saturation**2*(3.0_wp - 2.0_wp*saturation)
+      end do
+   end subroutine set_conductance
+
+   !> Pressures and inflows that the boundaries prescribe at a time.
+   pure subroutine set_boundaries(self, time)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+      real(wp), intent(in) :: time  !< s
+      real(wp) :: value
+      integer :: b, i
+
+      self%fixed = .false.
+      self%source = 0.0_wp
+      associate (flow => self%network%flow)
+         do b = 1, size(flow%boundary)
+            value = value_at(flow%boundary(b), time)
+            do i = 1, size(flow%boundary(b)%node)
+               associate (node => flow%boundary(b)%node(i))
+                  if (flow%boundary(b)%inflow) then
+                     self%source(node) = self%source(node) + value/size(flow%boundary(b)%node)
+                     cycle
+                  end if
+                  self%fixed(node) = .true.
+                  self%first(node) = value
+                  if (flow%boundary(b)%head) self%first(node) = unit_weight_at(self, node)*value &
+                     - self%network%elevation(node)
+                  if (flow%boundary(b)%dry_above) self%first(node) = max(0.0_wp, self%first(node))
+               end associate
+            end do
+         end do
+      end associate
+      self%vented = self%vented .and. .not. self%fixed
+   end subroutine set_boundaries
+
+   !> Unit weight of the water at a node, N/m³.
+   pure real(wp) function unit_weight_at(self, node) result(weight)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: node  !< number, from 1
+      integer :: c
+
+      weight = 0.0_wp
+      do c = 1, size(self%conductance)
+         if (any(self%network%flow%channel(c)%node == node)) weight = &
+            self%network%flow%law(self%network%flow%channel(c)%law)%unit_weight
+      end do
+   end function unit_weight_at
+
+   !> Springs and pressures at d = 0 in the assumed states.
+   subroutine assume(self)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+      integer :: g
+
+      where (.not. self%fixed) self%first = merge(self%network%floor, self%pressure, self%vented)
+      if (state_of(self) == flow_steady) then
+         do g = 1, size(self%group)
+            call steady_pressure(self%network, self%group(g), self%fixed, self%source, self%first)
+         end do
+         return
+      end if
+      call set_conductance(self)
+      call set_springs(self%network, self%step%time_step*self%conductance, self%fixed .or. &
+         self%vented, self%group)
+      self%rest = merge(0.0_wp, self%step%time_step*(self%source - outflow_of(self%network, &
+         self%conductance, self%first + self%network%elevation)) - self%empty, &
+         self%fixed .or. self%vented)
+      do g = 1, size(self%group)
+         call change_by(self%group(g), self%rest, self%first)
+      end do
+   end subroutine assume
+
+   !> Pressures at the end of a step with increment d, Pa.
+   pure function pressure_after(self, d) result(pressure)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      real(wp) :: pressure(size(self%first)), none(size(self%first))
+      integer :: g
+
+      pressure = self%first
+      if (state_of(self) == flow_steady) return
+      none = 0.0_wp
+      do g = 1, size(self%group)
+         call change_by(self%group(g), none, pressure, d)
+      end do
+   end function pressure_after
+
+   !> Bᵀd: growth of the nodes' volumes, m³ per metre of thickness.
+   pure function growth_of(self, d) result(growth)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      real(wp) :: growth(size(self%first)), row(6)
+      integer :: c, k, side
+
+      growth = 0.0_wp
+      do c = 1, size(self%conductance)
+         if (self%network%absent(c)) cycle
+         associate (channel => self%network%flow%channel(c))
+            do k = 1, 2
+               do side = 1, 2
+                  row = 0.0_wp
+                  call add_node_row(self%network, c, k, side, row)
+                  growth(channel%node(k)) = growth(channel%node(k)) &
+                     + dot_product(row, d(:, channel%block(side)))
+               end do
+            end do
+         end associate
+      end do
+   end function growth_of
+
+   !> What the balance of each node leaves over, m³ per metre of thickness: growth of the volume
+   !> without water, or inflow from outside.
+   pure function surplus_of(self, d, pressure) result(surplus)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      real(wp), intent(in) :: d(:,:)       !< [6,blocks] increments of the coordinates
+      real(wp), intent(in) :: pressure(:)  !< [nodes] at the end of the step, Pa
+      real(wp) :: surplus(size(pressure))
+
+      surplus = growth_of(self, d) + self%network%storage*(pressure - self%pressure) &
+         + self%step%time_step*(outflow_of(self%network, self%conductance, pressure &
+         + self%network%elevation) - self%source)
+   end function surplus_of
+
+   !> Springs of enclosed water.
+   subroutine add_linear(self, blocks, step, terms)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the present one
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
+
+      if (state_of(self) /= flow_steady) call add_springs(self%network, self%fixed .or. &
+         self%vented, self%group, terms)
+   end subroutine add_linear
+
+   !> B p₁ at d = 0.
+   subroutine add_force(self, blocks, motions, step, load)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the present one
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      real(wp) :: row(6)
+      integer :: c, k, side
+
+      do c = 1, size(self%conductance)
+         if (self%network%absent(c)) cycle
+         associate (channel => self%network%flow%channel(c))
+            do k = 1, 2
+               do side = 1, 2
+                  row = 0.0_wp
+                  call add_node_row(self%network, c, k, side, row)
+                  load(:, channel%block(side)) = load(:, channel%block(side)) &
+                     + self%first(channel%node(k))*row
+               end do
+            end do
+         end associate
+      end do
+   end subroutine add_force
+
+   !> ½ pᵀSp
+   subroutine add_stored(self, blocks, motions, step, energy)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the next one
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(network_type) :: network
+
+      network = self%network
+      call update_network(network, blocks)
+      call add_energy(energy, energy_water, 0.5_wp*sum(network%storage*self%pressure**2))
+   end subroutine add_stored
+
+   !> Terms of the identity above.
+   subroutine account(self, blocks, motions, step, d, energy)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the present one
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      real(wp) :: stored, change, viscous, lost, work
+      real(wp), dimension(size(self%first)) :: pressure, outflow
+
+      pressure = pressure_after(self, d)
+      associate (storage => self%network%storage, before => self%pressure, &
+         elevation => self%network%elevation)
+         stored = 0.5_wp*sum(storage*pressure**2)
+         change = stored - 0.5_wp*sum(storage*before**2)
+         work = sum(pressure*growth_of(self, d))
+         viscous = 0.0_wp
+         lost = 0.0_wp
+         if (state_of(self) /= flow_steady) then
+            outflow = step%time_step*outflow_of(self%network, self%conductance, pressure &
+               + elevation)
+            viscous = sum((pressure + elevation)*outflow)
+            lost = 0.5_wp*sum(storage*(pressure - before)**2) + sum(merge((pressure &
+               - self%network%floor)*self%empty, 0.0_wp, .not. (self%vented .or. self%fixed)))
+         end if
+      end associate
+      call add_energy(energy, energy_water, stored)
+      call add_energy(energy, energy_flow, viscous)
+      call add_energy(energy, energy_algorithmic, lost)
+      call add_energy(energy, energy_input, work + change + viscous + lost)
+   end subroutine account
+
+   !> Nodes that would have less than the least pressure are not full; those that would have less
+   !> than no volume without water are.
+   subroutine revise(self, blocks, step, d, changed)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(step_type), intent(in) :: step           !< the present one
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      integer, intent(inout) :: changed  !< nodes that must be assumed otherwise
+      real(wp), dimension(size(self%first)) :: pressure, empty
+      logical :: is_wrong(size(self%first))
+      integer :: first
+
+      self%rounds = self%rounds + 1
+      if (state_of(self) == flow_steady) return
+      pressure = pressure_after(self, d)
+      empty = self%empty + surplus_of(self, d, pressure)
+      is_wrong = merge(empty < -rounding*self%network%volume, pressure < self%network%floor &
+         - rounding*maxval(abs(pressure)), self%vented) .and. .not. self%fixed
+      if (.not. any(is_wrong)) return
+      first = findloc(is_wrong, .true., 1)
+      if (self%rounds > free_rounds) is_wrong(first + 1:) = .false.
+      changed = changed + count(is_wrong)
+      self%vented = self%vented .neqv. is_wrong
+      call assume(self)
+   end subroutine revise
+
+   !> Pressures, volumes without water and flow at the end of the step.
+   subroutine accept(self, blocks, motions, step, d)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the present one
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      real(wp), dimension(size(self%first)) :: pressure, surplus
+      integer :: c
+
+      pressure = pressure_after(self, d)
+      associate (acting => merge(self%network%conductance, self%conductance, &
+         state_of(self) == flow_steady), head => pressure + self%network%elevation)
+         if (state_of(self) == flow_steady) then
+            surplus = outflow_of(self%network, acting, head)
+            self%inflow = merge(surplus, self%source, self%fixed)
+            self%empty = 0.0_wp
+         else
+            surplus = surplus_of(self, d, pressure)
+            self%inflow = self%source + merge(surplus/step%time_step, 0.0_wp, self%fixed)
+            self%empty = merge(max(0.0_wp, self%empty + surplus), 0.0_wp, self%vented)
+         end if
+         do c = 1, size(acting)
+            associate (node => self%network%flow%channel(c)%node)
+               self%flux(c) = acting(c)*(head(node(1)) - head(node(2)))
+            end associate
+         end do
+      end associate
+      self%pressure = pressure
+   end subroutine accept
+
+   !> A static stage begins.
+   subroutine freeze(self, blocks, motions, time)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      real(wp), intent(in) :: time  !< s
+
+      self%frozen = .true.
+      self%time = time
+      call begin_state(self)
+   end subroutine freeze
+
+   !> Take over pressures and volumes.
+   subroutine inherit(self, before, blocks)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+      class(element_type), intent(in) :: before  !< those of the same type
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+
+      select type (before)
+      type is (joint_flow_type)
+         self%pressure = before%pressure
+         self%empty = before%empty
+         self%vented = before%vented
+         self%inflow = before%inflow
+         self%flux = before%flux
+         self%first = before%pressure
+      end select
+   end subroutine inherit
+
+   !> Pressures, volumes without water and flow.
+   subroutine serialise(self, archive)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+      type(archive_type), intent(inout) :: archive  !< written or read
+
+      call archive_values(archive, self%pressure)
+      call archive_values(archive, self%empty)
+      call archive_values(archive, self%inflow)
+      call archive_values(archive, self%flux)
+   end subroutine serialise
+
+   !> Values of each node in the output: pressure, saturation, inflow.
+   pure function of_nodes(self) result(values)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      real(wp) :: values(node_columns, size(self%pressure))  !< Pa, –, m²/s
+
+      values(1, :) = self%pressure
+      values(2, :) = 1.0_wp
+      where (self%empty > 0.0_wp) values(2, :) = max(0.0_wp, 1.0_wp - self%empty &
+         /self%network%volume)
+      values(3, :) = self%inflow
+   end function of_nodes
+
+   !> Values of each channel in the output: flux, aperture.
+   pure function of_channels(self) result(values)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      real(wp) :: values(channel_columns, size(self%flux))  !< m²/s, m
+
+      values(1, :) = self%flux
+      values(2, :) = 0.5_wp*sum(self%network%aperture, 1)
+   end function of_channels
+
+end module dda_joint_flow

@@ -1,0 +1,346 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The groups &flow and &flow_boundary: the network of water in joints.
+module dda_input_flow
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_edge_load, only: load_surface
+   use dda_errors, only: error_type
+   use dda_flow, only: channel_type, flow_boundary_type, flow_law_type, flow_states, flow_type
+   use dda_input_edges, only: take_polyline
+   use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or
+   use dda_input_groups, only: flow_boundary_values, flow_values, read_values
+   use dda_input_names, only: mark_names
+   use dda_input_points, only: check_times
+   use dda_interpolation, only: table_value
+   use dda_model, only: model_type
+   use dda_neighbours, only: find_near_pairs, neighbours_type
+   use dda_outline, only: common_span, sides, touching
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: read_flow
+
+   real(wp), parameter :: least = 1.0e-6_wp  !< smallest fraction of an edge that is a channel
+
+contains
+
+   !> All that an input says of water that flows.
+   subroutine read_flow(model, groups, error)
+      type(model_type), intent(inout) :: model  !< with its blocks and edge loads
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(flow_values), allocatable :: own(:)
+      integer :: law_of(size(model%joints)), i
+      integer, allocatable :: at(:), boundary(:)
+
+      if (allocated(error)) return
+      at = positions(groups, 'flow')
+      boundary = positions(groups, 'flow_boundary')
+      if (size(at) == 0) then
+         if (size(boundary) > 0) call input_error(error, groups(boundary(1)), &
+            'no water flows in joints; give a group &flow')
+         return
+      end if
+      allocate (model%flow, own(size(at)))
+      allocate (model%flow%law(size(at)), model%flow%boundary(0))
+      law_of = 0
+      do i = 1, size(at)
+         call read_law(model, groups(at(i)), i, own(i), law_of, error)
+      end do
+      if (allocated(error)) return
+      call find_channels(model%flow, model%blocks, law_of, &
+         [(value_or(own(i)%channel_length, huge(1.0_wp)), i=1, size(own))])
+      if (size(model%flow%channel) == 0) call input_error(error, groups(at(1)), &
+         'no two edges of these joints lie along each other')
+      call set_first_state(model%flow, own, model%origin(2))
+      do i = 1, size(boundary)
+         call read_boundary(model, groups(boundary(i)), error)
+      end do
+      call take_water(model, groups, error)
+   end subroutine read_flow
+
+   !> The water of the joints of a group; the first group says in what state it is.
+   subroutine read_law(model, group, i, own, law_of, error)
+      type(model_type), intent(inout) :: model   !< with flow
+      type(group_type), intent(in) :: group      !< of the input
+      integer, intent(in) :: i                   !< its number
+      type(flow_values), intent(out) :: own      !< its values
+      integer, intent(inout) :: law_of(:)        !< [joints] group of each, 0: none
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      logical :: wanted(size(law_of))
+
+      if (allocated(error)) return
+      call read_values(group, own, error)
+      wanted = own%joints == ''
+      call mark_names(own%joints, 'joints', model%joints%name, group, wanted, error)
+      if (allocated(error)) return
+      if (any(wanted .and. law_of > 0)) call input_error(error, group, 'joint '// &
+         trim(model%joints(findloc(wanted .and. law_of > 0, .true., 1))%name)// &
+         ' has its water by another group &flow; name joints in each')
+      where (wanted) law_of = i
+      if (i == 1) then
+         model%flow%state = [findloc(flow_states, own%state_at_rest, 1), &
+            findloc(flow_states, own%state, 1)]
+      else if (given(group, 'state') .or. given(group, 'state_at_rest')) then
+         call input_error(error, group, 'state is that of the first group &flow; give it there')
+      end if
+      model%flow%law(i) = flow_law_type(own%aperture, value_or(own%residual_aperture, &
+         0.1_wp*own%aperture), value_or(own%max_aperture, 10.0_wp*own%aperture), &
+         own%opening_factor, own%viscosity, own%bulk_modulus, own%unit_weight, &
+         own%cavitation_pressure)
+      associate (law => model%flow%law(i))
+         if (law%least > law%aperture .or. law%most < law%aperture) call input_error(error, group, &
+            'aperture = '//to_text(law%aperture)//' is not between residual_aperture = '// &
+            to_text(law%least)//' and max_aperture = '//to_text(law%most))
+      end associate
+   end subroutine read_law
+
+   !> Channels wherever edges of two blocks lie along each other.
+   subroutine find_channels(flow, blocks, law_of, longest)
+      type(flow_type), intent(inout) :: flow   !< gets channels and places of nodes
+      type(blocks_type), intent(in) :: blocks  !< in their initial state
+      integer, intent(in) :: law_of(:)         !< [joints] group of each, 0: none
+      real(wp), intent(in) :: longest(:)       !< [groups] channel, m
+      type(neighbours_type) :: neighbours
+      integer :: p, e, f, law, n
+
+      allocate (flow%channel(0), flow%place(2, 0))
+      call find_near_pairs(neighbours, blocks, 4*touching*blocks%half_size)
+      do p = 1, neighbours%n_pairs
+         associate (a => neighbours%pair(1, p), b => neighbours%pair(2, p))
+            do e = blocks%first(a), blocks%first(a + 1) - 1
+               if (blocks%inner(e)) cycle
+               do f = blocks%first(b), blocks%first(b + 1) - 1
+                  if (blocks%inner(f)) cycle
+                  law = law_of(blocks%joint(e))
+                  if (law == 0) law = law_of(blocks%joint(f))
+                  if (law > 0) call add_channels(flow, blocks, [e, f], law, longest(law))
+               end do
+            end do
+         end associate
+      end do
+      n = size(flow%place, 2)
+      allocate (flow%pressure(n), source=0.0_wp)
+      allocate (flow%saturation(n), source=1.0_wp)
+   end subroutine find_channels
+
+   !> The channels of two edges, if they lie along each other.
+   subroutine add_channels(flow, blocks, edges, law, longest)
+      type(flow_type), intent(inout) :: flow   !< gets channels and places of nodes
+      type(blocks_type), intent(in) :: blocks  !< in their initial state
+      integer, intent(in) :: edges(2)          !< by their first vertices
+      integer, intent(in) :: law               !< group &flow
+      real(wp), intent(in) :: longest          !< channel, m
+      type(channel_type) :: channel
+      real(wp) :: span(2), length, ends(2, 2)
+      integer :: i, k, n, side
+
+      associate (e => edges(1), f => edges(2))
+         span = common_span(blocks, e, blocks%vertex(:, f), blocks%vertex(:, blocks%next(f)), &
+            -1.0_wp)
+         if (span(2) - span(1) <= least) return
+         length = (span(2) - span(1))*blocks%length(e)
+         n = max(1, ceiling(length/longest - least))
+         channel%block = blocks%owner(edges)
+         channel%edge = e
+         channel%law = law
+         channel%length = length/n
+         do i = 1, n
+            do k = 1, 2
+               ends(:, k) = blocks%vertex(:, e) + blocks%along(:, e)*blocks%length(e)*(span(1) &
+                  + (span(2) - span(1))*(i + k - 2)/n)
+               channel%node(k) = node_at(flow, ends(:, k), touching*blocks%half_size)
+               do side = 1, 2
+                  channel%reference(:, k, side) = ends(:, k) &
+                     - blocks%position(1:2, blocks%owner(edges(side)))
+               end do
+            end do
+            flow%channel = [flow%channel, channel]
+         end do
+      end associate
+   end subroutine add_channels
+
+   !> The node at a position; a new one if there is none.
+   integer function node_at(flow, place, tolerance) result(node)
+      type(flow_type), intent(inout) :: flow        !< its nodes
+      real(wp), intent(in) :: place(2), tolerance   !< m
+
+      do node = size(flow%place, 2), 1, -1
+         if (all(abs(flow%place(:, node) - place) <= 4*tolerance)) return
+      end do
+      node = size(flow%place, 2) + 1
+      flow%place = reshape([flow%place, place], [2, node])
+   end function node_at
+
+   !> Pressure and saturation at the start.
+   pure subroutine set_first_state(flow, own, origin)
+      type(flow_type), intent(inout) :: flow     !< with its nodes
+      type(flow_values), intent(in) :: own(:)    !< of the groups
+      real(wp), intent(in) :: origin             !< y of the engine's coordinates, m
+      integer :: c, k
+
+      do c = 1, size(flow%channel)
+         associate (values => own(flow%channel(c)%law))
+            do k = 1, 2
+               associate (node => flow%channel(c)%node(k))
+                  flow%pressure(node) = values%pressure
+                  if (is_set(values%head)) flow%pressure(node) = max(0.0_wp, &
+                     values%unit_weight*(values%head - origin - flow%place(2, node)))
+                  flow%saturation(node) = values%saturation
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine set_first_state
+
+   !> &flow_boundary
+   subroutine read_boundary(model, group, error)
+      type(model_type), intent(inout) :: model  !< with flow
+      type(group_type), intent(in) :: group     !< of the input
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(flow_boundary_values) :: own
+      type(flow_boundary_type) :: new
+      real(wp), allocatable :: line(:,:)
+
+      if (allocated(error)) return
+      call read_values(group, own, error)
+      if (size(own%along) > 0) call take_polyline(group, 'along', own%along, model%origin, line, &
+         error)
+      if (allocated(error)) return
+      new%node = nodes_of(model, own, line)
+      if (size(new%node) == 0) call input_error(error, group, &
+         'no node of a joint with water is there')
+      new%inflow = given(group, 'inflow')
+      new%head = given(group, 'head')
+      new%dry_above = new%head
+      new%value = [own%head - model%origin(2), own%pressure, own%inflow]
+      new%time = own%time
+      if (size(own%time) == 0) new%time = [0.0_wp]
+      if (size(own%time) > 0) call check_times(error, group, own%time)
+      if (size(new%value) == 1) new%value = spread(new%value(1), 1, size(new%time))
+      if (size(new%value) /= size(new%time)) call input_error(error, group, 'head, pressure or '// &
+         'inflow must have one value, or as many as time ('//to_text(size(new%time))//')')
+      if (.not. allocated(error)) model%flow%boundary = [model%flow%boundary, new]
+   end subroutine read_boundary
+
+   !> Nodes on a side of the model, on a polyline, or on both.
+   pure function nodes_of(model, own, line) result(list)
+      type(model_type), intent(in) :: model            !< with flow
+      type(flow_boundary_values), intent(in) :: own    !< as read
+      real(wp), allocatable, intent(in) :: line(:,:)   !< [2,points] m; not allocated: none
+      integer, allocatable :: list(:)
+      logical :: wanted(size(model%flow%pressure))
+      real(wp) :: reach, at
+      integer :: axis, i
+
+      wanted = .true.
+      reach = 4*touching*model%blocks%half_size
+      associate (place => model%flow%place, vertex => model%blocks%vertex)
+         if (own%side /= '') then
+            axis = merge(1, 2, own%side == sides(1) .or. own%side == sides(2))
+            at = maxval(vertex(axis, :))
+            if (own%side == sides(1) .or. own%side == sides(3)) at = minval(vertex(axis, :))
+            wanted = abs(place(axis, :) - at) <= reach
+         end if
+         if (allocated(line)) then
+            do i = 1, size(wanted)
+               wanted(i) = wanted(i) .and. is_on(line, place(:, i), reach)
+            end do
+         end if
+      end associate
+      list = pack([(i, i=1, size(wanted))], wanted)
+   end function nodes_of
+
+   !> A point lies on a polyline.
+   pure logical function is_on(line, point, reach)  ! total
+      real(wp), intent(in) :: line(:,:)        !< [2,points] m
+      real(wp), intent(in) :: point(2), reach  !< m
+      real(wp) :: along(2), share
+      integer :: j
+
+      is_on = .true.
+      do j = 1, size(line, 2) - 1
+         along = line(:, j + 1) - line(:, j)
+         share = dot_product(point - line(:, j), along)/max(tiny(1.0_wp), dot_product(along, along))
+         if (norm2(line(:, j) + max(0.0_wp, min(1.0_wp, share))*along - point) <= reach) return
+      end do
+      is_on = .false.
+   end function is_on
+
+   !> Heads of nodes on faces that &water acts on; in joints, water is that of &flow.
+   subroutine take_water(model, groups, error)
+      type(model_type), intent(inout) :: model   !< with flow and edge loads
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      integer, allocatable :: at(:)
+      integer :: i, k, load
+
+      at = pack([(i, i=1, size(groups))], [(groups(i)%name == 'water' .or. groups(i)%name == &
+         'traction', i=1, size(groups))])  ! in the order of the edge loads
+      do load = 1, size(at)
+         if (allocated(error)) return
+         associate (water => model%edge_loads(load), group => groups(at(load)))
+            if (group%name /= 'water') cycle
+            if (.not. faces_alone(model, load)) call input_error(error, group, &
+               'it acts on joints, whose water is that of &flow; set acts_on = ''faces''')
+            if (any(water%normal /= 1.0_wp)) call input_error(error, group, &
+               'scale does not go with &flow')
+            do k = 1, size(water%piece)
+               do i = 1, size(model%flow%pressure)
+                  call add_node(model, load, k, i)
+               end do
+            end do
+         end associate
+      end do
+   end subroutine take_water
+
+   !> No channel has an edge that a load acts on as a whole.
+   pure logical function faces_alone(model, load)
+      type(model_type), intent(in) :: model  !< with flow and edge loads
+      integer, intent(in) :: load            !< number
+      integer :: c, k
+
+      faces_alone = .true.
+      associate (ends => model%edge_loads(load)%ends)
+         do c = 1, size(model%flow%channel)
+            associate (node => model%flow%channel(c)%node, place => model%flow%place)
+               do k = 1, size(ends, 3)
+                  if (is_on(ends(:, :, k), 0.5_wp*(place(:, node(1)) + place(:, node(2))), &
+                     touching*model%blocks%half_size)) faces_alone = .false.
+               end do
+            end associate
+         end do
+      end associate
+   end function faces_alone
+
+   !> The head of a node that lies on part k of the faces under water.
+   subroutine add_node(model, load, k, node)
+      type(model_type), intent(inout) :: model  !< with flow and edge loads
+      integer, intent(in) :: load, k, node      !< numbers
+      type(flow_boundary_type) :: new
+      real(wp) :: head, along(2)
+      integer :: b
+
+      associate (water => model%edge_loads(load), place => model%flow%place(:, node))
+         if (.not. is_on(water%ends(:, :, k), place, 4*touching*model%blocks%half_size)) return
+         do b = 1, size(model%flow%boundary)
+            if (any(model%flow%boundary(b)%node == node)) return  ! the first one counts
+         end do
+         if (water%kind == load_surface) then
+            associate (line => water%line)
+               if (place(1) < line(1, 1) .or. place(1) > line(1, size(line, 2))) return
+               head = table_value(line(1, :), line(2, :), place(1))
+            end associate
+         else
+            along = water%ends(:, 2, k) - water%ends(:, 1, k)
+            head = place(2) + (water%at_ends(1, k) + (water%at_ends(2, k) - water%at_ends(1, k)) &
+               *dot_product(place - water%ends(:, 1, k), along)/dot_product(along, along)) &
+               /water%unit_weight
+         end if
+         new = flow_boundary_type(node=[node], head=.true., dry_above=.true., time=water%time, &
+            value=head + water%level)
+      end associate
+      model%flow%boundary = [model%flow%boundary, new]
+   end subroutine add_node
+
+end module dda_input_flow

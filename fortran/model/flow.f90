@@ -1,0 +1,77 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Water in joints: the network of channels, its fluid, and what is prescribed at its nodes.
+!>
+!> A channel is the overlap of two edges of different blocks, or a part of it.  Its ends are nodes;
+!> channels whose ends are at the same position share them.
+module dda_flow
+   use dda_kinds, only: wp
+   use dda_interpolation, only: find_interval
+   implicit none
+   private
+   public :: flow_type, flow_law_type, flow_boundary_type, channel_type, value_at, flow_states, &
+      flow_steady, flow_transient, flow_undrained
+
+   integer, parameter :: flow_steady = 1     !< pressures are in equilibrium with the boundaries
+   integer, parameter :: flow_transient = 2  !< water is stored, and flows
+   integer, parameter :: flow_undrained = 3  !< water is stored, and does not flow
+   character(len=*), parameter :: flow_states(3) = [character(len=9) :: 'steady', 'transient', &
+      'undrained']
+
+   !> Apertures and fluid of the joints of a group &flow.
+   type :: flow_law_type
+      real(wp) :: aperture = 0.0_wp         !< hydraulic, of a joint that just touches, m
+      real(wp) :: least = 0.0_wp            !< residual aperture, m
+      real(wp) :: most = 0.0_wp             !< largest aperture, m
+      real(wp) :: opening_factor = 1.0_wp   !< change of aperture over opening
+      real(wp) :: viscosity = 0.0_wp        !< dynamic, Pa s
+      real(wp) :: bulk_modulus = 0.0_wp     !< Pa
+      real(wp) :: unit_weight = 0.0_wp      !< N/m³ at 9.81 m/s²
+      real(wp) :: cavitation = 0.0_wp       !< least pressure, Pa
+   end type flow_law_type
+
+   !> A part of the overlap of two edges.
+   type :: channel_type
+      integer :: block(2) = 0               !< on both sides
+      integer :: edge = 0                   !< of block(1), by its first vertex
+      integer :: node(2) = 0                !< at its ends
+      integer :: law = 0                    !< group &flow
+      real(wp) :: length = 0.0_wp           !< m
+      real(wp) :: reference(2, 2, 2) = 0.0_wp  !< [2,ends,sides] offsets ρ from the centroids, m
+   end type channel_type
+
+   !> Head, pressure or inflow at nodes over time (group &flow_boundary).
+   type :: flow_boundary_type
+      integer, allocatable :: node(:)       !< that it acts on
+      logical :: inflow = .false.           !< its values are inflows, else pressures at y = 0
+      logical :: head = .false.             !< pressures are hydrostatic below its values
+      logical :: dry_above = .false.        !< nodes above the level are open to the air: p = 0
+      real(wp), allocatable :: time(:)      !< s
+      real(wp), allocatable :: value(:)     !< [times] m, Pa, or m²/s of all its nodes together
+   end type flow_boundary_type
+
+   !> All of a model.
+   type :: flow_type
+      type(flow_law_type), allocatable :: law(:)
+      type(channel_type), allocatable :: channel(:)
+      type(flow_boundary_type), allocatable :: boundary(:)
+      real(wp), allocatable :: place(:,:)      !< [2,nodes] first positions, m
+      real(wp), allocatable :: pressure(:)     !< [nodes] at the start, Pa
+      real(wp), allocatable :: saturation(:)   !< [nodes] at the start, 0 … 1
+      integer :: state(2) = [flow_steady, flow_undrained]  !< in static and in dynamic stages
+   end type flow_type
+
+contains
+
+   !> Value of a boundary at a time: linear between its times, constant beyond them.
+   pure real(wp) function value_at(boundary, time)
+      type(flow_boundary_type), intent(in) :: boundary  !< its times
+      real(wp), intent(in) :: time                      !< s
+      real(wp) :: share
+      integer :: k, last
+
+      call find_interval(boundary%time, min(max(time, boundary%time(1)), &
+         boundary%time(size(boundary%time))), k, last, share)
+      value_at = boundary%value(k) + share*(boundary%value(last) - boundary%value(k))
+   end function value_at
+
+end module dda_flow

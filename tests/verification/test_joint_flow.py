@@ -1,0 +1,325 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Water that flows in joints: closed forms, energy, vapour and air."""
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda import InputError
+
+APERTURE, STIFFNESS, BULK, VISCOSITY = 2e-4, 1e10, 2.2e9, 1e-3
+#: of a joint that its stiffness and the water's compression store in, m²/s
+DIFFUSIVITY = APERTURE**3 / (12 * VISCOSITY) / (1 / STIFFNESS + APERTURE / BULK)
+
+
+def started(time_step: float, **control) -> sitedda.Model:
+    """A model of light, stiff blocks without gravity."""
+    model = sitedda.Model("water in joints", time_step=time_step, **control)
+    model.material("rock", density=100.0, young_modulus=1e14, poisson_ratio=0.0)
+    model.joint(
+        "joint",
+        law="mohr_coulomb",
+        friction_angle=0.0,
+        normal_stiffness_per_area=STIFFNESS,
+        shear_stiffness_per_area=STIFFNESS,
+        contact_points=3,
+    )
+    return model
+
+
+def rigid(length: float, *pieces: tuple[float, str], **control) -> sitedda.Model:
+    """Two fixed slabs; the lower one may be in pieces (width, joint)."""
+    model = started(**({"time_step": 0.01, "steps": 2} | control))
+    left = 0.0
+    for i, (width, joint) in enumerate(pieces or ((length, "joint"),)):
+        right = left + width
+        model.block([left, -1, right, -1, right, 0, left, 0], name=f"low{i}", joint=joint)
+        model.fixed_point(left + 0.1, -0.9, f"low{i}")
+        model.fixed_point(right - 0.1, -0.9, f"low{i}")
+        left = right
+    model.block([0, 0, length, 0, length, 1, 0, 1], name="top")
+    model.fixed_point(0.1, 0.9, "top")
+    model.fixed_point(length - 0.1, 0.9, "top")
+    return model
+
+
+def data_of(model: sitedda.Model):
+    """What a run leaves."""
+    run = sitedda.run(model)
+    assert run.complete, run.summary
+    return run.history.load()
+
+
+def at(data, x: float, y: float = 0.0):
+    """Pressure over time at a place, Pa."""
+    place = data.flow_node_place.values
+    return data.flow_pressure.values[:, np.argmin(abs(place - (x, y)).sum(1))]
+
+
+@pytest.mark.parametrize("aperture", [1e-4, 2e-4, 5e-4, 1e-3])
+def test_cubic_law(aperture):
+    model = rigid(4.0)
+    model.flow(aperture=aperture, opening_factor=0.0, state="steady", channel_length=0.7)
+    model.flow_boundary(side="left", head=14.0)
+    model.flow_boundary(side="right", head=10.0)
+    data = data_of(model)
+    exact = aperture**3 * 9810 / (12 * VISCOSITY)
+    flux = (
+        data.flow_flux.values[-1]
+        * np.sign(np.diff(data.flow_node_place.values[data.flow_channel_node.values, 0], axis=1))[
+            :, 0
+        ]
+    )
+    assert flux == pytest.approx(exact, rel=1e-6)
+    inflow = data.flow_inflow.values[-1]
+    assert abs(inflow.sum()) < 1e-12 * exact and inflow.max() == pytest.approx(exact, rel=1e-6)
+    assert at(data, 2.0)[-1] == pytest.approx(12 * 9810, rel=1e-9)
+
+
+def test_apertures_in_series():
+    model = rigid(5.0, (2.0, "fine"), (3.0, "coarse"))
+    for name, aperture in (("fine", 1e-4), ("coarse", 2e-4)):
+        model.joint(name, friction_angle=0.0)
+        model.flow(
+            joints=name,
+            aperture=aperture,
+            opening_factor=0.0,
+            **({"state": "steady"} if name == "fine" else {}),
+        )
+    model.flow_boundary(along=[0, -0.1, 0, 0.1], head=15.0)
+    model.flow_boundary(along=[5, -0.1, 5, 0.1], head=10.0)
+    data = data_of(model)
+    equal = (data.flow_inflow.values[-1].max() * 12 * VISCOSITY / 9810) ** (1 / 3)
+    assert equal == pytest.approx((5 / (2 / 1e-12 + 3 / 8e-12)) ** (1 / 3), rel=1e-6)
+    assert equal == pytest.approx(1.28165e-4, rel=1e-5)
+
+
+@pytest.mark.parametrize("layers", [1, 4])
+def test_undrained_share_of_a_load(layers):
+    """Skempton's ratio of a joint, also in each joint of a column."""
+    model = started(1e-3)
+    for i in range(layers + 1):
+        model.block([0, i, 2, i, 2, i + 1, 0, i + 1], name=f"b{i}")
+    model.fixed_point(0.2, 0.5, "b0")
+    model.fixed_point(1.8, 0.5, "b0")
+    model.traction(side="top", normal=1e5)
+    model.flow(aperture=APERTURE, state_at_rest="undrained")
+    model.stage("loaded", kind="static")
+    model.stage("after", duration=1e-3)
+    data = data_of(model)
+    share = (1 / STIFFNESS) / (1 / STIFFNESS + APERTURE / BULK)
+    assert data.flow_pressure.values[-1] == pytest.approx(1e5 * share, rel=1e-6)
+
+
+def columns(count: int, length: float, **control) -> sitedda.Model:
+    """Stiff columns side by side on a fixed slab: joint consolidation in one dimension."""
+    model = started(**({"integration": "backward_euler", "dynamic_factor": 0.0} | control))
+    model.joint("smooth", friction_angle=0.0)
+    model.block([0, -1, length, -1, length, 0, 0, 0], name="slab")
+    model.fixed_point(0.1, -0.5, "slab")
+    model.fixed_point(length - 0.1, -0.5, "slab")
+    width = length / count
+    for i in range(count):
+        x = i * width
+        model.block([x, 0, x + width, 0, x + width, 1, x, 1], name=f"c{i}", joint="smooth")
+    return model
+
+
+def series(time: float, where: float) -> float:
+    """Terzaghi's isochrone: pressure over the first one at a time factor, closed at 1."""
+    odd = (2 * np.arange(400) + 1) * np.pi / 2
+    return float(np.sum(2 / odd * np.sin(odd * where) * np.exp(-(odd**2) * time)))
+
+
+def test_consolidation_of_a_joint():
+    length, count, steps, factor = 10.0, 20, 80, 0.2
+    span = factor * length**2 / DIFFUSIVITY
+    model = columns(count, length, time_step=span / steps, steps=steps)
+    model.traction(side="top", normal=1e5)
+    model.flow(
+        joints="joint", aperture=APERTURE, opening_factor=0.0, state="transient", pressure=1e5
+    )
+    model.flow_boundary(along=[0, -0.1, 0, 0.1], pressure=0.0)
+    data = data_of(model)
+    exact = [series(factor, x / length) for x in np.linspace(0, length, count + 1)]
+    found = [at(data, x)[-1] / 1e5 for x in np.linspace(0, length, count + 1)]
+    assert found == pytest.approx(exact, abs=4e-3)
+    assert 1 - np.trapezoid(found, dx=1 / count) == pytest.approx(0.50409, abs=2e-3)
+    assert found[-1] == pytest.approx(0.77231, abs=2e-3)
+
+
+def stored_in_water(length: float, **control) -> sitedda.Model:
+    """Rigid slabs, with a bulk modulus that gives the diffusivity of the joint above."""
+    model = rigid(length, integration="backward_euler", **control)
+    model.flow(
+        aperture=APERTURE,
+        opening_factor=0.0,
+        state="transient",
+        channel_length=length / 160,
+        bulk_modulus=DIFFUSIVITY * 12 * VISCOSITY / APERTURE**2,
+    )
+    return model
+
+
+def test_harmonic_head():
+    """Amplitude e^(-x/δ), lag x/δ with δ = sqrt(2c/ω): 1.4561 m at 1 Hz."""
+    depth = np.sqrt(2 * DIFFUSIVITY / (2 * np.pi))
+    assert depth == pytest.approx(1.4561, abs=1e-4)
+    error = []
+    for steps in (200, 400):
+        model = stored_in_water(12.0, time_step=1 / steps, steps=5 * steps)
+        time = np.arange(0, 5, 1 / 400)
+        model.flow_boundary(side="left", time=time, pressure=1e4 * np.sin(2 * np.pi * time))
+        data = data_of(model)
+        place = float(
+            data.flow_node_place.values[:, 0][
+                np.argmin(abs(data.flow_node_place.values[:, 0] - 3.0))
+            ]
+        )
+        wave = at(data, 3.0)[-steps:] / 1e4
+        time = data.time.values[-steps:]  # what is left of the beginning is smooth
+        parts = np.stack(
+            [np.sin(2 * np.pi * time), np.cos(2 * np.pi * time), 1 + 0 * time, time, time**2],
+            axis=1,
+        )
+        sine, cosine = np.linalg.lstsq(parts, wave, rcond=None)[0][:2]
+        found = cosine - 1j * sine
+        exact = -1j * np.exp(-(1 + 1j) * place / depth)
+        error.append(found / exact - 1)
+    assert abs(error[1]) < 0.03 and abs(error[0] / error[1]) == pytest.approx(2, abs=0.2)
+    assert abs(2 * error[1] - error[0]) < 1e-3  # of first order in Δt
+
+
+def test_filling_front():
+    model = rigid(2.0, time_step=0.005, steps=400)
+    model.flow(
+        aperture=APERTURE,
+        opening_factor=0.0,
+        state="transient",
+        channel_length=0.01,
+        saturation=0.0,
+    )
+    model.flow_boundary(side="left", pressure=1e5)
+    data = data_of(model)
+    filled = data.flow_saturation.values.sum(1) * 0.01
+    for time in (0.5, 1.0, 2.0):
+        i = np.argmin(abs(data.time.values - time))
+        exact = np.sqrt(APERTURE**2 * 1e5 * time / (6 * VISCOSITY))
+        assert filled[i] == pytest.approx(exact, abs=0.015)
+    assert data.flow_pressure.values.min() > -1e-6
+    taken = np.trapezoid(data.flow_inflow.values.sum(1), data.time.values)
+    assert taken == pytest.approx(filled[-1] * APERTURE, rel=0.02)
+
+
+def rocking(
+    time_step: float, duration: float = 0.25, push: float = 1.5e5, sampled=False, **flow
+) -> sitedda.Model:
+    """A heavy block on a wet joint, pushed at its top."""
+    model = sitedda.Model("rocking", time_step=time_step, gravity=(0, -9.81))
+    model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.2)
+    model.joint(
+        "joint",
+        law="mohr_coulomb",
+        friction_angle=35.0,
+        normal_stiffness_per_area=STIFFNESS,
+        shear_stiffness_per_area=STIFFNESS,
+    )
+    model.block([-2, -1, 6, -1, 6, 0, -2, 0], name="base")
+    model.block([0, 0, 4, 0, 4, 6, 0, 6], name="dam")
+    model.fixed_point(-1, -0.5, "base")
+    model.fixed_point(5, -0.5, "base")
+    time = np.linspace(0, duration, 201)
+    model.load(2, 5, "dam", time=time, force_x=push * np.sin(2 * np.pi * time / duration))
+    model.measured_point("top", x=2, y=5.9, block="dam")
+    model.measured_point("toe", x=3.9, y=0.1, block="dam")
+    if sampled:
+        model.output(history_seconds=1e-3)
+    model.flow(**({"aperture": 1e-3, "channel_length": 1.0} | flow))
+    model.flow_boundary(along=[0, -0.1, 0, 0.1], head=3.0)
+    model.flow_boundary(along=[4, -0.1, 4, 0.1], pressure=0.0)
+    model.stage("rest", kind="static")
+    model.stage("shaken", duration=duration)
+    return model
+
+
+@pytest.mark.parametrize("state", ["steady", "transient"])
+def test_a_dam_that_rocks(state):
+    """The same motion and pressure with a tenth of the step."""
+    coarse, fine = (data_of(rocking(step, state=state, sampled=True)) for step in (5e-5, 5e-6))
+    for name in ("displacement", "flow_pressure"):
+        error = abs(fine[name].values - coarse[name].values).max() / abs(fine[name].values).max()
+        assert error < 0.015, name
+
+
+@pytest.mark.parametrize("integration", ["dda", "midpoint", "theta", "backward_euler"])
+@pytest.mark.parametrize("time_step", [1e-5, 1e-3, 1e-1])
+def test_energy_of_every_step_and_member(integration, time_step):
+    model = rocking(time_step, duration=40 * time_step, state="transient")
+    model.control(integration=integration)
+    data = data_of(model)
+    scale = max(
+        abs(data[f"energy_{name}"].values).max()
+        for name in ("input", "flow", "water", "kinetic", "contact", "gravity")
+    )
+    assert abs(data.energy_balance.values).max() < 1e-9 * scale
+    assert (np.diff(data.energy_flow.values) >= -1e-12 * scale).all()
+
+
+def test_vapour_and_its_end():
+    """A block on a bed of springs, pulled up at rest and let down: p_v while there is vapour."""
+    model = started(1e-3, steps=400, dynamic_factor=0.0)
+    model.block([0, -1, 2, -1, 2, 0, 0, 0], name="base")
+    model.block([0, 0, 2, 0, 2, 1, 0, 1], name="top")
+    model.boundary(kind="springs", side="top", stiffness_per_area=1e9)
+    for x in (0.2, 1.8):
+        model.fixed_point(x, -0.5, "base")
+    time = np.linspace(0, 0.4, 81)
+    pull = 6e5 * np.sin(np.pi * time / 0.4) ** 2 - 1e5
+    for x in (0.5, 1.5):
+        model.load(x, 0.5, "top", time=time, force_x=0 * time, force_y=pull / 2)
+    model.flow(aperture=APERTURE, state="undrained", pressure=2e4)
+    data = data_of(model)
+    pressure, saturation = data.flow_pressure.values, data.flow_saturation.values
+    assert pressure.min() == pytest.approx(-1e5, rel=1e-12)
+    lifted = (5e5 - 2e5) / 2e9  # the pull less the vapour's, over the springs
+    full = 2e5 / 2 / BULK * APERTURE  # what the water stretched by
+    assert saturation.min() == pytest.approx(APERTURE / (APERTURE + lifted), rel=5e-3), full
+    assert (saturation[-1] == 1).all() and (saturation[pressure > -1e5 + 1] == 1).all()
+    assert pressure.max() < 1.2e5  # no more than the push and the first pressure
+
+
+def test_staggered_steps_grow():
+    """Pressure of the opening before, then motion: what one step of both does not do."""
+    mass, spring, step = 1.0, 1e3, 1e-2  # of water that closes a joint; ωΔt = .3
+    both, staggered = [], []
+    for history, lagged in ((both, False), (staggered, True)):
+        d, v = 0.0, 1.0
+        for _ in range(300):
+            pressure = -spring * d
+            if lagged:  # χ = ½, pressure at the start
+                change = step * (v + 0.5 * step * pressure / mass)
+                v += step * pressure / mass
+            else:
+                stiff = 2 * mass / step**2 + spring
+                change = (2 * mass * v / step + pressure) / stiff
+                v = 2 * change / step - v
+            d += change
+            history.append(0.5 * mass * v**2 + 0.5 * spring * d**2)
+    assert staggered[-1] > 1e3 * 0.5
+    assert max(both) <= 0.5 * (1 + 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("extra", "words"),
+    [
+        ("&flow_boundary side = 'top', head = 1 /", "no node of a joint with water"),
+        ("&flow_boundary side = 'left' /", "head, pressure or inflow"),
+        ("&flow aperture = 1e-4 /", "another group &flow"),
+        ("&water surface = 0, 0, 4, 0 /", "acts_on = 'faces'"),
+    ],
+)
+def test_what_flow_refuses(extra, words):
+    model = rigid(4.0)
+    model.flow(aperture=1e-4)
+    with pytest.raises(InputError, match=words):
+        sitedda.Simulation(sitedda.Model.from_namelist(model.to_namelist() + extra + "\n"))
