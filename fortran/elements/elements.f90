@@ -81,7 +81,8 @@ contains
       if (size(model%free_fields) > 0) call register(elements, new_free_sides(model%free_fields))
       if (size(model%edge_loads) > 0) call register(elements, new_edge_loads(model%edge_loads))
       if (size(model%bolts) > 0) call register(elements, new_bolts(model%bolts, blocks))
-      if (allocated(model%flow)) call register(elements, new_joint_flow(model%flow, blocks))
+      if (allocated(model%flow)) call register(elements, new_joint_flow(model%flow, &
+         model%edge_loads, blocks))
       if (size(model%welds) > 0) call register(elements, new_welds(model%welds, blocks, &
          model%materials, model%control%plane_strain))
       elements%nonlinear = any(model%materials%has_law()) .or. any(model%welds%joint > 0)

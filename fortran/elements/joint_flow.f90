@@ -21,6 +21,7 @@ module dda_joint_flow
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_blocks, only: blocks_type
+   use dda_edge_load, only: edge_load_type
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_flow, energy_input, &
       energy_water
@@ -52,6 +53,7 @@ module dda_joint_flow
       real(wp), allocatable :: pressure(:)    !< [nodes] Pa
       real(wp), allocatable :: empty(:)       !< [nodes] volume without water w, m³ per metre
       logical, allocatable :: vented(:)       !< [nodes] assumed not full
+      logical, allocatable :: is_dry(:)       !< [boundaries] the load that it belongs to is missing
       ! Of the step
       type(step_type) :: step
       integer :: rounds = 0                   !< of states
@@ -81,12 +83,14 @@ module dda_joint_flow
 contains
 
    !> Water of a model in its first state.
-   type(joint_flow_type) function new_joint_flow(flow, blocks) result(self)
+   type(joint_flow_type) function new_joint_flow(flow, loads, blocks) result(self)
       type(flow_type), intent(in) :: flow      !< of the model
+      type(edge_load_type), intent(in) :: loads(:)  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
       integer :: n
 
       self%network = new_network(flow, blocks)
+      self%is_dry = [(is_missing(flow%boundary(n)%load, loads), n=1, size(flow%boundary))]
       n = size(flow%pressure)
       self%pressure = flow%pressure
       self%empty = (1.0_wp - flow%saturation)*self%network%volume
@@ -98,6 +102,15 @@ contains
       self%conductance = 0.0_wp*self%network%conductance
       call begin_state(self)
    end function new_joint_flow
+
+   !> A load that a boundary belongs to is not there.
+   pure logical function is_missing(load, loads)
+      integer, intent(in) :: load                   !< number, 0: it belongs to none
+      type(edge_load_type), intent(in) :: loads(:)  !< of the model
+
+      is_missing = load > 0
+      if (is_missing) is_missing = .not. loads(load)%present
+   end function is_missing
 
    !> Groups of the state of the stage.
    subroutine begin_state(self)
@@ -174,6 +187,7 @@ contains
                   self%first(node) = value
                   if (flow%boundary(b)%head) self%first(node) = unit_weight_at(self, node)*value &
                      - self%network%elevation(node)
+                  if (self%is_dry(b)) self%first(node) = 0.0_wp
                   if (flow%boundary(b)%dry_above) self%first(node) = max(0.0_wp, self%first(node))
                end associate
             end do

@@ -3,7 +3,7 @@
 module dda_input_flow
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_edge_load, only: load_surface
+   use dda_edge_load, only: load_level, load_surface, load_uniform
    use dda_errors, only: error_type
    use dda_flow, only: channel_type, flow_boundary_type, flow_law_type, flow_states, flow_type
    use dda_input_edges, only: take_polyline
@@ -267,7 +267,8 @@ contains
       is_on = .false.
    end function is_on
 
-   !> Heads of nodes on faces that &water acts on; in joints, water is that of &flow.
+   !> Heads of nodes on faces under water, by &water or a level of &traction; in joints, water is
+   !> that of &flow.
    subroutine take_water(model, groups, error)
       type(model_type), intent(inout) :: model   !< with flow and edge loads
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -280,10 +281,11 @@ contains
       do load = 1, size(at)
          if (allocated(error)) return
          associate (water => model%edge_loads(load), group => groups(at(load)))
-            if (group%name /= 'water') cycle
+            if (water%kind == load_uniform) cycle
             if (.not. faces_alone(model, load)) call input_error(error, group, &
                'it acts on joints, whose water is that of &flow; set acts_on = ''faces''')
-            if (any(water%normal /= 1.0_wp)) call input_error(error, group, &
+            if (water%kind /= load_level .and. any(abs(water%normal - 1.0_wp) > 0.0_wp)) &
+               call input_error(error, group, &
                'scale does not go with &flow')
             do k = 1, size(water%piece)
                do i = 1, size(model%flow%pressure)
@@ -326,19 +328,20 @@ contains
          do b = 1, size(model%flow%boundary)
             if (any(model%flow%boundary(b)%node == node)) return  ! the first one counts
          end do
+         head = 0.0_wp
          if (water%kind == load_surface) then
             associate (line => water%line)
                if (place(1) < line(1, 1) .or. place(1) > line(1, size(line, 2))) return
                head = table_value(line(1, :), line(2, :), place(1))
             end associate
-         else
+         else if (water%kind /= load_level) then
             along = water%ends(:, 2, k) - water%ends(:, 1, k)
             head = place(2) + (water%at_ends(1, k) + (water%at_ends(2, k) - water%at_ends(1, k)) &
                *dot_product(place - water%ends(:, 1, k), along)/dot_product(along, along)) &
                /water%unit_weight
          end if
-         new = flow_boundary_type(node=[node], head=.true., dry_above=.true., time=water%time, &
-            value=head + water%level)
+         new = flow_boundary_type(node=[node], head=.true., dry_above=.true., load=load, &
+            time=water%time, value=head + water%level)
       end associate
       model%flow%boundary = [model%flow%boundary, new]
    end subroutine add_node

@@ -45,6 +45,7 @@ module dda_flow
       logical :: inflow = .false.           !< its values are inflows, else pressures at y = 0
       logical :: head = .false.             !< pressures are hydrostatic below its values
       logical :: dry_above = .false.        !< nodes above the level are open to the air: p = 0
+      integer :: load = 0                   !< on faces, that must be present, else p = 0; 0: none
       real(wp), allocatable :: time(:)      !< s
       real(wp), allocatable :: value(:)     !< [times] m, Pa, or m²/s of all its nodes together
    end type flow_boundary_type

@@ -39,6 +39,7 @@ from ..report.style import (
     empty_figure,
 )
 from .boundary_marks import draw_boundaries
+from .flow import draw_flow, key_of_flow
 from .forces import (
     arrow_length,
     chain_key,
@@ -203,6 +204,7 @@ class BlockPicture:
                 line.remove()
         self.lines = _body_outlines(self.axes, scene, frame, vertices)
         self.lines += self._marks(frame, vertices) + _bolts(self.axes, scene, frame)
+        self.lines += draw_flow(self.axes, scene, frame)
         if self.stress > 0:
             self.lines += draw_crosses(self.axes, scene, frame, self.deformation, self.stress)
         self.head.show(self._words(frame))
@@ -221,7 +223,7 @@ class BlockPicture:
         handles += self._begin_marks(frames)
         if scene.before or self.color == "material":
             handles += draw_boundaries(axes, scene, frame) + _boundary(axes, scene)
-        handles += _bolt_key(scene, frame) + _water(axes, scene)
+        handles += _bolt_key(scene, frame) + key_of_flow(scene, frame) + _water(axes, scene)
         seen = [deformed(scene, f, self.deformation) for f in some_of(self.frames)]
         if scene.before or self.color == "material":
             seen += [tail for tail, _, _ in load_arrows(scene)]

@@ -547,7 +547,7 @@ class Scene:
         known = "bolt_force" in self.data
         if known:
             with FILES:
-                at = self._sample_of(frame)
+                at = self.sample_of(frame)
                 axial, shear = (self.data[f"bolt_{n}"][at].values for n in ("force", "shear_force"))
                 force, states = np.hypot(axial, shear), self.data["bolt_state"][at].values
         found = []
@@ -561,7 +561,7 @@ class Scene:
                 found.append(one | {"force": float(most), "state": int(state)})
         return found
 
-    def _sample_of(self, frame: int) -> int:
+    def sample_of(self, frame: int) -> int:
         """The sample of a frame; static stages have several of each at one time."""
         time = self.data["time"].values
         before = int(np.sum(self.time[:frame] == self.time[frame]))

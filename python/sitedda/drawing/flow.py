@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Water in joints: lines as thick as its pressure, dotted where it is not full, arrows of flux."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+
+from ..base.core import FILES
+from ..base.numbers import shown
+from ..output.scene import Scene
+from ..report.style import PAPER, WATER
+
+_LEAST = 0.05  # of the largest flux: smaller ones have no arrow
+
+
+def draw_flow(axes: Axes, scene: Scene, frame: int) -> list:
+    """The artists of a frame; none in a model without &flow."""
+    if "flow_pressure" not in scene.data:
+        return []
+    with FILES:
+        at = scene.sample_of(frame)
+        values = {
+            name: scene.data[name].values if name[5:] in ("node_place", "channel_node")
+            else scene.data[name][at].values
+            for name in ("flow_node_place", "flow_channel_node", "flow_pressure",
+                         "flow_saturation", "flow_flux")
+        }  # fmt: skip
+    nodes = values["flow_channel_node"]
+    ends = values["flow_node_place"][nodes]
+    pressure = np.clip(values["flow_pressure"][nodes].mean(1), 0, None)
+    full = values["flow_saturation"][nodes].min(1) >= 1
+    width = 0.5 + 4.0 * pressure / (pressure.max() or 1.0)
+    drawn = []
+    for wet, style in ((full, "-"), (~full, ":")):
+        lines = LineCollection(ends[wet], colors=WATER, linewidths=width[wet], ls=style, zorder=5)
+        drawn.append(axes.add_collection(lines))
+    flux = values["flow_flux"]
+    seen = abs(flux) > _LEAST * (abs(flux).max() or 1.0)
+    if seen.any():
+        middle = ends[seen].mean(1)
+        along = np.diff(ends[seen], axis=1)[:, 0] * np.sign(flux[seen])[:, None]
+        along *= 0.03 * scene.size / np.linalg.norm(along, axis=1, keepdims=True)
+        drawn.append(axes.quiver(*(middle - along / 2).T, *along.T, angles="xy", scale=1,
+                                 scale_units="xy", color=WATER, ec=PAPER, lw=0.6, width=0.006,
+                                 headwidth=3, zorder=6))  # fmt: skip
+    return drawn
+
+
+def key_of_flow(scene: Scene, frame: int) -> list:
+    """The handle of the legend."""
+    if "flow_pressure" not in scene.data:
+        return []
+    with FILES:
+        most = float(scene.data["flow_pressure"][scene.sample_of(frame)].max())
+    label = f"water in joints, largest\npressure {shown(most, 'Pa')}; arrows: flux"
+    return [Line2D([], [], color=WATER, lw=3.0, label=label)]
