@@ -36,7 +36,7 @@ VALUES = [
 ]
 SUBSCRIPTS = "(1) (0) (-5) (99999) (2:1) (1:1000000) (::0) (1,1,1) ( () %x (1)(2:3)".split()
 GROUPS = """run control contact material joint block blocks layers drums wall motion fixed_point
-load measured_point stage amplification output unknown""".split()
+load flow flow_boundary measured_point stage amplification output unknown""".split()
 SNIPPETS = [b"\0", b"\xff", b"\xef\xbb\xbf", b"\r\n", b"\x1a", b"1e999"]
 SNIPPETS += [bytes([one]) for one in b"\r\t'\"/&!"]
 
@@ -66,7 +66,12 @@ def models() -> list[list]:
     tight = changed(resting, "contact", penetration_tolerance=1e-6, max_iterations=50)
     based = [*changed(column, "control", base_motion_x="m"), tower()[7]]
     based[-1][1]["name"] = "m"
-    return [shaken, resting, column, original, tight, based, flying_block(steps=5)]
+    wet = [
+        *resting,
+        ("flow", {"aperture": 1e-3, "state": "transient", "saturation": 0.9}),
+        ("flow_boundary", {"side": "left", "head": [2.0, 3.0], "time": [0.0, 1e-3]}),
+    ]
+    return [shaken, resting, column, original, tight, based, wet, flying_block(steps=5)]
 
 
 def mutated_input(seed: int) -> bytes:

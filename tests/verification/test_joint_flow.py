@@ -323,3 +323,32 @@ def test_what_flow_refuses(extra, words):
     model.flow(aperture=1e-4)
     with pytest.raises(InputError, match=words):
         sitedda.Simulation(sitedda.Model.from_namelist(model.to_namelist() + extra + "\n"))
+
+
+def test_resumed_to_the_same_bits(tmp_path):
+    """With vapour and flow in progress."""
+    model = rocking(1e-3, push=3e5, state="transient")
+    whole = data_of(model)
+    with sitedda.Simulation(model, tmp_path / "half.nc") as run:
+        run.advance(120)
+    resumed = sitedda.resume(model, tmp_path / "half.nc").history
+    for name in ("displacement", "flow_pressure", "flow_saturation", "flow_flux", "energy_flow"):
+        assert (resumed[name].values == whole[name].values).all(), name
+
+
+def test_removed_blocks_take_their_channels_along():
+    """What is excavated no longer carries water; the rest goes on."""
+    model = started(1e-3, gravity=(0, -9.81))
+    for i in range(3):
+        model.block([0, i, 2, i, 2, i + 1, 0, i + 1], name=f"b{i}")
+    model.fixed_point(0.2, 0.5, "b0")
+    model.fixed_point(1.8, 0.5, "b0")
+    model.flow(aperture=APERTURE, state_at_rest="undrained")
+    model.stage("all", kind="static")
+    model.stage("dug", kind="static", remove="b2")
+    model.stage("after", duration=2e-3)
+    data = data_of(model)
+    assert len(data.flow_channel) == 2
+    share = (1 / STIFFNESS) / (1 / STIFFNESS + APERTURE / BULK)
+    assert at(data, 0, 1)[-1] == pytest.approx(100 * 9.81 * share, rel=1e-6)
+    assert (at(data, 0, 2)[1:] == at(data, 0, 2)[1]).all()
