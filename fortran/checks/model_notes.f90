@@ -2,6 +2,7 @@
 !> Notes on probable mistakes in a model; they do not prevent a run.
 module dda_model_notes
    use dda_kinds, only: wp, pi
+   use dda_flow_notes, only: flow_notes
    use dda_held_blocks, only: find_grounded, find_supported
    use dda_linear_terms, only: linear_terms_type
    use dda_magnitudes, only: magnitude_notes, note_length
@@ -44,7 +45,8 @@ contains
       end if
       call note_motions(model, notes)
       call note_softening(model, notes)
-      notes = [character(len=note_length) :: notes, magnitude_notes(model)]
+      notes = [character(len=note_length) :: notes, flow_notes(model), &
+         magnitude_notes(model)]
    end function model_notes
 
    !> Cohesive joints that neither their points nor the steps resolve.
