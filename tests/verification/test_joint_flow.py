@@ -352,3 +352,22 @@ def test_removed_blocks_take_their_channels_along():
     share = (1 / STIFFNESS) / (1 / STIFFNESS + APERTURE / BULK)
     assert at(data, 0, 1)[-1] == pytest.approx(100 * 9.81 * share, rel=1e-6)
     assert (at(data, 0, 2)[1:] == at(data, 0, 2)[1]).all()
+
+
+def test_safety_of_a_dam_over_seeping_water():
+    """(W - U) tan φ / H, with the uplift U of steady flow below it."""
+    model = sitedda.Model("dam", time_step=1e-3, gravity=(0, -9.81), analysis="plane_strain")
+    model.contact(normal_stiffness=1e11)
+    model.material("concrete", density=2400.0, young_modulus=2.5e10, poisson_ratio=0.2)
+    model.joint("base", friction_angle=45.0)
+    model.block([-20, -10, 40, -10, 40, 0, -20, 0], name="rock")
+    model.block([0, 0, 20, 0, 5, 30, 0, 30], name="dam")
+    model.fixed_point(-19, -9, "rock")
+    model.fixed_point(39, -9, "rock")
+    model.flow(aperture=5e-4, opening_factor=0.0)
+    model.traction(along=[-20, 0, 0, 0, 0, 30], level=28.0)  # also the head of the heel
+    model.flow_boundary(along=[20, -0.1, 20, 0.1], head=0.0)
+    model.stage("full", kind="static")
+    weight, uplift, push = 2400 * 9.81 * 375, 9810 * 28 / 2 * 20, 9810 * 28**2 / 2
+    found = sitedda.safety(model)
+    assert found.factor == pytest.approx((weight - uplift) / push, rel=1e-3)

@@ -55,6 +55,7 @@ def output(tmp_path_factory):
         **{"name": "cable", "from": (0.5, -0.5), "to": (2.5, 0.5), "through": [(1.5, 0.5)]},
         axial_stiffness=1e8,
     )
+    model.flow(joints="dry", aperture=1e-4)
     model.measured_point(name="top", x=0.5, y=1.0)
     model.measured_joint("foot", blocks="b*", against="floor")
     model.output(block_interval=2)
