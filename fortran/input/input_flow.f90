@@ -30,6 +30,7 @@ contains
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(flow_values), allocatable :: own(:)
+      type(flow_boundary_values) :: unused
       integer :: law_of(size(model%joints)), i
       integer, allocatable :: at(:), boundary(:)
 
@@ -37,7 +38,9 @@ contains
       at = positions(groups, 'flow')
       boundary = positions(groups, 'flow_boundary')
       if (size(at) == 0) then
-         if (size(boundary) > 0) call input_error(error, groups(boundary(1)), &
+         if (size(boundary) == 0) return
+         call read_values(groups(boundary(1)), unused, error)
+         call input_error(error, groups(boundary(1)), &
             'no water flows in joints; give a group &flow')
          return
       end if
@@ -206,6 +209,8 @@ contains
       call read_values(group, own, error)
       if (size(own%along) > 0) call take_polyline(group, 'along', own%along, model%origin, line, &
          error)
+      if (own%side == '' .and. size(own%along) == 0) call input_error(error, group, &
+         'it names no nodes; give side or along')
       if (allocated(error)) return
       new%node = nodes_of(model, own, line)
       if (size(new%node) == 0) call input_error(error, group, &

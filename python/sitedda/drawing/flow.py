@@ -52,6 +52,6 @@ def key_of_flow(scene: Scene, frame: int) -> list:
     if "flow_pressure" not in scene.data:
         return []
     with FILES:
-        most = float(scene.data["flow_pressure"][scene.sample_of(frame)].max())
+        most = float(scene.data["flow_pressure"][scene.sample_of(frame)].values.max())
     label = f"water in joints, largest\npressure {shown(most, 'Pa')}; arrows: flux"
     return [Line2D([], [], color=WATER, lw=3.0, label=label)]
