@@ -132,7 +132,7 @@ def series(time: float, where: float) -> float:
 
 
 def test_consolidation_of_a_joint():
-    length, count, steps, factor = 10.0, 20, 80, 0.2
+    length, count, steps, factor = 10.0, 40, 160, 0.2
     span = factor * length**2 / DIFFUSIVITY
     model = columns(count, length, time_step=span / steps, steps=steps)
     model.traction(side="top", normal=1e5)
@@ -143,9 +143,9 @@ def test_consolidation_of_a_joint():
     data = data_of(model)
     exact = [series(factor, x / length) for x in np.linspace(0, length, count + 1)]
     found = [at(data, x)[-1] / 1e5 for x in np.linspace(0, length, count + 1)]
-    assert found == pytest.approx(exact, abs=4e-3)
-    assert 1 - np.trapezoid(found, dx=1 / count) == pytest.approx(0.50409, abs=2e-3)
-    assert found[-1] == pytest.approx(0.77231, abs=2e-3)
+    assert found == pytest.approx(exact, abs=1e-3)
+    assert 1 - np.trapezoid(found, dx=1 / count) == pytest.approx(0.50409, abs=1e-3)
+    assert found[-1] == pytest.approx(0.77231, abs=1e-3)
 
 
 def stored_in_water(length: float, **control) -> sitedda.Model:
