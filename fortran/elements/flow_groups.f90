@@ -211,7 +211,19 @@ contains
       real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
       real(wp), intent(in), optional :: d(:,:)  !< [6,blocks] increments of the coordinates; else 0
       real(wp) :: change(size(group%node), 1), moved(6*size(group%block))
+      integer :: k
 
+      if (size(group%node) == 1) then
+         change(1, 1) = rest(group%node(1))/group%factor(1, 1)
+         if (present(d)) then
+            do k = 1, size(group%block)
+               change(1, 1) = change(1, 1) - dot_product(group%spring(6*k - 5:6*k, 1), &
+                  d(:, group%block(k)))
+            end do
+         end if
+         pressure(group%node(1)) = pressure(group%node(1)) + change(1, 1)/group%factor(1, 1)
+         return
+      end if
       associate (n => size(group%node))
          change(:, 1) = rest(group%node)
          call dtrsm('L', 'L', 'N', 'N', n, 1, 1.0_wp, group%factor, n, change, n)

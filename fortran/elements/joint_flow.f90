@@ -62,6 +62,8 @@ module dda_joint_flow
       real(wp), allocatable :: conductance(:) !< [channels] that acts, m²/(Pa s)
       real(wp), allocatable :: first(:)       !< [nodes] p₁ at d = 0, Pa
       real(wp), allocatable :: rest(:)        !< [nodes] r, m³ per metre of thickness
+      real(wp), allocatable :: after(:)       !< [nodes] p₁ of the last solution, Pa
+      real(wp), allocatable :: growth(:)      !< [nodes] Bᵀd of it, m³ per metre of thickness
       ! Of the last step accepted
       real(wp), allocatable :: inflow(:)      !< [nodes] from outside, m²/s
       real(wp), allocatable :: flux(:)        !< [channels] from the first node to the second, m²/s
@@ -99,6 +101,8 @@ contains
       allocate (self%source(n), self%inflow(n), self%flux(size(flow%channel)), source=0.0_wp)
       self%first = self%pressure
       self%rest = 0.0_wp*self%pressure
+      self%after = self%pressure
+      self%growth = self%rest
       self%conductance = 0.0_wp*self%network%conductance
       call begin_state(self)
    end function new_joint_flow
@@ -272,14 +276,12 @@ contains
 
    !> What the balance of each node leaves over, m³ per metre of thickness: growth of the volume
    !> without water, or inflow from outside.
-   pure function surplus_of(self, d, pressure) result(surplus)
+   pure function surplus_of(self) result(surplus)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
-      real(wp), intent(in) :: d(:,:)       !< [6,blocks] increments of the coordinates
-      real(wp), intent(in) :: pressure(:)  !< [nodes] at the end of the step, Pa
-      real(wp) :: surplus(size(pressure))
+      real(wp) :: surplus(size(self%after))
 
-      surplus = growth_of(self, d) + self%network%storage*(pressure - self%pressure) &
-         + self%step%time_step*(outflow_of(self%network, self%conductance, pressure &
+      surplus = self%growth + self%network%storage*(self%after - self%pressure) &
+         + self%step%time_step*(outflow_of(self%network, self%conductance, self%after &
          + self%network%elevation) - self%source)
    end function surplus_of
 
@@ -342,14 +344,13 @@ contains
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       real(wp) :: stored, change, viscous, lost, work
-      real(wp), dimension(size(self%first)) :: pressure, outflow
+      real(wp) :: outflow(size(self%first))
 
-      pressure = pressure_after(self, d)
-      associate (storage => self%network%storage, before => self%pressure, &
+      associate (storage => self%network%storage, before => self%pressure, pressure => self%after, &
          elevation => self%network%elevation)
          stored = 0.5_wp*sum(storage*pressure**2)
          change = stored - 0.5_wp*sum(storage*before**2)
-         work = sum(pressure*growth_of(self, d))
+         work = sum(pressure*self%growth)
          viscous = 0.0_wp
          lost = 0.0_wp
          if (state_of(self) /= flow_steady) then
@@ -374,16 +375,20 @@ contains
       type(step_type), intent(in) :: step           !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed  !< nodes that must be assumed otherwise
-      real(wp), dimension(size(self%first)) :: pressure, empty
+      real(wp) :: empty(size(self%first))
       logical :: is_wrong(size(self%first))
       integer :: first
 
       self%rounds = self%rounds + 1
+      self%after = pressure_after(self, d)
+      self%growth = growth_of(self, d)
       if (state_of(self) == flow_steady) return
-      pressure = pressure_after(self, d)
-      empty = self%empty + surplus_of(self, d, pressure)
-      is_wrong = merge(empty < -rounding*self%network%volume, pressure < self%network%floor &
-         - rounding*maxval(abs(pressure)), self%vented) .and. .not. self%fixed
+      is_wrong = self%after < self%network%floor - rounding*maxval(abs(self%after))
+      if (any(self%vented)) then
+         empty = self%empty + surplus_of(self)
+         is_wrong = merge(empty < -rounding*self%network%volume, is_wrong, self%vented)
+      end if
+      is_wrong = is_wrong .and. .not. self%fixed
       if (.not. any(is_wrong)) return
       first = findloc(is_wrong, .true., 1)
       if (self%rounds > free_rounds) is_wrong(first + 1:) = .false.
@@ -399,18 +404,17 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp), dimension(size(self%first)) :: pressure, surplus
+      real(wp) :: surplus(size(self%first))
       integer :: c
 
-      pressure = pressure_after(self, d)
       associate (acting => merge(self%network%conductance, self%conductance, &
-         state_of(self) == flow_steady), head => pressure + self%network%elevation)
+         state_of(self) == flow_steady), head => self%after + self%network%elevation)
          if (state_of(self) == flow_steady) then
             surplus = outflow_of(self%network, acting, head)
             self%inflow = merge(surplus, self%source, self%fixed)
             self%empty = 0.0_wp
          else
-            surplus = surplus_of(self, d, pressure)
+            surplus = surplus_of(self)
             self%inflow = self%source + merge(surplus/step%time_step, 0.0_wp, self%fixed)
             self%empty = merge(max(0.0_wp, self%empty + surplus), 0.0_wp, self%vented)
          end if
@@ -420,7 +424,7 @@ contains
             end associate
          end do
       end associate
-      self%pressure = pressure
+      self%pressure = self%after
    end subroutine accept
 
    !> A static stage begins.
