@@ -25,6 +25,7 @@ module dda_flow_groups
    !> of the conductance: of channels whose nodes are both above the water, in steady flow
    real(wp), parameter :: of_air = 1.0e-3_wp
    integer, parameter :: most_rounds = 60  !< of the search for the water table
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< of the largest potential: no suction
 
 contains
 
@@ -265,8 +266,8 @@ contains
          call dtrsm('L', 'L', 'T', 'N', size(right), 1, 1.0_wp, matrix, size(right), right, &
             size(right))
          now = .false.
-         now(group%node) = right(:, 1) - network%elevation(group%node) < 0.0_wp .and. &
-            .not. fixed(group%node)
+         now(group%node) = right(:, 1) - network%elevation(group%node) < &
+            -rounding*maxval(abs(right)) .and. .not. fixed(group%node)
          if (all(now .eqv. dry)) exit
          dry = now
       end do

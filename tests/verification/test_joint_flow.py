@@ -372,3 +372,41 @@ def test_safety_of_a_dam_over_seeping_water():
     weight, uplift, push = 2400 * 9.81 * 375, 9810 * 28 / 2 * 20, 9810 * 28**2 / 2
     found = sitedda.safety(model)
     assert found.factor == pytest.approx((weight - uplift) / push, rel=1e-3)
+
+
+def test_water_that_falls_through_a_joint():
+    """Open at both ends: unit gradient along the fall, without pressure."""
+    turn = np.radians(-60)
+    turned = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+
+    def at_turn(points):
+        return (np.reshape(points, (-1, 2)) @ turned).ravel().tolist()
+
+    model = started(0.01, steps=2)
+    for name, low in (("low", -1), ("top", 0)):
+        model.block(at_turn([0, low, 4, low, 4, low + 1, 0, low + 1]), name=name)
+        for x in (0.1, 3.9):
+            model.fixed_point(*at_turn([x, low + 0.5]), name)
+    model.flow(aperture=3e-4, opening_factor=0.0, state="steady", channel_length=0.5)
+    for x in (0, 4):
+        model.flow_boundary(along=at_turn([x, -0.1, x, 0.1]), pressure=0.0)
+    data = data_of(model)
+    exact = 3e-4**3 * 9810 / (12 * VISCOSITY) * np.sin(np.radians(60))
+    assert abs(data.flow_flux.values[-1]) == pytest.approx(exact, rel=1e-9)
+    assert abs(data.flow_pressure.values).max() < 1e-6
+
+
+def test_water_below_a_body_of_cells():
+    model = started(1e-3)
+    model.material("cells", density=100.0, young_modulus=1e13, poisson_ratio=0.0)
+    model.block([0, -1, 4, -1, 4, 0, 0, 0], name="low")
+    model.fixed_point(0.2, -0.5, "low")
+    model.fixed_point(3.8, -0.5, "low")
+    model.region("top", [0, 0, 4, 0, 4, 1, 0, 1], material="cells")
+    model.mesh(regions="top", size=0.5)
+    model.traction(side="top", normal=1e5)
+    model.flow(aperture=APERTURE, state_at_rest="undrained")
+    model.stage("loaded", kind="static")
+    model.stage("after", duration=1e-3)
+    share = (1 / STIFFNESS) / (1 / STIFFNESS + APERTURE / BULK)
+    assert data_of(model).flow_pressure.values[-1] == pytest.approx(1e5 * share, rel=1e-5)
