@@ -81,6 +81,10 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
         except TypeError:
             raise InputError(f"{place}: a variable is missing or of the wrong kind") from None
     cut = None
+    if meshes:
+        from .meshing.meshed import refuse_far_too_many
+
+        refuse_far_too_many(parts["region"], meshes, _placed)
     if any(parts.values()):
         try:
             cut = _add_cut(built, parts, next(iter(names["joint"]), ""), bool(meshes))

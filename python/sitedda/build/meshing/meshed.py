@@ -16,6 +16,7 @@ from .settings import Mesh, is_listed
 _NAMED = 3  # places in a message
 _FLAT = 1e-8  # area over the square of the perimeter: thinner blocks are not meshed
 _MANY = 100_000  # cells whose making takes a minute
+_FAR = 10  # times the most cells: refused before regions are cut
 LONGEST_NAME = 64  # bytes
 
 
@@ -101,15 +102,30 @@ def _estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
                     size = mesh.size_of(material, materials.get(material, {}))
                     expected += max(1.0, _area(values) / size / size)
             if expected > MOST_CELLS:
-                raise InputError(
-                    f"cells of {size:.4g} m would be about {expected:.2g}, more than {MOST_CELLS}; "
-                    "choose a larger size, a lower frequency or a smaller region"
-                )
+                raise _too_many(size, expected)
         except InputError as error:
             raise placed(place, error) from None
     if expected > _MANY:
         words = f"about {expected:.2g} cells take minutes to make; a larger size makes fewer"
         warnings.warn(words, CostWarning, stacklevel=2)
+
+
+def refuse_far_too_many(regions, meshes, placed) -> None:
+    """Refuse a multiple of the cells that can be made before regions are cut; holes may be most."""
+    for mesh, place in meshes:
+        if mesh.size is None or not mesh.regions:
+            continue
+        meshed = (one.outline for one in regions if is_listed(one.name, mesh.regions))
+        cells = sum(shapely.Polygon(outline).area for outline in meshed) / mesh.size / mesh.size
+        if cells > _FAR * MOST_CELLS:
+            raise placed(place, _too_many(mesh.size, cells))
+
+
+def _too_many(size: float, cells: float) -> InputError:
+    return InputError(
+        f"cells of {size:.4g} m would be about {cells:.2g}, more than {MOST_CELLS}; "
+        "choose a larger size, a lower frequency or a smaller region"
+    )
 
 
 def _area(values: dict) -> float:
