@@ -45,7 +45,7 @@ module dda_friction
       logical :: curved = .false.               !< forces of some joint are curves
       logical :: with_net_slip = .false.        !< some law depends on the direction of slip
       logical :: cohesive = .false.             !< some law has bonds with damage
-      integer, allocatable :: points(:)         !< [joints] contacts of an overlap: 2, 3 or 5
+      integer, allocatable :: points(:)         !< [joints] contacts of an overlap: 2, 3, 5, 9 or 17
       logical :: pointed = .false.              !< some joint has more than the two at its ends
       type(column_type), allocatable :: columns(:) !< initial memory of a contact
       type(law_slot_type), allocatable :: slot(:)  !< [joints]
@@ -323,7 +323,8 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: stretch
+      real(wp) :: stretch, slip
+      logical :: counts
       integer :: c
 
       do c = first, last
@@ -333,9 +334,12 @@ contains
                if (is_cohesive(contacts, law, c)) then
                   call keep_state(contacts, law, c, bond_after(contacts, law, c))
                   contacts%bonded(c) = contacts%memory(weakened, c) < 1.0_wp
-               else if (slip_counts(contacts, laws, c)) then
-                  call keep_state(contacts, law, c, law%slipped(state_of(contacts, law, c), &
-                     inelastic_slip(contacts, laws, c), contacts%shear_force(c)))
+               else
+                  slip = 0.0_wp
+                  counts = slip_counts(contacts, laws, c)
+                  if (counts) slip = inelastic_slip(contacts, laws, c)
+                  if (counts .or. law%crushes) call keep_state(contacts, law, c, law%slipped( &
+                     state_of(contacts, law, c), slip, contacts%shear_force(c)))
                end if
             end associate
          end if

@@ -29,7 +29,7 @@ contains
 
       state = joint_state_type(contacts%length(c), contacts%share(c), &
          stretch=contacts%stretch(c), time_step=contacts%time_step, &
-         normal_force=contacts%normal_force(c))
+         normal_force=contacts%normal_force(c), closure=-contacts%new_gap(c))
       state%memory(:law%columns) = contacts%memory(law%row(:law%columns), c)
    end function state_of
 
@@ -71,13 +71,14 @@ contains
       if (starts_at_centre(contacts, c)) shift = contacts%memory(net_slip, c)
    end function centre_shift
 
-   !> A bonded contact that cannot slip acts at t₀ + θΔt, others at the end of the step.
+   !> A bonded contact that cannot slip or crush acts at t₀ + θΔt, others at the end of the step.
    pure logical function acts_before_end(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
-      acts_before_end = law%brittle .and. contacts%memory(weakened, c) < 1.0_wp
+      acts_before_end = law%brittle .and. .not. law%crushes .and. &
+         contacts%memory(weakened, c) < 1.0_wp
    end function acts_before_end
 
    !> Closure of contact c at a gap, m, with the lift at the start of the step.
@@ -88,7 +89,7 @@ contains
       real(wp), intent(in) :: gap                  !< m
 
       closure = -gap
-      if (law%dilates) closure = law%lift(state_of(contacts, law, c)) - gap
+      if (law%dilates .or. law%crushes) closure = law%lift(state_of(contacts, law, c)) - gap
    end function closure_of
 
    !> Slip of this step lifts contact c.  Slip of the step in which it closes does not; its normal

@@ -44,6 +44,7 @@ module dda_joint_law
       real(wp) :: stretch = 0.0_wp       !< of the shear spring at the start of the step, m
       real(wp) :: time_step = 0.0_wp     !< s; 0: at rest
       real(wp) :: normal_force = 0.0_wp  !< at the end of a solved step, N/m
+      real(wp) :: closure = 0.0_wp       !< likewise, without the lift, m
    end type joint_state_type
 
    !> State and forces at a gap and a slip.
@@ -73,6 +74,7 @@ module dda_joint_law
       logical :: brittle = .false.           !< an intact contact sticks until it breaks
       logical :: curved = .false.            !< the normal force is not linear in the closure
       logical :: dilates = .false.           !< slip lifts the contact
+      logical :: crushes = .false.           !< plastic closure lowers the contact
       logical :: has_centre = .false.        !< slip away from a centre and back to it differ
       !> at frozen bounds of friction its forces have a convex potential
       logical :: convex = .true.

@@ -6,6 +6,7 @@ module dda_joint_laws
    use dda_cohesive, only: new_cohesive
    use dda_continuously_yielding, only: new_continuously_yielding
    use dda_coulomb, only: new_coulomb
+   use dda_crushing, only: new_crushing
    use dda_joint_law, only: joint_law_type
    use dda_material, only: joint_type
    use dda_mohr_coulomb, only: new_mohr_coulomb
@@ -38,6 +39,8 @@ contains
          allocate (slot%law, source=new_continuously_yielding(joint))
       case ('coulomb')
          allocate (slot%law, source=new_coulomb(joint))
+      case ('crushing')
+         allocate (slot%law, source=new_crushing(joint))
       case ('mohr_coulomb')
          allocate (slot%law, source=new_mohr_coulomb(joint))
       case ('plesha')

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The length over which two edges lie along each other, and the contacts that share it.
 !>
-!> A joint with two contact points has one at each end of an overlap, with half of it.  With three
-!> or five, the points have the positions and weights of Lobatto's rule, which are exact for a
-!> stress that is linear along the overlap; the bending stiffness of the joint is then correct.
+!> A joint with two contact points has one at each end of an overlap, with half of it.  With more
+!> (3, 5, 9 or 17) the points have the positions and weights of Lobatto's rule, which are exact for
+!> a stress that is linear along the overlap; the bending stiffness of the joint is then correct.
 module dda_overlap
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, is_convex
@@ -16,6 +16,16 @@ module dda_overlap
    real(wp), parameter :: wide = 0.2588_wp      !< sine of 15°
    !> of the shorter edge: a shorter overlap has no points between its corners
    real(wp), parameter :: least = 0.05_wp
+   !> rules of 9 and 17 points: positions between −1 and 1, weights, from the end to the middle
+   real(wp), parameter :: nodes_9(5) = [1.0_wp, 0.899757995411460157_wp, 0.677186279510737753_wp, &
+      0.363117463826178159_wp, 0.0_wp], weights_9(5) = [0.013888888888888889_wp, &
+      0.082747680780402763_wp, 0.137269356250080868_wp, 0.173214255486523173_wp, &
+      0.185759637188208617_wp], nodes_17(9) = [1.0_wp, 0.973132176631418314_wp, &
+      0.910879995915573596_wp, 0.815696251221770307_wp, 0.691028980627684705_wp, &
+      0.541385399330101539_wp, 0.372174433565477042_wp, 0.189511973518317388_wp, 0.0_wp], &
+      weights_17(9) = [0.003676470588235294_wp, 0.022460970271627105_wp, 0.03959913525184356_wp, &
+      0.055296454503514081_wp, 0.06899387310096328_wp, 0.08019733099881077_wp, &
+      0.088502126757828935_wp, 0.093608169838809618_wp, 0.095330937376734717_wp]
 
    !> The overlap of edge f with edge e, against which it runs.
    type :: overlap_type
@@ -66,19 +76,21 @@ contains
 
    !> Position of point i of n in an overlap, 0 … 1.
    pure real(wp) function node(n, i)
-      integer, intent(in) :: n  !< points: 2, 3 or 5
+      integer, intent(in) :: n  !< points: 2, 3, 5, 9 or 17
       integer, intent(in) :: i  !< 1 … n
       real(wp) :: half
 
       half = 1.0_wp
       if (n == 5) half = merge(1.0_wp, sqrt(3.0_wp/7.0_wp), i == 1 .or. i == 5)
+      if (n == 9) half = nodes_9(min(i, n + 1 - i))
+      if (n == 17) half = nodes_17(min(i, n + 1 - i))
       if (2*i == n + 1) half = 0.0_wp
       node = 0.5_wp + sign(0.5_wp*half, real(2*i - n - 1, wp))
    end function node
 
    !> Weight of point i of n in an overlap.
    pure real(wp) function weight(n, i)
-      integer, intent(in) :: n  !< points: 2, 3 or 5
+      integer, intent(in) :: n  !< points: 2, 3, 5, 9 or 17
       integer, intent(in) :: i  !< 1 … n
 
       select case (n)
@@ -88,6 +100,10 @@ contains
          weight = 49.0_wp/180.0_wp
          if (i == 3) weight = 16.0_wp/45.0_wp
          if (i == 1 .or. i == 5) weight = 0.05_wp
+      case (9)
+         weight = weights_9(min(i, n + 1 - i))
+      case (17)
+         weight = weights_17(min(i, n + 1 - i))
       case default
          weight = 0.5_wp
       end select

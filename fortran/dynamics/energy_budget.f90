@@ -234,7 +234,7 @@ contains
    end subroutine add_contact
 
    !> Energies of one contact under a joint law.  Slip returns the work of lifting against the
-   !> normal force, so friction has all the work of the shear force.
+   !> normal force, so friction has all the work of the shear force.  Plastic closure is fracture.
    pure subroutine add_joint_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -242,9 +242,10 @@ contains
       integer, intent(in) :: c  !< number of the contact
       type(joint_state_type) :: state
       real(wp) :: before, after, slipped, stretched, closure, lift, slip, loss
-      logical :: breaks
+      logical :: breaks, crushes
 
       associate (law => laws%slot(contacts%joint(c))%law)
+         crushes = law%crushes
          state = state_of(contacts, law, c)
          closure = closure_of(contacts, law, c, contacts%gap(c))
          before = joint_energy(law, state, closure, contacts%stretch(c), contacts%was_closed(c) &
@@ -268,7 +269,11 @@ contains
       else
          total(4) = total(4) + loss
       end if
-      total(5) = total(5) + contacts%normal_force(c)*lift
+      if (crushes) then
+         total(3) = total(3) - contacts%normal_force(c)*lift
+      else
+         total(5) = total(5) + contacts%normal_force(c)*lift
+      end if
    end subroutine add_joint_contact
 
    !> Contact c has a bond that is damaged step by step.

@@ -39,8 +39,8 @@ contains
          return
       end if
       if (.not. given(group, 'contact_points')) new%contact_points = slot%law%points
-      if (all(new%contact_points /= [2, 3, 5])) call input_error(error, group, &
-         'contact_points = '//to_text(new%contact_points)//' must be 2, 3 or 5')
+      if (all(new%contact_points /= [2, 3, 5, 9, 17])) call input_error(error, group, &
+         'contact_points = '//to_text(new%contact_points)//' must be 2, 3, 5, 9 or 17')
       if (allocated(error)) return
       if (.not. given(group, 'friction_angle')) new%friction_angle = 0.0_wp  ! the weaker of two
       call slot%law%complete(new, shear_ratio, wrong)

@@ -183,11 +183,46 @@ contains
             call add_value(verdict, 'bonds_broken', real(broken, wp))
          end if
       end associate
+      call tell_crushed(verdict, simulation)
       if (simulation%stop%reason /= '') then
          call tell(verdict, ending(simulation))
          call add_value(verdict, 'end_s', simulation%time)
       end if
    end subroutine tell_movement
+
+   !> Blocks whose joints have crushed, with the largest plastic closure.
+   subroutine tell_crushed(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets words and values
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      integer, parameter :: most_named = 6
+      logical :: named(simulation%blocks%n)
+      character(len=:), allocatable :: names
+      real(wp) :: most
+      integer :: b, c, k
+
+      k = findloc(simulation%laws%columns%name == 'crushed', .true., 1)
+      if (k == 0) return
+      named = .false.
+      associate (contacts => simulation%contacts(simulation%now))
+         most = maxval([0.0_wp, contacts%memory(k, :contacts%n)])
+         if (.not. most > 0.0_wp) return
+         do c = 1, contacts%n
+            if (contacts%memory(k, c) > 0.0_wp) &
+               named([contacts%block_v(c), contacts%block_e(c)]) = .true.
+         end do
+         call add_value(verdict, 'contacts_crushed', real(count(contacts%memory(k, :contacts%n) &
+            > 0.0_wp), wp))
+      end associate
+      names = ''
+      do b = 1, size(named)
+         if (named(b) .and. count(named(:b)) <= most_named) &
+            names = names//', '//label(simulation, b)
+      end do
+      if (count(named) > most_named) names = names//' and '//to_text(count(named) - most_named)// &
+         ' more'
+      call add_value(verdict, 'crushed_m', most)
+      call tell(verdict, 'joints have crushed by up to '//value_text(most, 'm')//' at '//names(3:))
+   end subroutine tell_crushed
 
    !> No movement exceeds rounding.
    pure logical function rests(simulation)

@@ -9,6 +9,7 @@ module test_joint_laws
    use dda_joint_law, only: joint_state_type, net_slip, response_type, slip_path, weakened
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
+   use dda_overlap, only: node, weight
    use models, only: random
    use testing, only: check, check_close
    implicit none
@@ -304,6 +305,68 @@ contains
       end associate
       call check(all(contacts%memory(:, 1) == [1, 2, 3, 4, 5, 7]), 'kept')
    end subroutine memory_of_two_laws
+
+   !> σ_c = 2 MPa, G_c = 500 N/m.
+   pure type(joint_type) function soft() result(joint)
+      joint%law = 'crushing'
+      joint%friction_angle = 30.0_wp
+      joint%crushing_strength = 2.0e6_wp
+      joint%crushing_energy = 500.0_wp
+      joint%normal_stiffness = 1.0e10_wp
+   end function soft
+
+   !> min(k x, σ_c L), its potential and slope; closure beyond it is plastic, the unloading elastic;
+   !> small steps to the plastic closure 2 G_c/σ_c lose G_c per area.
+   subroutine crushing()
+      type(law_slot_type) :: slot
+      type(joint_state_type) :: state
+      real(wp), parameter :: k_n = 1.0e10_wp*length, most = 2.0e6_wp*length, h = 1.0e-9_wp
+      real(wp) :: x, lost, before
+      integer :: i
+
+      call new_joint_law(slot, soft(), 1.0_wp, 2.5_wp)
+      associate (law => slot%law)
+         state = joint_state_type(length)
+         do i = -2, 8
+            x = (i + 0.5_wp)*1.0e-4_wp
+            call check_close(law%normal_force(state, x), min(k_n*x, most), 'force', 1.0e-12_wp)
+            call check_close((law%stored(state, x + h) - law%stored(state, x - h))/(2*h), &
+               law%normal_force(state, x), 'slope of the potential', 1.0e-6_wp)
+            call check_close(law%tangent(state, x), merge(k_n, 0.0_wp, k_n*x < most), 'slope')
+         end do
+         state%closure = 3.0e-4_wp
+         state = law%slipped(state, 0.0_wp, 0.0_wp)
+         call check_close(-law%lift(state), 3.0e-4_wp - most/k_n, 'plastic closure', 1.0e-12_wp)
+         call check_close(law%normal_force(state, 1.0e-5_wp), k_n*1.0e-5_wp, 'unloads', 1.0e-12_wp)
+         state%closure = 2.5e-4_wp
+         call check_close(law%lift(law%slipped(state, 0.0_wp, 0.0_wp)), law%lift(state), 'kept')
+         state = joint_state_type(length)
+         lost = 0.0_wp
+         do i = 1, 10000
+            before = -law%lift(state)
+            state%closure = 1.0e-7_wp*i
+            associate (force => law%normal_force(state, state%closure - before))
+               state = law%slipped(state, 0.0_wp, 0.0_wp)
+               lost = lost - force*(law%lift(state) + before)
+            end associate
+         end do
+         call check_close(lost, 500*length, 'fracture energy', 1.0e-3_wp)
+         call check(law%normal_force(state, 1.0_wp) == 0.0_wp, 'no strength is left')
+      end associate
+   end subroutine crushing
+
+   !> Lobatto's rule of n points is exact for polynomials up to the degree 2n − 3.
+   subroutine points_of_overlaps()
+      integer, parameter :: rules(*) = [2, 3, 5, 9, 17]
+      integer :: degree, i, k
+
+      do k = 1, size(rules)
+         do degree = 0, 2*rules(k) - 3
+            call check_close(sum([(weight(rules(k), i)*node(rules(k), i)**degree, i=1, &
+               rules(k))]), 1.0_wp/(degree + 1), 'rule', 1.0e-13_wp)
+         end do
+      end do
+   end subroutine points_of_overlaps
 
    !> φ_m from 45° to 30°.
    pure type(joint_type) function yielding() result(joint)

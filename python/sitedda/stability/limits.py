@@ -392,7 +392,7 @@ class _Programme:
         self.cohesion = np.append(np.repeat(strength("cohesion", 0.0) * half, 2), none)
         self.tensile = strength("tensile_strength", 0.0)
         self.tension = np.append(np.repeat(self.tensile * half, 2), none)
-        self.most = strength("compressive_strength", np.inf) + self.tensile
+        self.most = strength("crushing_strength", np.inf) + self.tensile
         self.crushing = np.flatnonzero(np.isfinite(self.most))
 
     def _cut(self, joint: np.ndarray, side: np.ndarray, pressed: np.ndarray) -> None:

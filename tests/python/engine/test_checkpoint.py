@@ -133,6 +133,7 @@ LAWS = {
         "threshold_velocity": 1e-6,
         "state_distance": 1e-3,
     },
+    "crushing": {"law": "crushing", "friction_angle": 1.0, "crushing_strength": 5e4},
     "points": {"cohesion": 1e3, "contact_points": 5},
     "barton_bandis": ROUGH | {"friction_angle": 1.0, "max_closure": 1e-3},
 }

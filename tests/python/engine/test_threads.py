@@ -59,6 +59,7 @@ def test_threads_make_room_for_other_programs(
 
 LAWS = {
     "cohesive": {"cohesion": 3e4, "tensile_strength": 1e3, "fracture_energy": 0.1},
+    "crushing": {"crushing_strength": 1e5, "crushing_energy": 1e3},
     "plesha": {"asperity_angle": 10.0, "asperity_wear": 1e-3},
     "continuously_yielding": {"initial_friction_angle": 45.0, "roughness": 1e-3},
     "rate_state": {

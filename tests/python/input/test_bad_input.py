@@ -219,7 +219,7 @@ CASES = [
         compressive_strength=1.1e8,
     ),
     rough("no roughness", "jrc is missing", jrc=None),
-    bad("four points", "joint", "contact_points = 4", "2, 3 or 5", contact_points=4),
+    bad("four points", "joint", "contact_points = 4", "2, 3, 5, 9 or 17", contact_points=4),
     bad(
         "points of augmented contacts",
         "joint",

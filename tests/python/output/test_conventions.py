@@ -31,6 +31,7 @@ def output(tmp_path_factory):
     )  # fmt: skip
     per_area = {"normal_stiffness_per_area": 1e11, "shear_stiffness_per_area": 1e11}
     model.joint(name="worn", law="plesha", friction_angle=30.0, asperity_angle=5.0)
+    model.joint(name="soft", law="crushing", friction_angle=30.0, crushing_strength=1e6)
     model.joint(
         name="rough", law="continuously_yielding", friction_angle=30.0,
         initial_friction_angle=40.0, roughness=1e-3, **per_area,

@@ -205,6 +205,8 @@ def test_free_field_sides_are_rollers_at_rest():
 
 OF_LAWS = {
     "coulomb": "friction_angle = 30, cohesion = 4e4, tensile_strength = 2e4",
+    "crushing": "friction_angle = 30, cohesion = 4e4, tensile_strength = 2e4, "
+    "crushing_strength = 1e6, crushing_energy = 500",
     "mohr_coulomb": "friction_angle = 30, cohesion = 4e4, tensile_strength = 2e4, "
     "residual_friction_angle = 20, residual_cohesion = 1e3, residual_tensile_strength = 500, "
     "weakening_slip = 1e-3, dilation_angle = 10, dilation_slip = 0.1",

@@ -1,0 +1,134 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Coulomb joint whose faces crush: the normal stress is at most the compressive strength σ_c.
+!>
+!> At a closure x, counted from the plastic closure p of the previous steps, the normal force is
+!> min(k_n x, σ_c L), with a convex potential.  What exceeds σ_c L/k_n at the end of a step is added
+!> to p, and the joint unloads elastically from there; σ_c L Δp is lost.  With a fracture energy G_c
+!> the strength of the next step is σ_c (1 − p σ_c/2G_c), which falls to 0 at p = 2 G_c/σ_c.
+module dda_crushing
+   use dda_kinds, only: wp
+   use dda_coulomb, only: coulomb_type, new_coulomb
+   use dda_group_values, only: unset
+   use dda_joint_law, only: column_type, joint_state_type, strength_type, slip_path
+   use dda_material, only: joint_type
+   implicit none
+   private
+   public :: crushing_type, new_crushing
+
+   integer, parameter :: crushed = 3  !< column
+   real(wp), parameter :: round_off = 1.0e-9_wp  !< of the strength: a crushed joint begins elastic
+
+   !> Strength of a Coulomb joint, and in compression.
+   type, extends(coulomb_type) :: crushing_type
+      real(wp) :: compressive = huge(1.0_wp)  !< σ_c, Pa
+      real(wp) :: last = huge(1.0_wp)         !< plastic closure without strength, m
+   contains
+      procedure :: normal_force
+      procedure :: tangent
+      procedure :: closure
+      procedure :: stored
+      procedure :: slipped
+      procedure :: lift
+      procedure :: reduced
+      procedure, private :: most
+   end type crushing_type
+
+contains
+
+   !> The law of a joint material, without its stiffness.
+   pure type(crushing_type) function new_crushing(joint) result(law)
+      type(joint_type), intent(in) :: joint  !< checked input
+
+      law%coulomb_type = new_coulomb(joint)
+      law%compressive = joint%crushing_strength
+      if (joint%crushing_energy /= unset) &
+         law%last = 2*joint%crushing_energy/joint%crushing_strength
+      law%own(1) = column_type('crushed')
+      law%curved = .true.
+      law%crushes = .true.
+      law%points = 17
+   end function new_crushing
+
+   !> Largest normal force after the plastic closure so far, N/m.
+   pure real(wp) function most(law, state)
+      class(crushing_type), intent(in) :: law      !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+
+      most = law%compressive*state%length*max(0.0_wp, 1.0_wp - state%memory(crushed)/law%last)
+   end function most
+
+   !> Normal force at a closure, N/m.
+   pure real(wp) function normal_force(law, state, closure) result(force)
+      class(crushing_type), intent(in) :: law      !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: closure              !< m
+
+      force = min(law%initial_spring(state)*closure, law%most(state))
+   end function normal_force
+
+   !> Slope of the normal force, N/m.
+   pure real(wp) function tangent(law, state, closure)
+      class(crushing_type), intent(in) :: law      !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: closure              !< m
+
+      tangent = law%initial_spring(state)
+      if (tangent*closure > (1.0_wp + round_off)*law%most(state)) tangent = 0.0_wp
+   end function tangent
+
+   !> The closure at a normal force, m; unbounded at the strength.
+   pure real(wp) function closure(law, state, force)
+      class(crushing_type), intent(in) :: law      !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: force                !< compression positive, N/m
+
+      closure = huge(1.0_wp)
+      if (force < law%most(state)) closure = force/law%initial_spring(state)
+   end function closure
+
+   !> Potential of the normal force, J per metre of thickness.
+   pure real(wp) function stored(law, state, closure) result(energy)
+      class(crushing_type), intent(in) :: law      !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: closure              !< m
+      real(wp) :: elastic
+
+      elastic = min(closure, law%most(state)/law%initial_spring(state))
+      energy = 0.5_wp*law%initial_spring(state)*elastic**2 + law%most(state)*(closure - elastic)
+   end function stored
+
+   !> The state after a step: slip adds to its path, and closure beyond the elastic one is plastic.
+   pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
+      class(crushing_type), intent(in) :: law      !< of the joint
+      type(joint_state_type), intent(in) :: state  !< before
+      real(wp), intent(in) :: slip                 !< with its sign, m
+      real(wp), intent(in) :: shear_force          !< under which it slips, N/m
+
+      after = state
+      after%memory(slip_path) = state%memory(slip_path) + abs(slip)
+      after%memory(crushed) = state%memory(crushed) + max(0.0_wp, state%closure &
+         - state%memory(crushed) - law%most(state)/law%initial_spring(state))
+   end function slipped
+
+   !> Plastic closure lowers the contact, m.
+   pure real(wp) function lift(law, state)
+      class(crushing_type), intent(in) :: law      !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+
+      lift = -state%memory(crushed)
+   end function lift
+
+   !> Divide tan φ, c, T, σ_c and G_c by a factor; the plastic closure at failure stays.
+   pure function reduced(law, joint, factor) result(strengths)
+      class(crushing_type), intent(in) :: law  !< of the joint
+      type(joint_type), intent(in) :: joint    !< input of the law
+      real(wp), intent(in) :: factor           !< above 0
+      type(strength_type), allocatable :: strengths(:)
+
+      strengths = [law%coulomb_type%reduced(joint, factor), &
+         strength_type('crushing_strength', joint%crushing_strength/factor)]
+      if (joint%crushing_energy /= unset) strengths = [strengths, &
+         strength_type('crushing_energy', joint%crushing_energy/factor)]
+   end function reduced
+
+end module dda_crushing

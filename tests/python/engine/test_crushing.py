@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Joints that crush: the hinge of a block at e = t/2 − N/2σ_c, closure, energy, words."""
+
+import numpy as np
+import pytest
+
+import sitedda
+
+STRENGTH, STIFFNESS, WIDTH = 1e6, 1e11, 1.0  # Pa, Pa/m, m
+WEIGHT = 200.0 * 9.81 * WIDTH * 0.5  # of the block, N/m
+
+
+def pressed(press: float, share: float, law: str = "crushing", **joint) -> sitedda.Model:
+    """A block under N = `press` σ_c t at a share of the limit eccentricity."""
+    force = press * STRENGTH * WIDTH
+    place = share * (WIDTH - press * WIDTH) / 2
+    model = sitedda.Model("Pressed", time_step=1e-3, gravity=(0.0, -9.81))
+    model.material("stone", density=200.0, young_modulus=1e13, poisson_ratio=0.2)
+    own = {"crushing_strength": STRENGTH} if law == "crushing" else {"contact_points": 17}
+    model.joint("bed", friction_angle=35.0, law=law, normal_stiffness_per_area=STIFFNESS,
+                **(own | joint))  # fmt: skip
+    model.block([(-2, -1), (2, -1), (2, 0), (-2, 0)], name="floor")
+    model.block([(-0.5, 0), (0.5, 0), (0.5, 0.5), (-0.5, 0.5)], name="stone")
+    for x in (-1.5, 1.5):
+        model.fixed_point(x, -0.5, "floor")
+    load = force - WEIGHT
+    model.load(place * force / load, 0.25, "stone", name="press", time=(0, 1),
+               force_y=(-load, -load))  # fmt: skip
+    model.stage("rest", kind="static")
+    return model
+
+
+def stands(model: sitedda.Model) -> bool:
+    """At rest without turning by more than 0.001: one that falls may rest on its side."""
+    try:
+        with sitedda.Simulation(model) as run:
+            return abs(run.coordinates[1, 2]) < 1e-3
+    except sitedda.ConvergenceError:
+        return False
+
+
+@pytest.mark.parametrize("press", [0.1, 0.3, 0.6])
+def test_a_hinge_turns_about_its_crushed_edge(press):
+    assert stands(pressed(press, 0.99))
+    assert not stands(pressed(press, 1.01))
+
+
+def test_without_a_strength_it_turns_about_its_corner():
+    """e = t/2: beyond the limit of the joint that crushes it still stands."""
+    assert stands(pressed(0.3, 1.2, "coulomb"))
+
+
+def test_limit_analysis_has_the_same_hinge():
+    """A vertical force that grows at x = t/4: N = σ_c (t − 2e), e = x (N − W)/N."""
+    model = pressed(0.3, 0.5)
+    model.clear("load")
+    model.load(0.25, 0.25, "stone", name="live", time=(0, 1), force_y=(-1e5, -1e5))
+    found = sitedda.limit_analysis(model, load="live")
+    most = np.roots([1.0, -(WIDTH - 0.5) * STRENGTH, -0.5 * STRENGTH * WEIGHT]).max()
+    assert found.upper.factor == pytest.approx((most - WEIGHT) / 1e5, rel=1e-4)
+    assert found.lower.factor == pytest.approx(found.upper.factor, rel=1e-3)
+    for share in (0.98, 1.02):
+        load = share * 1e5 * found.upper.factor
+        model["load.live"](force_y=(-load, -load))
+        assert stands(model) == (share < 1.0)
+
+
+def test_it_is_elastic_until_it_crushes():
+    """At σ_max < σ_c nothing crushes, and the joint closes as without a strength."""
+    places = []
+    for law in ("crushing", "coulomb"):
+        with sitedda.Simulation(pressed(0.3, 0.4, law)) as run:
+            places.append(run.coordinates)
+            if law == "crushing":
+                assert not run.contacts["crushed"].any()
+    np.testing.assert_array_equal(*places)
+
+
+def pulsed(rise: float, seconds: float, step: float, **joint) -> sitedda.Model:
+    """The block under its weight alone, then in dynamics under a centric pulse of 1.05 σ_c t."""
+    model = pressed(0.1, 0.0, **joint)
+    model.clear("load")
+    model["material.stone"](density=2000.0)
+    most, times = -1.05 * STRENGTH * WIDTH, (0, rise, 2 * rise, 1)
+    model.load(0.0, 0.25, "stone", name="pulse", time=times, force_y=(0, most, 0, 0))
+    model.stage("pulse", duration=seconds, time_step=step)
+    return model
+
+
+def test_energy_of_crushing(tmp_path):
+    """fracture is σ_c Σ L p, the audit closes, and the block comes to rest p lower."""
+    model = pulsed(0.1, 0.3, 1e-3)
+    history = model.run(tmp_path / "pulse.nc").history
+    with sitedda.Simulation(model) as again:
+        again.advance(10**6)
+        contacts = again.contacts
+        crushed = contacts["crushed"]
+        low = again.coordinates[1, 1]
+    spent = STRENGTH * (contacts["length"] * crushed).sum()
+    assert crushed.max() > 1e-4
+    assert float(history.energy_fracture[-1]) == pytest.approx(spent, rel=1e-6)
+    turned = float(abs(history.energy_fracture).max())
+    assert abs(history.energy_balance.values).max() < 1e-6 * turned
+    assert 0.25 - low == pytest.approx(crushed.max(), rel=1e-2)
+    words = history.attrs["verdict"]
+    assert "joints have crushed by up to" in words and "at floor, stone" in words
+
+
+def test_fracture_energy_bounds_what_is_spent(tmp_path):
+    """A block that crushes through has spent G_c per area of its joint."""
+    model = pulsed(0.01, 0.0125, 1e-5, crushing_energy=200.0)
+    history = model.run(tmp_path / "pulse.nc").history
+    assert float(history.energy_fracture[-1]) == pytest.approx(200.0 * WIDTH, rel=0.02)
