@@ -11,7 +11,7 @@ module dda_flow_network
    use dda_flow, only: flow_type
    implicit none
    private
-   public :: network_type, new_network, update_network, add_node_row, outflow_of
+   public :: network_type, new_network, update_network, find_storage, add_node_row, outflow_of
 
    real(wp), parameter :: own = 1.0_wp/3.0_wp, other = 1.0_wp/6.0_wp  !< ∫ N N ds over L
 
@@ -39,8 +39,9 @@ contains
       network%flow = flow
       associate (channels => size(flow%channel), nodes => size(flow%pressure))
          allocate (network%absent(channels), source=.false.)
-         allocate (network%row(6, 2, 2, channels), network%aperture(2, channels), &
-            network%conductance(channels), network%volume(nodes), network%storage(nodes))
+         allocate (network%row(6, 2, 2, channels), source=0.0_wp)
+         allocate (network%aperture(2, channels), network%conductance(channels), &
+            network%volume(nodes), network%storage(nodes))
          allocate (network%elevation(nodes), network%floor(nodes), source=0.0_wp)
          do c = 1, channels
             network%absent(c) = any(blocks%removed(flow%channel(c)%block))
@@ -61,56 +62,70 @@ contains
    pure subroutine update_network(network, blocks)
       type(network_type), intent(inout) :: network  !< of the model
       type(blocks_type), intent(in) :: blocks       !< in their present state
-      real(wp) :: share
       integer :: c, k
 
-      network%volume = 0.0_wp
-      network%storage = 0.0_wp
+      call find_storage(network, blocks, network%aperture, network%volume, network%storage)
+      network%conductance = 0.0_wp
       do c = 1, size(network%absent)
-         network%conductance(c) = 0.0_wp
-         network%aperture(:, c) = 0.0_wp
-         network%row(:, :, :, c) = 0.0_wp
          if (network%absent(c)) cycle
-         call measure(network, blocks, c)
          associate (channel => network%flow%channel(c), a => network%aperture(:, c), &
             law => network%flow%law(network%flow%channel(c)%law))
             network%conductance(c) = 2*a(1)**2*a(2)**2/(a(1) + a(2)) &
                /(12.0_wp*law%viscosity*channel%length)
             do k = 1, 2
-               share = channel%length*(own*a(k) + other*a(3 - k))
-               associate (node => channel%node(k))
-                  network%volume(node) = network%volume(node) + share
-                  network%storage(node) = network%storage(node) + share/law%bulk_modulus
-               end associate
+               network%row(:, 1, k, c) = -matmul(normal_of(network, blocks, c), &
+                  shape_matrix(blocks, channel%block(1), channel%reference(:, k, 1)))
+               network%row(:, 2, k, c) = matmul(normal_of(network, blocks, c), &
+                  shape_matrix(blocks, channel%block(2), channel%reference(:, k, 2)))
             end do
          end associate
       end do
    end subroutine update_network
 
-   !> Gaps at the ends of channel c, its apertures and the gradients of the gaps.
-   pure subroutine measure(network, blocks, c)
-      type(network_type), intent(inout) :: network  !< of the model
-      type(blocks_type), intent(in) :: blocks       !< in their present state
-      integer, intent(in) :: c                      !< channel
-      real(wp) :: normal(2), gap
-      integer :: k
+   !> Normal of channel c, out of its first block.
+   pure function normal_of(network, blocks, c) result(normal)
+      type(network_type), intent(in) :: network  !< of the model
+      type(blocks_type), intent(in) :: blocks    !< in their present state
+      integer, intent(in) :: c                   !< channel
+      real(wp) :: normal(2)
 
-      associate (channel => network%flow%channel(c), a => network%flow%channel(c)%block(1), &
-         b => network%flow%channel(c)%block(2), &
-         law => network%flow%law(network%flow%channel(c)%law))
-         normal = [blocks%along(2, channel%edge), -blocks%along(1, channel%edge)]
-         do k = 1, 2
-            gap = dot_product(normal, place_of(blocks, b, channel%reference(:, k, 2)) &
-               - place_of(blocks, a, channel%reference(:, k, 1)))
-            network%aperture(k, c) = max(law%least, min(law%most, law%aperture &
-               + law%opening_factor*gap))
-            network%row(:, 1, k, c) = -matmul(normal, shape_matrix(blocks, a, &
-               channel%reference(:, k, 1)))
-            network%row(:, 2, k, c) = matmul(normal, shape_matrix(blocks, b, &
-               channel%reference(:, k, 2)))
-         end do
+      associate (edge => network%flow%channel(c)%edge)
+         normal = [blocks%along(2, edge), -blocks%along(1, edge)]
       end associate
-   end subroutine measure
+   end function normal_of
+
+   !> Apertures at the ends of channels, volumes and storage of nodes.
+   pure subroutine find_storage(network, blocks, aperture, volume, storage)
+      type(network_type), intent(in) :: network  !< of the model
+      type(blocks_type), intent(in) :: blocks    !< in their present state
+      real(wp), intent(out) :: aperture(:,:)     !< [ends,channels] m
+      real(wp), intent(out) :: volume(:), storage(:)  !< [nodes] m³; m³/Pa, per metre of thickness
+      real(wp) :: gap, share
+      integer :: c, k
+
+      volume = 0.0_wp
+      storage = 0.0_wp
+      aperture = 0.0_wp
+      do c = 1, size(network%absent)
+         if (network%absent(c)) cycle
+         associate (channel => network%flow%channel(c), a => aperture(:, c), &
+            law => network%flow%law(network%flow%channel(c)%law))
+            do k = 1, 2
+               gap = dot_product(normal_of(network, blocks, c), place_of(blocks, &
+                  channel%block(2), channel%reference(:, k, 2)) - place_of(blocks, &
+                  channel%block(1), channel%reference(:, k, 1)))
+               a(k) = max(law%least, min(law%most, law%aperture + law%opening_factor*gap))
+            end do
+            do k = 1, 2
+               share = channel%length*(own*a(k) + other*a(3 - k))
+               associate (node => channel%node(k))
+                  volume(node) = volume(node) + share
+                  storage(node) = storage(node) + share/law%bulk_modulus
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine find_storage
 
    !> Add ∂V/∂q of the node at end k of channel c, of the block on a side.
    pure subroutine add_node_row(network, c, k, side, row)

@@ -28,7 +28,8 @@ module dda_joint_flow
    use dda_flow, only: flow_type, value_at, flow_steady, flow_transient, flow_undrained
    use dda_flow_groups, only: group_type, set_groups, set_springs, add_springs, change_by, &
       steady_pressure
-   use dda_flow_network, only: network_type, new_network, update_network, add_node_row, outflow_of
+   use dda_flow_network, only: network_type, new_network, update_network, find_storage, &
+      add_node_row, outflow_of
    use dda_linear_terms, only: linear_terms_type
    use dda_motion, only: motion_type
    use dda_output_schema, only: columns_of, in_flow_nodes, in_flow_channels
@@ -328,11 +329,10 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the next one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-      type(network_type) :: network
+      real(wp) :: aperture(2, size(self%flux)), volume(size(self%first)), storage(size(self%first))
 
-      network = self%network
-      call update_network(network, blocks)
-      call add_energy(energy, energy_water, 0.5_wp*sum(network%storage*self%pressure**2))
+      call find_storage(self%network, blocks, aperture, volume, storage)
+      call add_energy(energy, energy_water, 0.5_wp*sum(storage*self%pressure**2))
    end subroutine add_stored
 
    !> Terms of the identity above.
