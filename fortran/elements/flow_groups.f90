@@ -9,7 +9,7 @@ module dda_flow_groups
    use dda_kinds, only: wp
    use dda_flow_network, only: network_type, add_node_row
    use dda_lapack, only: dpotrf, dtrsm
-   use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_end, term_water
+   use dda_linear_terms, only: linear_term_type, linear_terms_type, reserve_term, at_end, term_water
    implicit none
    private
    public :: group_type, set_groups, set_springs, add_springs, change_by, steady_pressure
@@ -178,32 +178,52 @@ contains
       logical, intent(in) :: fixed(:)                   !< [nodes] their pressure is known
       type(group_type), intent(in) :: groups(:)         !< of all nodes
       type(linear_terms_type), intent(inout) :: terms   !< springs and dashpots
-      type(linear_term_type) :: term
       integer :: g, i
 
-      term%kind = term_water
-      term%instant = at_end
       do g = 1, size(groups)
-         associate (group => groups(g), n => size(groups(g)%block))
-            if (n < 2) cycle
-            term%block_a = group%block(1)
-            term%block_b = group%block(2)
-            if (allocated(term%further)) deallocate (term%further, term%further_row)
-            do i = 1, size(group%node)
-               term%source = group%node(i)
-               term%place = network%flow%place(:, group%node(i))
-               term%coefficient = merge(0.0_wp, 1.0_wp, fixed(group%node(i)))
-               term%row_a = group%spring(1:6, i)
-               term%row_b = -group%spring(7:12, i)
-               if (n > 2) then
-                  term%further = group%block(3:)
-                  term%further_row = reshape(group%spring(13:, i), [6, n - 2])
-               end if
-               call add_term(terms, term)
-            end do
-         end associate
+         if (size(groups(g)%block) < 2) cycle
+         do i = 1, size(groups(g)%node)
+            call reserve_term(terms)
+            associate (term => terms%term(terms%n), node => groups(g)%node(i))
+               term%kind = term_water
+               term%instant = at_end
+               term%motion = 0
+               term%damped = .false.
+               term%of_penalty = .false.
+               term%damped_share = 0.0_wp
+               term%source = node
+               term%place = network%flow%place(:, node)
+               term%coefficient = merge(0.0_wp, 1.0_wp, fixed(node))
+               call set_spring(groups(g), i, term)
+            end associate
+         end do
       end do
    end subroutine add_springs
+
+   !> Blocks and rows of the spring of node i of a group; memory is kept where it fits.
+   pure subroutine set_spring(group, i, term)
+      type(group_type), intent(in) :: group          !< with its springs
+      integer, intent(in) :: i                       !< node in the group
+      type(linear_term_type), intent(inout) :: term  !< one of the list
+      integer :: k
+
+      associate (n => size(group%block))
+         term%block_a = group%block(1)
+         term%block_b = group%block(2)
+         term%row_a = group%spring(1:6, i)
+         term%row_b = -group%spring(7:12, i)
+         if (allocated(term%further)) then
+            if (size(term%further) /= n - 2) deallocate (term%further, term%further_row)
+         end if
+         if (n == 2) return
+         if (.not. allocated(term%further)) allocate (term%further(n - 2), &
+            term%further_row(6, n - 2))
+         do k = 3, n
+            term%further(k - 2) = group%block(k)
+            term%further_row(:, k - 2) = group%spring(6*k - 5:6*k, i)
+         end do
+      end associate
+   end subroutine set_spring
 
    !> Add M⁻¹ (r − Bᵀd) to the pressures of a group.
    pure subroutine change_by(group, rest, pressure, d)

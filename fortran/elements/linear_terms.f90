@@ -12,9 +12,9 @@ module dda_linear_terms
    use dda_scheme, only: step_type, momentum_weight
    implicit none
    private
-   public :: linear_term_type, linear_terms_type, clear_terms, add_term, set_rows, blocks_in, &
-      block_of, get_row, stretch_of, add_to_matrix, add_product, step_weights, scale_penalty, &
-      coupled_blocks
+   public :: linear_term_type, linear_terms_type, clear_terms, add_term, reserve_term, set_rows, &
+      blocks_in, block_of, get_row, stretch_of, add_to_matrix, add_product, step_weights, &
+      scale_penalty, coupled_blocks
    public :: at_theta, at_end, mean_dashpot, end_dashpot, at_damping, instants
    public :: term_normal, term_shear, term_support, term_boundary, term_tie, term_bolt, &
       term_free_side, term_weld, term_point, term_bed, term_water, term_kinds, term_names, &
@@ -90,11 +90,18 @@ contains
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type), intent(in) :: term  !< one of the list
 
+      call reserve_term(terms)
+      terms%term(terms%n) = term
+   end subroutine add_term
+
+   !> Lengthen the list by a term that has old numbers, and memory for further blocks if it had.
+   pure subroutine reserve_term(terms)
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
+
       terms%n = terms%n + 1
       if (.not. allocated(terms%term)) allocate (terms%term(16))
       if (size(terms%term) < terms%n) call widen(terms)
-      terms%term(terms%n) = term
-   end subroutine add_term
+   end subroutine reserve_term
 
    pure subroutine widen(terms)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
