@@ -19,11 +19,11 @@ contains
       energy%value(energy_balance) = 0.0_wp
       call case('sums')
       call check_close(total_energy(energy), of('kinetic') + of('strain') + of('contact') &
-         + of('support') + of('gravity') + of('welded') + of('law'), 'total')
+         + of('support') + of('gravity') + of('welded') + of('law') + of('water'), 'total')
       call check_close(balance(energy), total_energy(energy) + of('friction') + of('fracture') &
          + of('algorithmic') + of('kinetic_damping') + of('damping') + of('static') &
          + of('removed') + of('material_damping') + of('yield') + of('impact') &
-         + of('plastic') - of('changed') - of('breaking') &
+         + of('plastic') + of('flow') - of('changed') - of('breaking') &
          - of('zeroed') - of('input') - of('dilation') - of('length') - of('geometric') &
          - of('initial'), 'balance')
       call check_close(turnover(energy), sum(energy%value) - of('geometric'), 'turnover')
