@@ -511,7 +511,7 @@ def test_a_block_that_is_picked_in_a_notebook_is_a_value_in_python(run, new_page
     page.mouse.click(left + x, top + y)
     wait_until(page, lambda: widget.picked == "right")
     page.evaluate("model.put('picked', 'table')")
-    assert frame.inner_text(".info h3") == "table"
+    wait_until(page, lambda: frame.inner_text(".info h3") == "table")
     page.evaluate("model.put('time', 0.1)")
     wait_until(page, lambda: widget.time == 0.1)
     assert page.complaints == []
