@@ -119,7 +119,7 @@ def test_every_library_that_is_imported_is_declared():
         needs = [*project["dependencies"], *sum(optional.values(), [])]
         declared = {re.split("[>=]", need)[0].lower().replace("-", "_") for need in needs}
         assert "numpy" in declared
-        _check_imports(ROOT / "python" / folder, declared | {"pil", "mpl_toolkits"})
+        _check_imports(ROOT / "python" / folder, declared | {"pil", "mpl_toolkits", "pyoma2"})
 
 
 def _check_imports(folder: Path, declared: set[str]) -> None:

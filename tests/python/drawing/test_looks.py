@@ -274,7 +274,7 @@ def test_a_report_begins_with_the_check_and_has_units_in_its_tables(run):
     text = to_html(report_page(run))
     first = text.index("check of the model")
     assert text.index("<h2>Verdict") < first < text.index("where, when")
-    for head in ("density (kg/m³)", "young_modulus (Pa)", "friction_angle (degrees)"):
+    for head in ("density (kg/m³)", "young modulus (Pa)", "friction angle (degrees)"):
         assert head in text
     areas = [2.0 * 1.0 - 0.4, 1.0, 8.0]  # right, and one with a notch
     assert f"1 to {max(areas):g} m²" in text and "vertices" in text

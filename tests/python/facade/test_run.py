@@ -316,7 +316,7 @@ def test_states_are_those_of_the_last_frame(write_input):
         last = history.contact_frame.values == history.sizes["frame"] - 1
         of_laws = {"length", "slip_path", "weakened", "place", "damage"}  # this joint has none
         of_laws |= {"fracture_energy_lower", "fracture_energy_upper", "net_slip", "lifted"}
-        of_laws |= {"reversal", "slip_direction", "age", "slip_rate", "slip_share"}
+        of_laws |= {"reversal", "slip_direction", "age", "slip_rate", "slip_share", "crushed"}
         assert {name for name in contacts if f"contact_{name}" not in history} == of_laws
         for name in contacts.keys() - of_laws:
             there = history[f"contact_{name}"].values[last]
