@@ -119,7 +119,8 @@ contains
       integer :: block
 
       block = worst_of_points(simulation%elements)
-      words = 'bolts that yield or go slack do not converge in '//to_text(most_rounds)//' rounds'
+      words = 'states of bolts or of water in joints do not converge in '//to_text(most_rounds)// &
+         ' rounds'
       if (block > 0) words = 'the stress of the material law does not converge in block '// &
          to_text(block)
    end function unsettled

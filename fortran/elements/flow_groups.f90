@@ -12,7 +12,7 @@ module dda_flow_groups
    use dda_linear_terms, only: linear_term_type, linear_terms_type, reserve_term, at_end, term_water
    implicit none
    private
-   public :: group_type, set_groups, set_springs, add_springs, change_by, steady_pressure
+   public :: group_type, set_groups, set_springs, add_springs, change_by, find_steady_heads
 
    !> Nodes that are solved together.
    type :: group_type
@@ -257,27 +257,28 @@ contains
       end associate
    end subroutine change_by
 
-   !> Pressures of steady flow in a group; a group without a known pressure keeps its pressures.
+   !> Heads of steady flow in a group; a group without a known pressure does not flow.
    !>
    !> Water is below the water table alone: a channel with both nodes above it conducts little
-   !> (residual flow, Desai 1976), and pressures there are zero.
-   pure subroutine steady_pressure(network, group, fixed, source, pressure)
-      type(network_type), intent(in) :: network  !< of the model
-      type(group_type), intent(in) :: group      !< a component
-      logical, intent(in) :: fixed(:)            !< [nodes] their pressure is known
-      real(wp), intent(in) :: source(:)          !< [nodes] inflow, m²/s
-      real(wp), intent(inout) :: pressure(:)     !< [nodes] Pa
+   !> (residual flow, Desai 1976).
+   pure subroutine find_steady_heads(network, group, fixed, source, conductance, head, settled)
+      type(network_type), intent(in) :: network   !< of the model
+      type(group_type), intent(in) :: group       !< a component
+      logical, intent(in) :: fixed(:)             !< [nodes] their pressure is known
+      real(wp), intent(in) :: source(:)           !< [nodes] inflow, m²/s
+      real(wp), intent(inout) :: conductance(:)   !< [channels] that acts in the end, m²/(Pa s)
+      real(wp), intent(inout) :: head(:)          !< [nodes] φ, Pa; that of fixed ones is known
+      logical, intent(inout) :: settled           !< becomes false if no water table was found
       real(wp) :: matrix(size(group%node), size(group%node)), right(size(group%node), 1)
-      real(wp) :: known(size(group%node)), full
-      logical :: dry(size(pressure)), now(size(pressure))
-      integer :: round, info
+      real(wp) :: known(size(group%node))
+      logical :: dry(size(head)), now(size(head)), flows
+      integer :: c, round, info
 
-      if (.not. any(fixed(group%node))) return
-      full = maxval(network%conductance)
-      known = merge(pressure(group%node) + network%elevation(group%node), &
-         source(group%node)/full, fixed(group%node))
+      flows = any(fixed(group%node))
+      known = merge(head(group%node), source(group%node)/maxval(network%conductance), &
+         fixed(group%node))
       dry = .false.
-      do round = 1, most_rounds
+      do round = 1, merge(most_rounds, 0, flows)
          right(:, 1) = known
          call assemble_steady(network, group, fixed, dry, matrix, right(:, 1))
          call dpotrf('L', size(right), matrix, size(right), info)
@@ -291,9 +292,16 @@ contains
          if (all(now .eqv. dry)) exit
          dry = now
       end do
-      where (.not. fixed(group%node)) pressure(group%node) = max(0.0_wp, right(:, 1) &
-         - network%elevation(group%node))
-   end subroutine steady_pressure
+      settled = settled .and. round <= most_rounds
+      if (flows) head(group%node) = right(:, 1)
+      do c = 1, size(conductance)
+         associate (node => network%flow%channel(c)%node)
+            if (.not. any(group%node == node(1))) cycle
+            conductance(c) = conductance(c)*merge(merge(of_air, 1.0_wp, all(dry(node))), 0.0_wp, &
+               flows)
+         end associate
+      end do
+   end subroutine find_steady_heads
 
    !> H φ = Q of a group over its largest conductance; φ of fixed nodes is given on the right side.
    pure subroutine assemble_steady(network, group, fixed, dry, matrix, right)

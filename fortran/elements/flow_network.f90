@@ -24,7 +24,8 @@ module dda_flow_network
       real(wp), allocatable :: conductance(:)  !< [channels] m²/(Pa s)
       real(wp), allocatable :: volume(:)       !< [nodes] m³ per metre of thickness
       real(wp), allocatable :: storage(:)      !< [nodes] m³/Pa per metre of thickness
-      real(wp), allocatable :: elevation(:)       !< [nodes] unit weight times first height, Pa
+      real(wp), allocatable :: unit_weight(:)  !< [nodes] N/m³
+      real(wp), allocatable :: elevation(:)    !< [nodes] unit weight times first height, Pa
       real(wp), allocatable :: floor(:)        !< [nodes] pressure of vapour or air, Pa
    end type network_type
 
@@ -42,12 +43,14 @@ contains
          allocate (network%row(6, 2, 2, channels), source=0.0_wp)
          allocate (network%aperture(2, channels), network%conductance(channels), &
             network%volume(nodes), network%storage(nodes))
-         allocate (network%elevation(nodes), network%floor(nodes), source=0.0_wp)
+         allocate (network%unit_weight(nodes), network%elevation(nodes), network%floor(nodes), &
+            source=0.0_wp)
          do c = 1, channels
             network%absent(c) = any(blocks%removed(flow%channel(c)%block))
             associate (law => flow%law(flow%channel(c)%law))
                do k = 1, 2
                   associate (node => flow%channel(c)%node(k))
+                     network%unit_weight(node) = law%unit_weight
                      network%elevation(node) = law%unit_weight*flow%place(2, node)
                      if (flow%saturation(node) >= 1.0_wp) network%floor(node) = law%cavitation
                   end associate

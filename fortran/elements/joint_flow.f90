@@ -27,7 +27,7 @@ module dda_joint_flow
       energy_water
    use dda_flow, only: flow_type, value_at, flow_steady, flow_transient, flow_undrained
    use dda_flow_groups, only: group_type, set_groups, set_springs, add_springs, change_by, &
-      steady_pressure
+      find_steady_heads
    use dda_flow_network, only: network_type, new_network, update_network, find_storage, &
       add_node_row, outflow_of
    use dda_linear_terms, only: linear_terms_type
@@ -63,6 +63,8 @@ module dda_joint_flow
       real(wp), allocatable :: conductance(:) !< [channels] that acts, m²/(Pa s)
       real(wp), allocatable :: first(:)       !< [nodes] p₁ at d = 0, Pa
       real(wp), allocatable :: rest(:)        !< [nodes] r, m³ per metre of thickness
+      real(wp), allocatable :: head(:)        !< [nodes] φ at the end of it, Pa
+      logical :: settled = .true.             !< the water table of steady flow was found
       real(wp), allocatable :: after(:)       !< [nodes] p₁ of the last solution, Pa
       real(wp), allocatable :: growth(:)      !< [nodes] Bᵀd of it, m³ per metre of thickness
       ! Of the last step accepted
@@ -103,6 +105,7 @@ contains
       self%first = self%pressure
       self%rest = 0.0_wp*self%pressure
       self%after = self%pressure
+      self%head = self%pressure
       self%growth = self%rest
       self%conductance = 0.0_wp*self%network%conductance
       call begin_state(self)
@@ -190,8 +193,8 @@ contains
                   end if
                   self%fixed(node) = .true.
                   self%first(node) = value
-                  if (flow%boundary(b)%head) self%first(node) = unit_weight_at(self, node)*value &
-                     - self%network%elevation(node)
+                  if (flow%boundary(b)%head) self%first(node) = &
+                     self%network%unit_weight(node)*value - self%network%elevation(node)
                   if (self%is_dry(b)) self%first(node) = 0.0_wp
                   if (flow%boundary(b)%dry_above) self%first(node) = max(0.0_wp, self%first(node))
                end associate
@@ -201,19 +204,6 @@ contains
       self%vented = self%vented .and. .not. self%fixed
    end subroutine set_boundaries
 
-   !> Unit weight of the water at a node, N/m³.
-   pure real(wp) function unit_weight_at(self, node) result(weight)
-      class(joint_flow_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: node  !< number, from 1
-      integer :: c
-
-      weight = 0.0_wp
-      do c = 1, size(self%conductance)
-         if (any(self%network%flow%channel(c)%node == node)) weight = &
-            self%network%flow%law(self%network%flow%channel(c)%law)%unit_weight
-      end do
-   end function unit_weight_at
-
    !> Springs and pressures at d = 0 in the assumed states.
    subroutine assume(self)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
@@ -221,9 +211,14 @@ contains
 
       where (.not. self%fixed) self%first = merge(self%network%floor, self%pressure, self%vented)
       if (state_of(self) == flow_steady) then
+         self%conductance = self%network%conductance
+         self%head = self%first + self%network%elevation
+         self%settled = .true.
          do g = 1, size(self%group)
-            call steady_pressure(self%network, self%group(g), self%fixed, self%source, self%first)
+            call find_steady_heads(self%network, self%group(g), self%fixed, self%source, &
+               self%conductance, self%head, self%settled)
          end do
+         where (.not. self%fixed) self%first = max(0.0_wp, self%head - self%network%elevation)
          return
       end if
       call set_conductance(self)
@@ -382,7 +377,11 @@ contains
       self%rounds = self%rounds + 1
       self%after = pressure_after(self, d)
       self%growth = growth_of(self, d)
-      if (state_of(self) == flow_steady) return
+      if (state_of(self) == flow_steady) then
+         if (.not. self%settled) changed = changed + 1
+         return
+      end if
+      self%head = self%after + self%network%elevation
       is_wrong = self%after < self%network%floor - rounding*maxval(abs(self%after))
       if (any(self%vented)) then
          empty = self%empty + surplus_of(self)
@@ -407,23 +406,20 @@ contains
       real(wp) :: surplus(size(self%first))
       integer :: c
 
-      associate (acting => merge(self%network%conductance, self%conductance, &
-         state_of(self) == flow_steady), head => self%after + self%network%elevation)
-         if (state_of(self) == flow_steady) then
-            surplus = outflow_of(self%network, acting, head)
-            self%inflow = merge(surplus, self%source, self%fixed)
-            self%empty = 0.0_wp
-         else
-            surplus = surplus_of(self)
-            self%inflow = self%source + merge(surplus/step%time_step, 0.0_wp, self%fixed)
-            self%empty = merge(max(0.0_wp, self%empty + surplus), 0.0_wp, self%vented)
-         end if
-         do c = 1, size(acting)
-            associate (node => self%network%flow%channel(c)%node)
-               self%flux(c) = acting(c)*(head(node(1)) - head(node(2)))
-            end associate
-         end do
-      end associate
+      if (state_of(self) == flow_steady) then
+         surplus = outflow_of(self%network, self%conductance, self%head)
+         self%inflow = merge(surplus, self%source, self%fixed)
+         where (self%after > 0.0_wp) self%empty = 0.0_wp
+      else
+         surplus = surplus_of(self)
+         self%inflow = self%source + merge(surplus/step%time_step, 0.0_wp, self%fixed)
+         self%empty = merge(max(0.0_wp, self%empty + surplus), 0.0_wp, self%vented)
+      end if
+      do c = 1, size(self%flux)
+         associate (node => self%network%flow%channel(c)%node)
+            self%flux(c) = self%conductance(c)*(self%head(node(1)) - self%head(node(2)))
+         end associate
+      end do
       self%pressure = self%after
    end subroutine accept
 
