@@ -446,3 +446,32 @@ def test_a_joint_that_is_not_full_stays_so_at_rest():
     place = data.flow_node_place.values[:, 1]
     assert (data.flow_saturation.values[-1][place == 1] == 1).all()
     assert data.flow_saturation.values[-1][place == 2] == pytest.approx(0.25, rel=1e-6)
+
+
+LAWS = {
+    "coulomb": {},
+    "barton_bandis": {"jrc": 8.0, "jcs": 8e7, "compressive_strength": 1e8},
+    "cohesive": {"tensile_strength": 1e4, "cohesion": 2e4, "fracture_energy": 5.0},
+    "plesha": {"asperity_angle": 5.0},
+    "continuously_yielding": {"initial_friction_angle": 45.0, "roughness": 1e-3},
+    "rate_state": {"direct_effect": 0.01, "state_distance": 1e-4, "reference_velocity": 1e-3,
+                   "threshold_velocity": 1e-9},
+    "crushing": {"crushing_strength": 2e6},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_water_under_every_law_and_hard_shaking(law):
+    """A block that rocks and slides: every step converges, and the audit closes."""
+    model = rocking(2e-4, push=6e5, state="transient")
+    joint = model["joint"][0]
+    own = {"law": law, "friction_angle": 35.0} | LAWS[law]
+    if law in ("coulomb", "barton_bandis"):
+        own |= {"normal_stiffness_per_area": None, "shear_stiffness_per_area": None}
+    joint(**own)
+    data = data_of(model)
+    terms = ("input", "flow", "water", "kinetic", "contact", "gravity", "friction")
+    scale = max(abs(data[f"energy_{name}"].values).max() for name in terms)
+    assert abs(data.energy_balance.values).max() < 1e-6 * scale
+    assert abs(data.displacement.values).max() > 1e-3
+    assert data.flow_pressure.values.min() >= -1e5 * (1 + 1e-9)
