@@ -519,9 +519,20 @@ PAGE = """# Input reference
 
 <!-- Made from fortran/input/schema.txt by fortran/input/make_schema.py. -->
 
-Groups marked * may occur several times. [Input](input.md) explains files and units.
+Groups marked * may occur several times. [Input](input.md) explains files and units. A list has its
+largest number of values in brackets. *names* means a list such as `'one, two, all_*'`; points are
+x, y, x, y …
 
 """
+PARTS = {  # headings of variables that several groups have
+    "naming": "Material and joint",
+    "rest": "Weight at the start",
+    "point": "A point of a block",
+    "edges": "Edges of the outline",
+    "points_file": "Points from a file",
+    "foot": "Lower left corner",
+}
+HEAD = "| variable | kind, unit, range | default | meaning |\n|---|---|---|---|\n"
 
 
 def page(groups: list[Group]) -> str:
@@ -532,24 +543,49 @@ def page(groups: list[Group]) -> str:
         if built:
             text += "`sitedda build` makes blocks of these groups for the executable.\n\n"
         text += "\n".join(section(group) for group in groups if group.built == built) + "\n"
-    return text.rstrip("\n") + "\n"
+    text += "## Variables of several groups\n\n"
+    every = {(v.part, v.name): v for group in groups for v in group.variables}
+    return text + "\n".join(
+        f"### {title}\n\n{HEAD}{''.join(row(v) for v in every.values() if v.part == part)}"
+        for part, title in PARTS.items()
+    )
 
 
 def section(group: Group) -> str:
-    """A heading, an example and a table."""
-    rows = "".join(
-        f"| `{v.name}` | {', '.join(filter(None, [v.kind, v.unit]))} | {v.default} | "
-        f"{v.values or '.true., .false.'} | {v.meaning}"
-        f"{v.conditions and f' (`{v.conditions}`)'} |\n"
-        for v in group.variables
-    )
+    """A heading, an example, a table, and links to shared variables."""
     needs = f" Needs {group.needs}." if group.needs else ""
+    parts = {
+        part: ", ".join(f"`{v.name}`" for v in variables)
+        for part, variables in groupby(group.variables, lambda v: v.part)
+        if part in PARTS
+    }
+    links = [
+        f"[{names}](#{PARTS[part].lower().replace(' ', '-')})" for part, names in parts.items()
+    ]
     return (
         f"### `&{group.name}`{' *' if group.repeats else ''}\n\n"
         f"{group.meaning[0].upper()}{group.meaning[1:]}.{needs}\n\n"
-        f"```\n{group.example}\n```\n\n"
-        f"| variable | kind, unit | default | values | meaning |\n|---|---|---|---|---|\n{rows}"
+        f"```\n{group.example}\n```\n\n{HEAD}"
+        f"{''.join(row(v) for v in group.variables if v.part not in PARTS)}"
+        + (f"\nAlso {'; '.join(links)}.\n" if links else "")
     )
+
+
+def row(one: Variable) -> str:
+    """A row of a table."""
+    conditions = one.conditions and f" (`{one.conditions}`)"
+    return f"| `{one.name}` | {ranged(one)} | {one.default} | {one.meaning}{conditions} |\n"
+
+
+def ranged(one: Variable) -> str:
+    """Kind, unit and range of a variable."""
+    if one.base == "word":
+        return one.values
+    named = one.base == "name" and one.values.startswith(("the name", "names"))
+    if named or one.values.startswith("names: "):
+        return one.values.removeprefix("the ").removesuffix(": 'one, two, all_*'")
+    limits = "" if one.values == "any" else one.values.removeprefix("any, ")
+    return ", ".join(filter(None, (one.kind, one.unit, limits)))
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from pathlib import Path
 NEXT = ", &\n      "  # between parts of a list of Fortran
 KINDS = {"text": "is_text", "real": "is_real", "real or none": "is_real", "share": "is_real"}
 ROWS = ("time", "frame", "contact")  # dimensions that values are written along, row by row
+PER_METRE = ", per metre of thickness"
 FLAG = re.compile(r"(\d+) ([^,:]+)")
 
 
@@ -109,7 +110,7 @@ def energy(family: str, term: tuple[str, str, str]) -> Variable:
     """The variable of a term of the energy budget."""
     name, role, meaning = term
     needed = name == "kinetic" or role == "remainder"  # others have come one by one
-    words = f"{meaning}, per metre of thickness"
+    words = meaning + PER_METRE
     return Variable(f"energy_{name}", ["time"], "real", "J/m", words, "", family, needed, False)
 
 
@@ -321,16 +322,15 @@ PAGE = """# Variables of the output
 
 <!-- Made from fortran/output/schema.txt by fortran/output/make_schema.py. -->
 
-How to read them, and what the attributes say: [output](output.md). Every variable has its unit, as
-pint and UDUNITS read it, and its `long_name`; attributes follow the CF conventions 1.11, whose
-table of standard names has none for these quantities.
+[Output](output.md) shows how to read them and lists the attributes. Every variable has its unit, as
+pint and UDUNITS read it, and its `long_name`.
 
 """
 
 
 def page(schema: Schema) -> str:
     """The page of the handbook."""
-    text = PAGE + "## Dimensions\n\n| dimension | length | what it counts |\n|---|---|---|\n"
+    text = PAGE + "## Dimensions\n\n| dimension | length | content |\n|---|---|---|\n"
     for name, (length, words) in schema.dimensions.items():
         text += f"| `{name}` | {length} | {words} |\n"
     text += "\n## Variables\n"
@@ -339,7 +339,7 @@ def page(schema: Schema) -> str:
         text += f"\n### {family.replace('_', ' ').capitalize()}\n\n{written(when)}.\n\n"
         text += "| variable | dimensions | kind, unit | meaning |\n|---|---|---|---|\n"
         text += "".join(map(line, own))
-    text += "\n## Largest values\n\n| `maximum` | unit | of |\n|---|---|---|\n"
+    text += "\n## Largest values\n\n| `maximum` | unit | meaning |\n|---|---|---|\n"
     return text + "".join(f"| `{n}` | {unit} | {words} |\n" for n, unit, _, words in schema.maxima)
 
 
@@ -352,7 +352,8 @@ def written(when: str) -> str:
 def line(one: Variable) -> str:
     """A variable in a table of the page."""
     kind = ", ".join(filter(None, [one.kind, one.unit if one.kind != "text" else ""]))
-    words = f"{one.meaning}{one.more and '; '}{one.more}"
+    meaning = one.meaning.removesuffix(PER_METRE) if one.family == "energies" else one.meaning
+    words = f"{meaning}{one.more and '; '}{one.more}"
     return f"| `{one.name}` | {', '.join(one.dimensions)} | {kind} | {words} |\n"
 
 

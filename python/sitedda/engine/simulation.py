@@ -553,7 +553,7 @@ class Simulation:
         """Bolts after the last step, each of shape (bolts,), in the order of the output.
 
         ``force`` along the bolt (tension positive) and ``shear_force`` of a grouted one (N/m),
-        ``elongation`` (m), ``state`` (0 not there, 1 elastic, 2 yields, 3 slack, 4 broken).
+        ``elongation`` (m), ``state`` (0 absent, 1 elastic, 2 yielding, 3 slack, 4 broken).
         """
         names = ("force", "shear_force", "elongation", "state")
         values = dict(zip(names, self._table("bolts"), strict=True))
