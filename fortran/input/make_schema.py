@@ -565,7 +565,7 @@ def section(group: Group) -> str:
     return (
         f"### `&{group.name}`{' *' if group.repeats else ''}\n\n"
         f"{group.meaning[0].upper()}{group.meaning[1:]}.{needs}\n\n"
-        f"```\n{group.example}\n```\n\n{HEAD}"
+        f"    {group.example}\n\n{HEAD}"
         f"{''.join(row(v) for v in group.variables if v.part not in PARTS)}"
         + (f"\nAlso {'; '.join(links)}.\n" if links else "")
     )
@@ -574,7 +574,8 @@ def section(group: Group) -> str:
 def row(one: Variable) -> str:
     """A row of a table."""
     conditions = one.conditions and f" (`{one.conditions}`)"
-    return f"| `{one.name}` | {ranged(one)} | {one.default} | {one.meaning}{conditions} |\n"
+    meaning = one.meaning.removeprefix("x, y, x, y …: ")
+    return f"| `{one.name}` | {ranged(one)} | {one.default} | {meaning}{conditions} |\n"
 
 
 def ranged(one: Variable) -> str:
