@@ -34,7 +34,7 @@ contains
       type(block_matrix_type), intent(inout) :: matrix  !< gets the pattern, and zeros as values
       integer, intent(in) :: n           !< block rows
       integer, intent(in) :: pairs(:,:)  !< [2, any] coupled block rows
-      !> no values on the diagonal: memory that is not written to takes none
+      !> no values on the diagonal: unwritten memory occupies no pages
       logical, intent(in), optional :: untouched
       integer, allocatable :: start(:), by_column(:), by_row(:), row_of(:)
       integer :: row
@@ -131,7 +131,7 @@ contains
       !$omp end parallel
    end subroutine multiply
 
-   !> Block rows first … last of y, which nobody else writes.
+   !> Block rows first … last of y, which no other thread writes.
    !>
    !> A lower block that couples two of them is read once, for both; one that couples a row to those
    !> below is read for either.  Whatever the rows, the sums are in the same order: the diagonal
@@ -162,8 +162,8 @@ contains
       end do
    end subroutine multiply_rows
 
-   !> ‖ |K| |x| ‖, of the terms that K x is the sum of: it rounds by a few units of the last place
-   !> of these, however small the sum is.
+   !> ‖ |K| |x| ‖, the size of the terms of K x: rounding is a few units in their last place,
+   !> however small their sum.
    pure real(wp) function terms_of_product(matrix, x) result(norm)
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector

@@ -8,7 +8,7 @@ module dda_rank_one
    public :: rank_one_type, most_changes, drift, forget_changes, add_change
 
    integer, parameter :: most_changes = 160   !< that are kept; more are only counted
-   !> relative change of a term that need not be known, as by the drift of the geometry
+   !> relative change of a term that is ignored, as by the drift of the geometry
    real(wp), parameter :: drift = 1.0e-3_wp
 
    !> The changes, in the order in which they were made.

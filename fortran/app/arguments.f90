@@ -96,7 +96,7 @@ contains
       end if
    end subroutine take_word
 
-   !> An argument of the command line; blank behind the last one.
+   !> An argument of the command line; blank after the last one.
    function argument(i) result(word)
       integer, intent(in) :: i  !< from 1
       character(len=:), allocatable :: word

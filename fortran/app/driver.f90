@@ -198,7 +198,7 @@ contains
    !> exact ones.
    subroutine print_amplifications(simulation, was_complete, error)
       type(simulation_type), intent(in) :: simulation  !< at the end of the run
-      logical, intent(in) :: was_complete  !< the output was there, and nothing has been run
+      logical, intent(in) :: was_complete  !< the output existed, and nothing was run
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(response_peak_type) :: peak
       character(len=:), allocatable :: warning

@@ -172,7 +172,7 @@ contains
       call serialise_number(archive, count, 0, int(limit))
    end subroutine serialise_count
 
-   !> An array as its bytes, behind its size, which must be that of the array it is read into.
+   !> An array as its bytes, after its size, which must be that of the array it is read into.
    subroutine pass_array(archive, place, items, bits)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(c_ptr), intent(in) :: place  !< address of the values

@@ -13,7 +13,7 @@ module dda_checksum
    !> The checksum of the bytes so far, and the tables to process eight at a time.
    type :: checksum_type
       integer(long) :: value = 0
-      !> remainders of a byte with 0 … 7 zero bytes behind it
+      !> remainders of a byte with 0 … 7 zero bytes after it
       integer(long) :: table(0:255, 0:7) = 0
    end type checksum_type
 

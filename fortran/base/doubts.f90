@@ -6,11 +6,11 @@ module dda_doubts
    private
    public :: doubt_type, add_doubt, add_doubts, doubt_text, serialise_doubts
 
-   character(len=*), parameter :: from_check = 'check: '  !< before what a check has said
+   character(len=*), parameter :: from_check = 'check: '  !< prefix of the warnings of a check
 
    !> One doubt.
    type :: doubt_type
-      character(len=:), allocatable :: topic  !< what it is about; blank: its words alone
+      character(len=:), allocatable :: topic  !< topic; blank: none
       character(len=:), allocatable :: words  !< a sentence
       logical :: of_check = .false.           !< the check of the model has reported it
    end type doubt_type
@@ -46,7 +46,7 @@ contains
       end do
    end subroutine add_doubts
 
-   !> As a line: "topic: sentence", that of the check behind "check: ".
+   !> As a line: "topic: sentence", that of the check after "check: ".
    pure function doubt_text(doubt) result(text)
       type(doubt_type), intent(in) :: doubt  !< one
       character(len=:), allocatable :: text

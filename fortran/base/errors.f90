@@ -36,7 +36,7 @@ contains
       error = error_type(kind, message)
    end subroutine fail
 
-   !> Exit status of the executable: the kind; that of a file for a checkpoint, which is one.
+   !> Exit status of the executable: the kind; an error of a checkpoint counts as one of a file.
    pure integer function exit_status(error)
       type(error_type), intent(in) :: error  !< that ends the program
 

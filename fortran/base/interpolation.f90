@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tables: where a value lies in one, what it is there, and equal steps of its logarithm.
+!> Tables: the interval of an abscissa, interpolation, equal steps of a logarithm.
 module dda_interpolation
    use dda_kinds, only: wp
    implicit none

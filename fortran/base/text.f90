@@ -84,7 +84,7 @@ contains
       if (text(len(text):) == '.') text = text(:len(text) - 1)
    end function without_zeros
 
-   !> 1.500E-007 as 1.5e-7; what is no number stays.
+   !> 1.500E-007 as 1.5e-7; other texts are unchanged.
    pure function power_of_ten(number) result(text)
       character(len=*), intent(in) :: number  !< with an exponent
       character(len=:), allocatable :: text
@@ -191,7 +191,7 @@ contains
    !> A count with its noun: 1 step, 3 steps.
    pure function counted(count, one, many) result(text)
       character(len=*), intent(in) :: count      !< its digits
-      character(len=*), intent(in) :: one, many  !< what is said of 1, of others
+      character(len=*), intent(in) :: one, many  !< form for 1, for other numbers
       character(len=:), allocatable :: text
 
       text = count//' '//many
@@ -206,7 +206,7 @@ contains
       characters = count([(iachar(text(i:i)) < 128 .or. iachar(text(i:i)) >= 192, i=1, len(text))])
    end function characters
 
-   !> A text with blanks behind, to so many characters at least.
+   !> A text padded with blanks to a minimum length.
    pure function padded(text, width) result(filled)
       character(len=*), intent(in) :: text  !< in UTF-8
       integer, intent(in) :: width          !< characters
@@ -244,7 +244,7 @@ contains
       text = text//new_line('a')
    end function wrapped
 
-   !> Words in one text, with something between them.
+   !> Words joined by a separator.
    pure function joined(words, between) result(text)
       character(len=*), intent(in) :: words(:)   !< trailing blanks are dropped
       character(len=*), intent(in) :: between    !< ', ' for example

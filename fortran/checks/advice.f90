@@ -13,7 +13,7 @@ module dda_advice
    public :: penalty_type
    public :: first_frequency, stiff_limit, penalty_for_frequency, penalty_for_shift
 
-   !> A normal stiffness and what it gives.
+   !> A normal stiffness and its effects.
    type :: penalty_type
       logical :: found = .false.
       !> k_n, N/m per metre of thickness; others keep their ratios to it
@@ -79,7 +79,7 @@ contains
    subroutine penalty_for_shift(linear, percent, penalty, error, reference)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: percent                 !< above 0, below 100
-      type(penalty_type), intent(out) :: penalty  !< a normal stiffness and what it gives
+      type(penalty_type), intent(out) :: penalty  !< a normal stiffness and its effects
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), intent(in), optional :: reference     !< Hz; default: the limit
       type(linear_model_type) :: work
@@ -105,7 +105,7 @@ contains
    subroutine penalty_for_frequency(linear, target, penalty, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: target  !< Hz
-      type(penalty_type), intent(out) :: penalty  !< a normal stiffness and what it gives
+      type(penalty_type), intent(out) :: penalty  !< a normal stiffness and its effects
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(linear_model_type) :: work
 
@@ -143,7 +143,7 @@ contains
    subroutine find_root(work, first_guess, penalty, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess  !< N/m per metre of thickness
-      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and what it gives
+      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and its effects
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: s(2), g(2), new_s, new_g
       integer :: i, last
@@ -180,7 +180,7 @@ contains
    subroutine bracket_root(work, first_guess, penalty, s, g, bracketed, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess
-      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and what it gives
+      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and its effects
       real(wp), intent(out) :: s(2), g(2)
       logical, intent(out) :: bracketed
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -208,7 +208,7 @@ contains
    subroutine miss(work, s, penalty, g, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: s
-      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and what it gives
+      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and its effects
       real(wp), intent(out) :: g
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 

@@ -127,7 +127,7 @@ contains
    !> Sides without continuing ground disturb the motion from below.
    subroutine check_sides(model, x, report)
       type(model_type), intent(in) :: model  !< as read from the input
-      real(wp), intent(in) :: x(:)           !< [vertices] where they are at the start, m
+      real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: width, arrival, duration
       integer :: i
@@ -154,7 +154,7 @@ contains
    !> Departures from level ground are far enough from the sides.
    subroutine check_free_fields(model, x, report)
       type(model_type), intent(in) :: model  !< as read from the input
-      real(wp), intent(in) :: x(:)           !< [vertices] where they are at the start, m
+      real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: frequency, departure, percent
       logical :: near
@@ -173,7 +173,7 @@ contains
    !> Fixed points or a free field are on a side.
    logical function is_side_fixed(model, x, side)
       type(model_type), intent(in) :: model  !< as read from the input
-      real(wp), intent(in) :: x(:)           !< [vertices] where they are at the start, m
+      real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
       character(len=*), intent(in) :: side   !< 'left' or 'right'
       real(wp) :: line, small
       integer :: i

@@ -208,7 +208,7 @@ contains
       call add_line(report, verdict_ok, 'time step', found, 'paper eq. 13', '')
    end subroutine check_highest
 
-   !> Duration of velocities that change their sign every step: warned of where it is longer than
+   !> Duration of velocities that change their sign every step: with a warning if it is longer than
    !> a period of the first mode.
    subroutine check_ringing(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model

@@ -29,11 +29,11 @@ module dda_side_departure
 
 contains
 
-   !> Largest departure of a side with a free field, over the motion of that; negative where no
-   !> base radiates or no side has one.
+   !> Largest departure of a side from its free field, over the motion of that; negative if no base
+   !> radiates or no side has a free field.
    subroutine find_side_departure(model, x, frequency, departure)
       type(model_type), intent(in) :: model     !< as read from the input
-      real(wp), intent(in) :: x(:)              !< [vertices] where they are at the start, m
+      real(wp), intent(in) :: x(:)              !< [vertices] positions at the start, m
       real(wp), intent(inout) :: frequency      !< Hz; for waves of at least four depths
       real(wp), intent(out) :: departure        !< 0 … 1
       type(bar_type) :: bar
@@ -54,7 +54,7 @@ contains
    !> sides.
    type(bar_type) function bar_of(model, x) result(bar)
       type(model_type), intent(in) :: model  !< as read from the input
-      real(wp), intent(in) :: x(:)           !< [vertices] where they are at the start, m
+      real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
       real(wp) :: left, low, high, plate, share(cells)
       integer :: b, i
 

@@ -2,8 +2,8 @@
 !> Contacts that begin with the stress of the ground: the model as drawn is loaded.
 !>
 !> A contact in touch has N = −n·σn L and s = t·σn L, L being its tributary length and σ the mean of
-!> both blocks' stresses at its place.  Its spring is free of force at the gap of that N, which is
-!> its `offset`.
+!> both blocks' stresses at its position.  Its spring is free of force at the gap of that N, its
+!> `offset`.
 module dda_confinement
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -56,7 +56,7 @@ contains
       end do
    end subroutine confine_contacts
 
-   !> Mean stress of the blocks of contact c at its place, Pa.
+   !> Mean stress of the blocks of contact c at its position, Pa.
    pure function tensor_at(contacts, blocks, gradient, c) result(tensor)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(blocks_type), intent(in) :: blocks      !< in their first state

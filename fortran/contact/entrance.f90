@@ -253,7 +253,7 @@ contains
    !> Velocity, m/s, of the block that owns vertex `own` at the position of another vertex.
    pure function velocity_at(blocks, own, vertex) result(velocity)
       type(blocks_type), intent(in) :: blocks  !< present geometry and velocities
-      integer, intent(in) :: own, vertex       !< a vertex of the block; where its velocity is taken
+      integer, intent(in) :: own, vertex       !< a vertex of the block; the position
       real(wp) :: velocity(2)
 
       associate (rate => blocks%velocity(:, blocks%owner(own)), &

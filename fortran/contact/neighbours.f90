@@ -18,8 +18,8 @@ module dda_neighbours
    !> Near pairs and probes.
    type :: neighbours_type
       ! unsaved, a search that found too much, which ends the run: crowded
-      ! unsaved, listed anew from the present places, which changes no decision: first_corner
-      ! unsaved, listed anew from the present places, which changes no decision: corner
+      ! unsaved, listed anew from the present positions, which changes no decision: first_corner
+      ! unsaved, listed anew from the present positions, which changes no decision: corner
       ! unsaved, the input: convex, convex_block
       integer :: n_pairs = 0
       integer :: n_probes = 0

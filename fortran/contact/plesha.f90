@@ -3,7 +3,7 @@
 !>
 !> Asperities of an angle α meet at a centre.  Slip away from it climbs them: the shear strength is
 !> N tan(φ + α), and slip lifts the joint by tan α.  Slip back comes down again, at N tan(φ − α).
-!> The work W that slip does per area wears them, α = α₀ exp(−cW); the state holds 1 − α/α₀.  Slip
+!> The work W that slip does per area wears them, α = α₀ exp(−cW); the state is 1 − α/α₀.  Slip
 !> dissipates N [tan(φ + α) − tan α] away from the centre and N [tan(φ − α) + tan α] towards it,
 !> both positive for φ > 0.
 !>

@@ -428,7 +428,7 @@ contains
          '(contact_points = 5)')
    end subroutine doubt_broken
 
-   !> Largest change of a stress in situ on the way to rest.
+   !> Largest change of a stress in situ until rest.
    function corrected_in_words(simulation, before) result(words)
       type(simulation_type), intent(in) :: simulation  !< at rest
       real(wp), intent(in) :: before(:,:)              !< [3,blocks] as given, Pa

@@ -18,8 +18,8 @@ module dda_first_contacts
    public :: first_contacts_type, begin_first_contacts, reserve_first_contacts, add_movement, &
       may_exceed, drop_removed, count_moved, foot_movement
 
-   !> of the way of the blocks, to each side: how far a contact may have moved; what exact rotations
-   !> and feet beyond the ends of an edge add to the two sides of a contact is less than half
+   !> of the displacement of the blocks, to each side: how far a contact may have moved; exact
+   !> rotations and feet beyond the ends of an edge add less than half
    real(wp), parameter :: both_sides = 3.0_wp
 
    !> The contacts, and the result of the last scan.

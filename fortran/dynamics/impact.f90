@@ -284,7 +284,7 @@ contains
       stiffness = unyielding/sum(row(:3)**2/own(:3))
    end function unyielding_spring
 
-   !> Energy taken by keeping the strains of struck blocks, J per metre.
+   !> Energy lost by freezing the strains of struck blocks, J per metre.
    pure real(wp) function loss_of_strains(impacts, system) result(loss)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved

@@ -20,7 +20,7 @@ module dda_maxima
       of_opening, of_penetration, of_penetration_ratio, of_contact_force, of_point_displacement, &
       of_point_velocity, of_point_acceleration, of_point_drift, of_plastic_strain, number_of_maxima
 
-   !> A value with its time and place; negative before the first one.
+   !> A value with its time, blocks or points; negative before the first one.
    type :: largest_type
       real(wp) :: value = -1.0_wp
       real(wp) :: time = 0.0_wp            !< s

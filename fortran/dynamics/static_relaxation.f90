@@ -78,7 +78,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< plain, not damped
       logical, intent(out) :: converged  !< else the contacts have their former states
-      type(error_type), allocatable, intent(out) :: error  !< allocated where the step has failed
+      type(error_type), allocatable, intent(out) :: error  !< allocated if the step has failed
       integer, allocatable :: states(:)
 
       states = contacts%state(:contacts%n)

@@ -210,7 +210,7 @@ contains
       end do
    end subroutine account
 
-   !> Hold the points where they are.
+   !> Fix the points at their present positions.
    subroutine freeze(self, blocks, motions, time)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< in their present state
@@ -230,7 +230,7 @@ contains
    !> Reactions stay; those of the springs of statics are added.
    subroutine inherit(self, before, blocks)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before     !< those of the same type
+      class(element_type), intent(in) :: before     !< the former element, of the same type
       type(blocks_type), intent(in) :: blocks       !< in their present state
       integer :: i, k
 

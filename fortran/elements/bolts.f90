@@ -3,8 +3,8 @@
 !>
 !> Along the axis the force is F = k (s − s_p), with the stretch s at the end of the step and the
 !> stretch s_p at which the bolt is free of force; that of a cable is the length of all its legs,
-!> with one force throughout.  A bolt without compression is slack below s_p.  Beyond the
-!> yield force s_p follows, which loses F Δs_p.  In a step a component is assumed elastic, yielding
+!> with one force throughout.  A bolt without compression is slack below s_p.  Beyond the yield
+!> force s_p increases, which dissipates F Δs_p.  In a step a component is assumed elastic, yielding
 !> or slack; if the converged step contradicts, it is solved again (`revise`).  The energy of
 !> an elastic bolt is ½ k (s − s_p)², with the loss of `dda_energy`.
 !>
@@ -34,9 +34,9 @@ module dda_bolts
    type, extends(element_type) :: bolts_type
       type(bolt_type), allocatable :: bolt(:)
       integer, allocatable :: mode(:,:)       !< [2,bolts] elastic, yielding, slack; of a component
-      logical, allocatable :: in_place(:)     !< [bolts] it has been put in
+      logical, allocatable :: in_place(:)     !< [bolts] it is installed
       real(wp), allocatable :: free(:,:)      !< [2,bolts] s_p, m
-      real(wp), allocatable :: first(:,:)     !< [2,bolts] stretch when it was put in, m
+      real(wp), allocatable :: first(:,:)     !< [2,bolts] stretch at installation, m
       real(wp), allocatable :: stretch(:,:)   !< [2,bolts] s at the end of the last solution, m
       real(wp), allocatable :: force(:,:)     !< [2,bolts] tension positive, N/m
    contains
@@ -53,7 +53,7 @@ module dda_bolts
 
 contains
 
-   !> Bolts, those that are to be there put in with their pretension in the present geometry.
+   !> Bolts; active ones are installed with their pretension in the present geometry.
    pure type(bolts_type) function new_bolts(bolts, blocks) result(self)
       type(bolt_type), intent(in) :: bolts(:)  !< [bolts]
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -461,7 +461,7 @@ contains
    !> Inherit the state of earlier bolts, except removed ones.
    subroutine inherit(self, before, blocks)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before  !< those of the same type
+      class(element_type), intent(in) :: before  !< the former element, of the same type
       type(blocks_type), intent(in) :: blocks  !< in their present state
       integer :: i
 

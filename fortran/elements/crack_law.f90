@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Law of a point of a broken face: the cohesive joint that it becomes, (1 − D) bond + D contact, as
-!> `dda_joint_bond` has it for contacts.
+!> in `dda_joint_bond` for contacts.
 !>
 !> Instead of strains there are the opening g and the slip s of the face, and tractions of
 !> stresses.  The bond acts at t₀ + θΔt, the contact at the end of the step.  Between the damages D₀
@@ -18,7 +18,7 @@ module dda_crack_law
    public :: crack_law_type, new_crack_law, is_spent
 
    integer, parameter :: damaged = 1  !< D in a state
-   integer, parameter :: slipped = 2  !< what the slider of friction has slipped, m
+   integer, parameter :: slipped = 2  !< slip of the friction slider, m
    !> of the stiffness: left of a tangent, so that both cells stay coupled
    real(wp), parameter :: floor_share = 1.0e-9_wp
 

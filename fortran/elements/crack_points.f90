@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The points of welded faces that can break (`dda_material_points`): what they bear while the face
-!> is whole, how their joint begins, and its damage, opening and slip.
+!> The points of welded faces that can break (`dda_material_points`): their tractions while the face
+!> is intact, the start of their joint, and its damage, opening and slip.
 module dda_crack_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type

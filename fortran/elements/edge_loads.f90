@@ -156,7 +156,7 @@ contains
       end associate
    end subroutine add_below_line
 
-   !> Fractions of an edge between two abscissae; the first is larger where there are none.
+   !> Fractions of an edge between two abscissae; the first is larger if there are none.
    pure function shares_between(x, low, high) result(span)
       real(wp), intent(in) :: x(2)       !< of the ends of the edge, m
       real(wp), intent(in) :: low, high  !< m

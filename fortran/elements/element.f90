@@ -4,7 +4,7 @@
 !>
 !> Its terms are read by the assembly, the energy budget, the checks and the transfer function
 !> alike.  An object contains all elements of its kind.  A new kind is one file that extends
-!> `element_type` and one line of registration in `dda_elements`; it overrides what it has.
+!> `element_type` and one line of registration in `dda_elements`; it overrides what applies to it.
 module dda_element
    use dda_kinds, only: wp
    use dda_archive, only: archive_type
@@ -77,7 +77,7 @@ contains
       type(energy_type), intent(inout) :: energy    !< J per metre of thickness
    end subroutine add_no_stored
 
-   !> Take over a state of its own at the end of a step; here: none.
+   !> Update its own state at the end of a step; here: none.
    subroutine accept_nothing(self, blocks, motions, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at the start of the step
@@ -86,7 +86,7 @@ contains
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine accept_nothing
 
-   !> Before a step, or for forces at rest: what is not linear in d is made so about an increment;
+   !> Before a step, or for forces at rest: linearise about an increment what is nonlinear in d;
    !> here: nothing.
    subroutine prepare_nothing(self, blocks, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
@@ -95,8 +95,8 @@ contains
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine prepare_nothing
 
-   !> After a converged solution: states of its own that differ from those that were assumed are
-   !> changed, and the step is solved again; here: none.
+   !> After a converged solution: change states that differ from the assumed ones; the step is then
+   !> solved again; here: none.
    subroutine revise_nothing(self, blocks, step, d, changed)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at the start of the step
@@ -134,11 +134,11 @@ contains
       real(wp), intent(in) :: time          !< at which loads and prescribed positions are frozen, s
    end subroutine freeze_nothing
 
-   !> Take over the state of those that stood in its place before the model changed, or before a
-   !> static stage froze them; here: none.
+   !> Copy the state of its predecessor, before the model changed or a static stage froze it; here:
+   !> none.
    subroutine inherit_nothing(self, before, blocks)
       class(element_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before     !< those of the same type
+      class(element_type), intent(in) :: before     !< the former element, of the same type
       type(blocks_type), intent(in) :: blocks       !< in their present state
    end subroutine inherit_nothing
 

@@ -229,7 +229,7 @@ contains
       type(blocks_type), intent(in) :: blocks      !< at the start of the step
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: from(:,:), to(:,:)   !< [6,blocks]
-      real(wp), intent(in) :: share                !< of the way, 0 … 1
+      real(wp), intent(in) :: share                !< of the path, 0 … 1
       integer :: i
 
       slope = 0.0_wp

@@ -200,7 +200,7 @@ contains
       end do
    end subroutine add_springs
 
-   !> Blocks and rows of the spring of node i of a group; memory is kept where it fits.
+   !> Blocks and rows of the spring of node i of a group; memory is reused if it fits.
    pure subroutine set_spring(group, i, term)
       type(group_type), intent(in) :: group          !< with its springs
       integer, intent(in) :: i                       !< node in the group

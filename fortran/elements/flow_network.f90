@@ -61,7 +61,7 @@ contains
       call update_network(network, blocks)
    end function new_network
 
-   !> Take the present geometry.
+   !> Update to the present geometry.
    pure subroutine update_network(network, blocks)
       type(network_type), intent(inout) :: network  !< of the model
       type(blocks_type), intent(in) :: blocks       !< in their present state
@@ -140,7 +140,7 @@ contains
          + other*network%row(:, side, 3 - k, c))
    end subroutine add_node_row
 
-   !> H φ: what flows out of each node, m²/s.
+   !> H φ: outflow of each node, m²/s.
    pure function outflow_of(network, conductance, potential) result(outflow)
       type(network_type), intent(in) :: network    !< of the model
       real(wp), intent(in) :: conductance(:)       !< [channels] m²/(Pa s)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Water that flows in joints, in one step with the motion of the blocks.
 !>
-!> At the end of a step a node has taken in what its joints have opened by, what compression stores
-!> and what flows on:
+!> At the end of a step the inflow of a node has filled the opening of its joints, its storage and
+!> its outflow:
 !>
 !>     Bᵀd + S Δp + Δt H (p₁ + γy) − Δt Q = Δw ,
 !>
@@ -270,7 +270,7 @@ contains
       end do
    end function growth_of
 
-   !> What the balance of each node leaves over, m³ per metre of thickness: growth of the volume
+   !> Residual of the balance of each node, m³ per metre of thickness: growth of the volume
    !> without water, or inflow from outside.
    pure function surplus_of(self) result(surplus)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
@@ -435,10 +435,10 @@ contains
       call begin_state(self)
    end subroutine freeze
 
-   !> Take over pressures and volumes.
+   !> Update pressures and volumes.
    subroutine inherit(self, before, blocks)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before  !< those of the same type
+      class(element_type), intent(in) :: before  !< the former element, of the same type
       type(blocks_type), intent(in) :: blocks  !< in their present state
 
       select type (before)

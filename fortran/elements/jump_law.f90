@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Law of the jumps of a welded face whose material yields: elastic and perfectly plastic up to a
-!> cap, so that they carry nothing that the strain points beside them cannot.
+!> cap, so that they transmit no more than the strain points beside them.
 !>
 !> The force of the jump, a vector k (e − e^p), returns at t₀ + θΔt to the circle of the cap, which
 !> stays in a step: the generalised midpoint rule, whose losses are not below 0.

@@ -3,9 +3,9 @@
 !> points.
 !>
 !> A term acts on row_a·x_a − row_b·x_b of two blocks, or of one block and the ground (block b = 0);
-!> that of a cable also on the further blocks that it passes.  Its instant says on what: on the
-!> stretch at t₀ + θΔt or at the end of the step, on the mean velocity d/Δt or on the velocity at
-!> the end.  Terms of a closed contact have the same form.
+!> that of a cable also on the further blocks that it passes.  Its instant states what it acts on:
+!> the stretch at t₀ + θΔt or at the end of the step, the mean velocity d/Δt or the velocity at the
+!> end.  Terms of a closed contact have the same form.
 module dda_linear_terms
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of

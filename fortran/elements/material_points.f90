@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Where materials have a law of their own (`dda_material_law`), and what it remembers there: in
+!> Points at which materials have a law (`dda_material_law`), and the memory of that law: in
 !> blocks, rests of cells, sides of welded faces, and, where a law limits them, in the mean and the
 !> linear jump of these faces, whose law is `dda_jump_law`; and in points of broken faces, whose law
 !> is `dda_crack_law`.
@@ -51,7 +51,7 @@ module dda_material_points
       type(strain_point_type), allocatable :: point(:)   !< [n]
       type(weld_type), allocatable :: face(:)            !< [n]
       real(wp), allocatable :: map(:,:,:)                !< [3,deformations,n] its strain by these
-      real(wp), allocatable :: reference(:,:)            !< [3,n] strain where the law began
+      real(wp), allocatable :: reference(:,:)            !< [3,n] strain at the start of the law
       real(wp), allocatable :: carried(:,:)              !< [3,n] c that stays from laws before, Pa
       real(wp), allocatable :: state(:,:)                !< [any,n] of the laws
       logical :: static = .false.                        !< laws that rest do
@@ -340,7 +340,7 @@ contains
    !> Part of `carried` that keeps the area of point p of a face where its plastic strain is large.
    !>
    !> Cells that turn by a against each other about the middle of a face come nearer by ha²/8, arcs
-   !> by ha²/24: what a pressure p of the sides does with the difference is taken from it, the force
+   !> by ha²/24: the work of a pressure p of the sides on the difference is subtracted, the force
    !> ⅔ p (h/L) [u]_l of the plastic linear jump.
    pure function shape_stress(self, p) result(stress)
       class(material_points_type), intent(in) :: self  !< elements of this kind
@@ -386,7 +386,7 @@ contains
          - dot_product(self%point(p)%held, at)
    end function beyond_elastic
 
-   !> Take the state of point p to the end of a step; its losses, of the scheme beyond elasticity.
+   !> Advance the state of point p by a step; its losses, of the scheme beyond elasticity.
    pure subroutine take_step(self, p, state, change, step, loss)
       class(material_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: p                       !< point

@@ -3,7 +3,7 @@
 !>
 !> With y and w, the stretch and its rate relative to a motion, a spring at t₀ + θΔt exerts −k y.
 !> One at the end of the step has a dashpot and exerts −k y₁ − c w₁ with c = (1 − χ) k Δt.  Without
-!> the dashpot a velocity that a stiff spring has stopped changes its sign every step for ever (DDA:
+!> the dashpot a velocity that a stiff spring has stopped changes its sign every step forever (DDA:
 !> root −1 + 8/Ω²); with it both roots are 1/(1 ± iΩ) in every member, those of backward Euler.
 !>
 !> Their energy is ½ k y² + ½ (1 − χ) c Δt w².  It never grows at rest: a step loses (θ − ½) k Δy²

@@ -301,8 +301,7 @@ contains
       slope = sum(part)
    end function slope_beyond
 
-   !> Points whose c at a solution is not the one that was solved with are linear about it from now
-   !> on, and so are all others.
+   !> Linearise all points about a solution if c there differs from the one that was solved with.
    subroutine revise(self, blocks, step, d, changed)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks           !< at the start of the step
@@ -475,7 +474,7 @@ contains
    !> stopped.  If the law is replaced, the inelastic part of its stress stays.
    subroutine inherit(self, before, blocks)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before         !< those of the same type
+      class(element_type), intent(in) :: before         !< the former element, of the same type
       type(blocks_type), intent(in) :: blocks           !< in their present state
       integer :: p
 

@@ -2,7 +2,7 @@
 !> Ties as springs: they exert the forces that a bonded contact of the same geometry exerts
 !> (`dda_contact_geometry`), at t₀ + θΔt, without an end to its strength.
 !>
-!> Where a corner of each face stands at the end of the overlap, the one whose foot lies on the
+!> If a corner of each face lies at the end of the overlap, the one whose foot lies on the
 !> other face counts, as in the detection of contacts.
 module dda_ties
    use dda_kinds, only: wp
@@ -182,7 +182,7 @@ contains
    !> Slips stay.
    subroutine inherit(self, before, blocks)
       class(ties_type), intent(inout) :: self    !< elements of this kind
-      class(element_type), intent(in) :: before  !< those of the same type
+      class(element_type), intent(in) :: before  !< the former element, of the same type
       type(blocks_type), intent(in) :: blocks    !< in their present state
 
       select type (before)

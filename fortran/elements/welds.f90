@@ -257,8 +257,8 @@ contains
       placed%turn = reshape([cos(angle), -sin(angle), sin(angle), cos(angle)], [2, 2])
    end function configuration_of
 
-   !> G of a face at the middle of a step, as its present rates foresee it: where a body turns by ω,
-   !> what the step adds to q is then right to the third power of ωΔt, and so are its momenta.
+   !> G of a face at the middle of a step, as its present rates predict it: in a body that turns by
+   !> ω the increment of q, and so its momenta, are accurate to the third power of ωΔt.
    pure function derivatives_of(weld, blocks, step) result(g)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -520,10 +520,10 @@ contains
       call begin_memory(self, blocks)
    end subroutine balance
 
-   !> Forces stay in the present state, whatever becomes of the moduli.
+   !> Forces in the present state do not change with the moduli.
    subroutine inherit(self, before, blocks)
       class(welds_type), intent(inout) :: self   !< elements of this kind
-      class(element_type), intent(in) :: before  !< those of the same type
+      class(element_type), intent(in) :: before  !< the former element, of the same type
       type(blocks_type), intent(in) :: blocks    !< in their present state
       real(wp) :: q(n_deformations), none(n_deformations)
       integer :: i

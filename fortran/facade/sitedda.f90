@@ -103,7 +103,7 @@ contains
       if (allocated(error)) deallocate (analysis%run)
    end subroutine begin_analysis
 
-   !> Take steps, until the run is complete at most.
+   !> Advance, at most until the run is complete.
    subroutine advance_analysis(analysis, steps, error)
       type(analysis_type), intent(inout) :: analysis  !< begun
       integer, intent(in) :: steps                    !< number of steps

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Blocks in a netCDF file: what it says, read and checked as numbers and names.
+!> Blocks in a netCDF file: its content, read and checked as numbers and names.
 !>
 !> Nothing is read before sizes are known to agree with each other, with the length of the file and
-!> with the free memory, so a file that lies about them takes no time and no memory.  The format
+!> with the free memory, so a file with false sizes costs neither time nor memory.  The format
 !> must be the classic one, as HDF5 crashes on some damaged files.
 module dda_block_file
    use, intrinsic :: iso_fortran_env, only: int8

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Header of a netCDF file of the classic format, checked before the library reads it.
 !>
-!> The library (4.9) divides by the size of a variable's type, which is zero for numbers that stand
-!> for no type of this format, and so a damaged file would end the program.  Lists of dimensions,
+!> The library (4.9) divides by the size of a variable's type, which is zero for numbers that are no
+!> type of this format, and so a damaged file would end the program.  Lists of dimensions,
 !> attributes and variables follow each other (NetCDF Classic Format Specification).
 module dda_classic_header
    use, intrinsic :: iso_fortran_env, only: int8
@@ -50,7 +50,7 @@ contains
 
    !> Name, dimensions, attributes, type, size and position of a variable.
    pure subroutine skip_variable(cursor)
-      type(cursor_type), intent(inout) :: cursor  !< at a variable, then behind it
+      type(cursor_type), intent(inout) :: cursor  !< at a variable, then after it
       integer(long) :: dimensions, bytes
 
       call skip_name(cursor)
@@ -63,7 +63,7 @@ contains
 
    !> A list of attributes: name, type and values, filled up to four bytes.
    pure subroutine skip_attributes(cursor)
-      type(cursor_type), intent(inout) :: cursor  !< at a list, then behind it
+      type(cursor_type), intent(inout) :: cursor  !< at a list, then after it
       integer(long) :: i, n, bytes, values
 
       call begin_list(cursor, n)
@@ -89,7 +89,7 @@ contains
 
    !> A name: its length, and letters filled up to four bytes.
    pure subroutine skip_name(cursor)
-      type(cursor_type), intent(inout) :: cursor  !< at a name, then behind it
+      type(cursor_type), intent(inout) :: cursor  !< at a name, then after it
       integer(long) :: letters
 
       call read_number(cursor, letters)
@@ -98,7 +98,7 @@ contains
 
    !> A type that there is, as the bytes of a value.
    pure subroutine read_type(cursor, bytes)
-      type(cursor_type), intent(inout) :: cursor  !< at a type, then behind it
+      type(cursor_type), intent(inout) :: cursor  !< at a type, then after it
       integer(long), intent(out) :: bytes  !< 0 where there is no such type
       integer(long) :: kind
 
@@ -110,7 +110,7 @@ contains
 
    !> A number of four bytes, the greatest first; not negative.
    pure subroutine read_number(cursor, number)
-      type(cursor_type), intent(inout) :: cursor  !< at the number, then behind it
+      type(cursor_type), intent(inout) :: cursor  !< at the number, then after it
       integer(long), intent(out) :: number  !< 0 beyond the end of the file
       integer :: i
 
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine read_number
 
-   !> Go on by so many bytes, unless the file ends before.
+   !> Skip a number of bytes, unless the file ends before.
    pure subroutine skip(cursor, bytes)
       type(cursor_type), intent(inout) :: cursor  !< continues
       integer(long), intent(in) :: bytes  !< to leave out

@@ -47,7 +47,7 @@ contains
    subroutine add_blocks(group, path, found, source, m, j, model, outlines, error)
       type(group_type), intent(in) :: group          !< of the group
       character(len=*), intent(in) :: path           !< of the file, for messages
-      type(block_file_type), intent(in) :: found     !< what the file says
+      type(block_file_type), intent(in) :: found     !< content of the file
       integer, intent(in) :: source                  !< number of the group
       integer, intent(in) :: m, j                    !< material and joint where it names none
       type(model_type), intent(in) :: model          !< with its materials and joints
@@ -79,7 +79,7 @@ contains
 
    !> Name of the body that a block of a file is a cell of, or blank.
    pure function body_of(found, b) result(name)
-      type(block_file_type), intent(in) :: found  !< what the file says
+      type(block_file_type), intent(in) :: found  !< content of the file
       integer, intent(in) :: b                    !< block
       character(len=name_length) :: name
 

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups &boundary: edges of the outline that are held, by springs if need be, or absorb waves.
+!> The groups &boundary: edges of the outline that are fixed, on springs, or absorb waves.
 !>
-!> Edges that are held become fixed points at the Gauss points of the edges; the others become
-!> boundaries or free fields of the model.  What comes in through these is recorded for the output.
+!> Fixed edges become fixed points at the Gauss points of the edges; the others become
+!> boundaries or free fields of the model.  Motions that enter through these are recorded.
 module dda_input_boundaries
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, place_of
@@ -32,7 +32,7 @@ module dda_input_boundaries
    type :: kind_type
       character(len=16) :: name
       character(len=16) :: at_rest  !< the kind that acts like it in models of static stages alone
-      character(len=6) :: direction !< in which it acts at rest, if not given; blank: in none
+      character(len=6) :: direction !< direction in static stages, if not given; blank: none
       logical :: holds              !< becomes fixed points
       logical :: absorbs            !< by a half-space with dashpots along the edges
    end type kind_type
@@ -49,7 +49,7 @@ module dda_input_boundaries
 
    !> A group as read.
    type, extends(boundary_values) :: reading_type
-      type(kind_type) :: is                    !< what its kind is
+      type(kind_type) :: is                    !< its kind
    end type reading_type
 
 contains
@@ -263,7 +263,7 @@ contains
          blocks%vertex(:, highest))
    end function top_of
 
-   !> The name of a group, or words in its place.
+   !> The name of a group, or a substitute.
    pure character(len=name_length) function label(reading, words)
       type(reading_type), intent(in) :: reading  !< as read
       character(len=*), intent(in) :: words      !< of a nameless one

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The edges that the groups &boundary take: none may have two boundaries in one direction.
+!> The edges of the groups &boundary: none may have two boundaries in one direction.
 module dda_input_boundary_edges
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type

@@ -20,9 +20,9 @@ module dda_input_changes
    !> A variable by its path, and its new value.
    type :: change_type
       character(len=:), allocatable :: path   !< as written
-      character(len=:), allocatable :: value  !< as typed; not allocated: the variable is taken out
+      character(len=:), allocatable :: value  !< as typed; not allocated: the variable is removed
       integer :: variable = 0                 !< its position in `input_variables`, once found
-      character(len=:), allocatable, private :: group, which, name  !< which: '' if it is not said
+      character(len=:), allocatable, private :: group, which, name  !< which: '' if it is not given
    end type change_type
 
    !> Positions of the assignments of a group.

@@ -24,7 +24,7 @@ module dda_input_flow
 
 contains
 
-   !> All that an input says of water that flows.
+   !> Everything in an input on water that flows.
    subroutine read_flow(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks and edge loads
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -100,7 +100,7 @@ contains
 
    !> Channels wherever edges of two blocks lie along each other.
    subroutine find_channels(flow, blocks, law_of, longest)
-      type(flow_type), intent(inout) :: flow   !< gets channels and places of nodes
+      type(flow_type), intent(inout) :: flow   !< gets channels and positions of nodes
       type(blocks_type), intent(in) :: blocks  !< in their initial state
       integer, intent(in) :: law_of(:)         !< [joints] group of each, 0: none
       real(wp), intent(in) :: longest(:)       !< [groups] channel, m
@@ -129,7 +129,7 @@ contains
 
    !> The channels of two edges, if they lie along each other.
    subroutine add_channels(flow, blocks, edges, law, longest)
-      type(flow_type), intent(inout) :: flow   !< gets channels and places of nodes
+      type(flow_type), intent(inout) :: flow   !< gets channels and positions of nodes
       type(blocks_type), intent(in) :: blocks  !< in their initial state
       integer, intent(in) :: edges(2)          !< by their first vertices
       integer, intent(in) :: law               !< group &flow

@@ -75,7 +75,7 @@ contains
    pure subroutine take_real(group, v, value, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
-      real(wp), intent(inout) :: value       !< in its unit; as it was where it is not given
+      real(wp), intent(inout) :: value       !< in its unit; unchanged if it is not given
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
@@ -89,7 +89,7 @@ contains
    pure subroutine take_integer(group, v, value, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
-      integer, intent(inout) :: value        !< as it was where it is not given
+      integer, intent(inout) :: value        !< unchanged if it is not given
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp) :: number
 
@@ -103,7 +103,7 @@ contains
    pure subroutine take_logical(group, v, value, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
-      logical, intent(inout) :: value        !< as it was where it is not given
+      logical, intent(inout) :: value        !< unchanged if it is not given
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
@@ -115,7 +115,7 @@ contains
    pure subroutine take_name(group, v, value, error)
       type(group_type), intent(in) :: group     !< of the input
       integer, intent(in) :: v                  !< position in `input_variables`
-      character(len=*), intent(inout) :: value  !< as it was where it is not given, or blank
+      character(len=*), intent(inout) :: value  !< unchanged if it is not given, or blank
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(variable_type) :: variable
       character(len=:), allocatable :: text
@@ -176,7 +176,7 @@ contains
    pure subroutine take_tuple(group, v, values, error)
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
-      real(wp), intent(inout) :: values(:)    !< as they were where they are not given
+      real(wp), intent(inout) :: values(:)    !< unchanged if they are not given
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp), allocatable :: own(:)
 

@@ -30,7 +30,7 @@ contains
       call read_soil(group, own, material, soil, error)
    end subroutine check_law
 
-   !> The law of a material, whose damping of small strains is the law's from now on.
+   !> The law of a material, which then includes the damping of small strains.
    subroutine set_law(group, material, limit, error)
       type(group_type), intent(in) :: group            !< &material
       type(material_type), intent(inout) :: material   !< as read

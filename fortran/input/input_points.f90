@@ -191,7 +191,7 @@ contains
    !> The next block, of another body, that contains a point; 0 if there is none.
    pure integer function other_container(blocks, first, point) result(b)
       type(blocks_type), intent(in) :: blocks  !< of the model
-      integer, intent(in) :: first             !< block that holds it
+      integer, intent(in) :: first             !< block that contains it
       real(wp), intent(in) :: point(2)         !< m
 
       do b = first + 1, blocks%n

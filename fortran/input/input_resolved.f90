@@ -2,7 +2,7 @@
 !> Meaning of an input as JSON: every variable of every group but those of blocks, as it is given,
 !> by default, or derived.
 !>
-!> It stands in the output, so that what reads an output reads no input.
+!> It is part of the output, so that readers of outputs need no input.
 module dda_input_resolved
    use dda_input_boundaries, only: acts_as
    use dda_input_group, only: group_type

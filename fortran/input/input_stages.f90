@@ -214,7 +214,7 @@ contains
       type(group_type), intent(in) :: group          !< of the input
       character(len=*), intent(in) :: list, kind     !< as read; of names: 'joint', 'material'
       character(len=*), intent(in) :: names(:)       !< known ones
-      integer, intent(inout) :: new(:)               !< [names] that stands instead of each
+      integer, intent(inout) :: new(:)               !< [names] replacement of each
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=:), allocatable :: variable, rest, entry
       integer :: comma, arrow, from, to

@@ -102,7 +102,7 @@ contains
    pure subroutine take_variable(text, g, at, v, failure)
       character(len=*), intent(in) :: text   !< up to the slash of the group
       integer, intent(in) :: g               !< position of the group in `input_groups`
-      integer, intent(inout) :: at           !< at the name; behind it then
+      integer, intent(inout) :: at           !< at the name; on return, after it
       integer, intent(out) :: v              !< position in `input_variables`
       character(len=:), allocatable, intent(inout) :: failure  !< allocated if there is none
       character(len=:), allocatable :: name
@@ -285,7 +285,7 @@ contains
       call resize(groups, count)
    end subroutine split_groups
 
-   !> Take one group up to its closing slash.
+   !> Read one group up to its closing slash.
    subroutine take_group(file, text, at, line, group, error)
       character(len=*), intent(in) :: file, text  !< path, for messages; text of the input
       integer, intent(inout) :: at, line  !< position in the text, line number

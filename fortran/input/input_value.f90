@@ -76,7 +76,7 @@ contains
       call cut(value)
    end subroutine take_values
 
-   !> The part of a list that is named behind a variable, as (2) or (3:6), and the equals sign.
+   !> The part of a list that is named after a variable, as (2) or (3:6), and the equals sign.
    pure subroutine take_part(text, at, variable, part, failure)
       character(len=*), intent(in) :: text         !< of the group
       integer, intent(inout) :: at                 !< behind the name; behind its equals sign then
@@ -105,7 +105,7 @@ contains
             end if
          else
             call take_range(text(at + 1:bracket - 1), variable%size, part)
-            ! Further values are stored in the positions behind the named one.
+            ! Further values are stored in the positions after the named one.
             if (part%count == 1) part%count = variable%size - part%first + 1
          end if
          if (part%count == 0) failure = trim(variable%name)//': there is no part '// &
@@ -140,7 +140,7 @@ contains
       range%count = max(0, (last - range%first)/range%step + 1)
    end subroutine take_range
 
-   !> A whole number; nothing leaves it as it was.
+   !> A whole number; unchanged if nothing is given.
    pure subroutine whole(text, number, status)
       character(len=*), intent(in) :: text  !< digits, or blanks
       integer, intent(inout) :: number      !< as it says
@@ -177,7 +177,7 @@ contains
    !> One value, put into positions of the list.
    pure subroutine take_item(text, at, variable, places, value, failure)
       character(len=*), intent(in) :: text         !< of the group
-      integer, intent(inout) :: at                 !< at the value; behind it then
+      integer, intent(inout) :: at                 !< at the value; on return, after it
       type(variable_type), intent(in) :: variable  !< of the schema
       type(part_type), intent(in) :: places        !< to fill; none: there is no more
       type(value_type), intent(inout) :: value     !< gets it
@@ -213,7 +213,7 @@ contains
    !> A text in quotes, in which doubled ones represent one, or one that begins with a digit.
    pure subroutine take_word(text, at, word)
       character(len=*), intent(in) :: text  !< of the group
-      integer, intent(inout) :: at          !< at the text; behind it then
+      integer, intent(inout) :: at          !< at the text; on return, after it
       character(len=:), allocatable, intent(out) :: word  !< not allocated if there is none
       integer :: length, i
       character :: quote
@@ -242,7 +242,7 @@ contains
    !> A number, or a logical value as 0 or 1.
    pure subroutine take_number(text, at, logical_wanted, number, fits)
       character(len=*), intent(in) :: text    !< of the group
-      integer, intent(inout) :: at            !< at the value; behind it then
+      integer, intent(inout) :: at            !< at the value; on return, after it
       logical, intent(in) :: logical_wanted   !< .true. or T, .false. or F
       real(wp), intent(out) :: number         !< beyond all numbers: infinite
       logical, intent(out) :: fits            !< there is one
@@ -322,7 +322,7 @@ contains
       value%n = max(value%n, last)
    end subroutine put_word
 
-   !> No room behind the last value.
+   !> No room after the last value.
    pure subroutine cut(value)
       type(value_type), intent(inout) :: value  !< read
 

@@ -151,7 +151,7 @@ contains
       end do
    end function all_convex
 
-   !> A cell that no faces join with the first cell of its body; 0 if there is none.
+   !> A cell without a connection by faces to the first cell of its body; 0 if there is none.
    pure subroutine find_loose(blocks, welds, loose, first_cell)
       type(blocks_type), intent(in) :: blocks    !< with bodies
       type(weld_type), intent(in) :: welds(:)    !< of all bodies
@@ -173,8 +173,8 @@ contains
       loose = 0
    end subroutine find_loose
 
-   !> Stages remove bodies, not cells of them: what stays would have faces that nothing welds, and
-   !> lies open where edges are no sides.
+   !> Stages remove bodies, not cells of them: the remaining cells would have faces without welds
+   !> and edges that are not sides.
    subroutine check_bodies(model, error)
       type(model_type), intent(in) :: model  !< with its stages
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once

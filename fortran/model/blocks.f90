@@ -3,7 +3,7 @@
 !>
 !> A block has six generalised coordinates q = (x0, y0, θ, εx, εy, γxy): the position of its
 !> centroid, its rotation and its strain in axes that turn with it.  A material point with reference
-!> offset ρ from the centroid stands at
+!> offset ρ from the centroid is at
 !>
 !>     x = x0 + R(θ) (I + ε) ρ ,
 !>

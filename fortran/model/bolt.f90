@@ -27,7 +27,7 @@ module dda_bolt
       real(wp) :: stiffness(2) = 0.0_wp             !< axial, across; N/m per metre of thickness
       real(wp) :: pretension = 0.0_wp               !< N per metre of thickness
       real(wp) :: yield(2) = never                  !< forces at which it yields, N/m
-      real(wp) :: rupture(2) = never                !< stretch since it was put in, m
+      real(wp) :: rupture(2) = never                !< stretch since installation, m
    end type bolt_type
 
 end module dda_bolt

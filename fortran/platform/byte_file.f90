@@ -19,7 +19,7 @@ module dda_byte_file
 
    !> Modes: read from the beginning; write a new file instead of one that was there; append; write
    !> from the beginning over one that was there, whose blocks on the disk are reused (`cut_file`
-   !> removes the rest of it).  What is written is never a file that a link leads to.
+   !> removes the rest of it).  Links are never followed to write.
    character(len=*), parameter :: to_read = 'rb', to_create = 'w+b', to_append = 'a+b', &
       to_overwrite = 'r+b'
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> An archive in a file that shows whether it is whole: a mark and the version of the format before
-!> it, its length and a checksum behind it.
+!> it, its length and a checksum after it.
 module dda_checked_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long

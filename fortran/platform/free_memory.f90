@@ -33,7 +33,7 @@ module dda_free_memory
    end type reserve_type
 
    interface
-      !> glibc: give pages that nothing allocated lies in back to the system; 1 if there were some.
+      !> glibc: return unused pages to the system; 1 if there were some.
       integer(c_int) function malloc_trim(pad) bind(c, name='malloc_trim')
          import :: c_int, c_size_t
          integer(c_size_t), value :: pad  !< bytes to keep at the end
@@ -65,7 +65,7 @@ contains
          beside_buffers()//'; '//advice)
    end subroutine require_memory
 
-   !> Words on addresses that a limit has to leave besides.
+   !> Text on addresses that a limit must leave in addition.
    function beside_buffers() result(words)
       character(len=:), allocatable :: words
 

@@ -2,7 +2,7 @@
 !> Requests to stop: of signals that the executable watches, or of the program that the engine is
 !> part of.
 !>
-!> Long loops ask `stop_requested` and end with an error.  A step is let end, so that its checkpoint
+!> Long loops ask `stop_requested` and end with an error.  A step ends first, so that its checkpoint
 !> can be written, unless it takes longer than `patience`.  The engine itself watches no signals
 !> unless `watch_interrupts` is called.
 module dda_interrupts
@@ -72,7 +72,7 @@ contains
       last_signal = number
    end subroutine record_signal
 
-   !> From here on the host is asked, too, now and then.
+   !> From here on the host is polled, too.
    subroutine ask_host(question)
       procedure(host_type) :: question  !< to the host
 
@@ -105,7 +105,7 @@ contains
       stop_heard = last_signal /= 0 .or. request%signal /= 0 .or. request%host
    end function stop_heard
 
-   !> Ask the host, if the last question was some time ago or had a yes.
+   !> Poll the host, unless it was polled recently without a request.
    subroutine hear_host()
       integer(long) :: now, rate
 

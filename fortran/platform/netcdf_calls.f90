@@ -35,8 +35,8 @@ module dda_netcdf_calls
 
 contains
 
-   !> A name as netCDF takes it as a path: it drops what one begins with of blanks and control
-   !> characters, and takes one with a colon for an address.
+   !> A name as netCDF takes it as a path: it strips leading blanks and control characters, and
+   !> treats a name with a colon as an address.
    pure function path_of(name) result(path)
       character(len=*), intent(in) :: name  !< path of a file
       character(len=:), allocatable :: path

@@ -13,7 +13,7 @@ module dda_low_pass
    integer, parameter :: sections = 2
    real(wp), parameter :: damping(sections) = cos([1, 3]*pi/8)
    real(wp), parameter :: most_share = 0.45_wp   !< of the sampling rate that f may be
-   real(wp), parameter :: same_step = 1.0e-9_wp  !< relative; what rounding of times is worth
+   real(wp), parameter :: same_step = 1.0e-9_wp  !< relative; rounding of times
 
    !> A filter of one motion.
    type :: low_pass_type

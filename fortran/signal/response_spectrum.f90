@@ -26,7 +26,7 @@ module dda_response_spectrum
    integer, parameter :: samples_per_period = 50        !< the peak is missed by less than 0.2 %
    real(wp), parameter :: coarsest = 0.5_wp*longest     !< step that resolves no period beyond it, s
    real(wp), parameter :: finest = 0.005_wp*shortest     !< step that free vibration needs, s
-   real(wp), parameter :: same_step = 1.0e-9_wp         !< relative; what rounding of times is worth
+   real(wp), parameter :: same_step = 1.0e-9_wp         !< relative; rounding of times
    real(wp), parameter :: small_step = 1.0e-2_wp        !< of |z|: below, μ and ρ from their series
 
    !> Oscillators under one motion; number 0 is the low-pass, as fast as the first.

@@ -2,9 +2,9 @@
 !> Shear of a soil by branches in parallel, fitted to its modulus reduction and damping curves.
 !>
 !> Branch j has the modulus g_j G and yields at γ_j.  A fraction F_j of it slips (elastic and
-!> perfectly plastic), the rest is recoverable with the same cap.  Beside them stands the body of
-!> the damping of small strains (`dda_damping`) in series with a slider: its springs hold g_b G in
-!> the mean, and its stress has the cap y G that it reaches at the strain γ_b, so that it fades
+!> perfectly plastic), the rest is recoverable with the same cap.  In parallel acts the body of the
+!> damping of small strains (`dda_damping`) in series with a slider: its springs have g_b G in the
+!> mean, and its stress has the cap y G that it reaches at the strain γ_b, so that it fades
 !> where the soil yields.
 !>
 !> Under a load that only grows slipping and recoverable fractions do the same, so g_j and γ_j make
@@ -90,7 +90,7 @@ contains
       call find_misfits(branches, curve, masing)
    end subroutine fit_branches
 
-   !> The body of a damping ratio, which slips from a strain on.
+   !> The viscoelastic body of a damping ratio, which slips beyond a strain.
    subroutine set_body(branches, damping, limit, strain, error)
       type(branches_type), intent(inout) :: branches  !< gets it
       type(damping_type), intent(in) :: damping  !< with its ratio D_min, 0: none; not fitted

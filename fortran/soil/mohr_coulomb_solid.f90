@@ -6,7 +6,7 @@
 !>
 !>     s·Δε = Δψ + s·Δε^p + (θ − ½) Δε^e·DΔε^e .
 !>
-!> s is the derivative of a convex function of Δε, as bounds are held (`dda_yield_return`).
+!> s is the derivative of a convex function of Δε, for frozen bounds (`dda_yield_return`).
 !> In plane strain the elastic and the plastic strain across the plane cancel.
 !>
 !> κ is the sum of the largest differences of principal plastic strains in each step, or of the

@@ -229,7 +229,7 @@ contains
       product_of(2:) = product_of(2:) + beside*x(:size(beside))
    end function mass_times
 
-   !> Take the state to the end of a step.
+   !> Advance the state to the end of a step.
    subroutine end_step(column, state, time_step, base, d, stress, load)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       type(shear_state_type), intent(inout) :: state  !< of the column
@@ -255,7 +255,7 @@ contains
       state%displacement = state%displacement + d
    end subroutine end_step
 
-   !> Take a cell to the end of a step.
+   !> Advance a cell to the end of a step.
    subroutine end_cell(column, state, i, change, time_step)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       type(shear_state_type), intent(inout) :: state  !< of the column

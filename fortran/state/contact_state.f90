@@ -64,7 +64,7 @@ contains
       end associate
    end subroutine serialise_variable
 
-   !> Pairs and probes of the last search, which the geometry of now would not give again.
+   !> Pairs and probes of the last search, which the present geometry would not give again.
    subroutine serialise_neighbours(archive, neighbours, blocks)
       type(archive_type), intent(inout) :: archive        !< written or read
       type(neighbours_type), intent(inout) :: neighbours  !< replaced when read

@@ -150,12 +150,12 @@ find_short_paths()
 
 
 def __dir__() -> list[str]:
-    """What is meant to be used."""
+    """Public names."""
     return sorted([*__all__, *_MODULES, "__version__", "__doc__", "__name__", "__path__"])
 
 
 def __getattr__(name: str):
-    """What is requested, from its module."""
+    """A public name, imported from its module."""
     from importlib import import_module
 
     if name in _MODULES:

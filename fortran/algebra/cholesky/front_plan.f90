@@ -53,12 +53,12 @@ module dda_front_plan
       integer(long) :: panel_of_root = 0   !< of a root front
       !> root fronts wait until all tasks are done; one thread alone takes all fronts in postorder
       logical :: tasks_first = .false.
-      !> [fronts] numbers before each update: in the workspace of a thread, but of root fronts and
-      !> what passes to them, in the common one
+      !> [fronts] offset of each update: in the workspace of a thread; of root fronts and their
+      !> input, in the common one
       integer(long), allocatable :: update_start(:)
       integer(long) :: updates_passed = 0  !< numbers that pass from tasks to root fronts
-      integer(long) :: updates_of_task = 0 !< most that a task needs besides
-      integer(long) :: updates_of_roots = 0 !< behind those that are passed, when tasks are done
+      integer(long) :: updates_of_task = 0 !< largest further need of a task
+      integer(long) :: updates_of_roots = 0 !< after those that are passed on, when tasks are done
       type(task_plan_type) :: sharing      !< division between threads
       !> [rows] where a solve keeps each row; see `set_solve_rows`
       integer, allocatable :: solve_row(:)
@@ -303,7 +303,7 @@ contains
    end subroutine plan_updates
 
    !> Stack the updates of a task's fronts, or of the root fronts.  An update is made while those of
-   !> the children still live; odd and even levels of the tree therefore use two stacks, each last
+   !> the children still exist; odd and even levels of the tree therefore use two stacks, each last
    !> in, first out.
    pure subroutine stack_updates(fronts, level, before, plan, most)
       integer, intent(in) :: fronts(:)  !< some fronts, in postorder

@@ -6,7 +6,7 @@
 !>
 !>     (A + U S Uᵀ)⁻¹ = L⁻ᵀ (I − W C⁻¹ Wᵀ) L⁻¹,   W = L⁻¹ U,   C = S⁻¹ + Wᵀ W
 !>
-!> so the correction stands between forward and backward solve.  As A and A + U S Uᵀ are both
+!> so the correction comes between the forward and the backward solve.  As A and A + U S Uᵀ are both
 !> positive definite, C has a positive pivot for each term that enters and a negative one for each
 !> that leaves (inertia of the two Schur complements); where rounding says otherwise the update is
 !> refused.
@@ -101,7 +101,7 @@ contains
       term_of = 0
    end function term_of
 
-   !> Zero where the two all but cancel.
+   !> Zero if the two nearly cancel.
    pure real(wp) function sum_of_terms(a, b) result(total)
       real(wp), intent(in) :: a, b  !< N/m
 

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Division of the fronts of a tree between threads, by the pattern only.
 !>
-!> Whole subtrees are bound into tasks that need nothing from one another; the fronts above them
-!> are the root fronts, where all threads work on one front together.  The division must not know
-!> the number of threads: sums then run in the same order, and results agree to the last bit.
+!> Whole subtrees form independent tasks; the fronts above them
+!> are the root fronts, where all threads work on one front together.  The division must not depend
+!> on the number of threads: sums then run in the same order, and results agree to the last bit.
 module dda_task_plan
    use dda_kinds, only: wp
    use dda_counting_sort, only: counting_sort

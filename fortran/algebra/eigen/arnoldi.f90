@@ -40,7 +40,7 @@ module dda_arnoldi
    end type iteration_type
 
    integer, parameter :: least_basis = 20
-   !> restarts times size, beyond a hundred restarts; modes of models that rest take few
+   !> restarts times size, beyond a hundred restarts; models at rest need few
    real(wp), parameter :: affordable = 5.0e6_wp
 
 contains

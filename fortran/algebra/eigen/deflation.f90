@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Vectors that are known already and are kept out of an eigenvalue search.
+!> Known vectors that are excluded from an eigenvalue search.
 !>
 !> Two kinds: null vectors that live on groups of block rows (a loose part of a model moves as a
 !> rigid body), up to three for each group, and full vectors found in an earlier search.  Both are

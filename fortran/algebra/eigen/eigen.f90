@@ -158,7 +158,7 @@ contains
          call operator%apply(unit, a(:, i))
          call project_out(deflation, a(:, i))
       end do
-      ! The null space, projected away, is put below all else and then left out.
+      ! The projected null space gets the lowest eigenvalues, which are then omitted.
       if (deflation%known%dimension > 0) call push_down(deflation, a)
       call symmetric_eigen(a, values, error)
       if (allocated(error)) return

@@ -63,8 +63,8 @@ contains
       end do
    end subroutine accelerate
 
-   !> Unknowns first … last: differences from the iteration before, and what they give to the
-   !> products of all columns d_residual with the last one of them and with the residual.
+   !> Unknowns first … last: differences from the iteration before, and their parts of the products
+   !> of all columns d_residual with the last one of them and with the residual.
    pure subroutine remember(memory, slot, used, x, image, first, last, products)
       type(anderson_type), intent(inout) :: memory  !< gets this iteration
       integer, intent(in) :: slot, used             !< column of the differences; columns

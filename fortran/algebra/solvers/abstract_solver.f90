@@ -17,7 +17,7 @@ module dda_abstract_solver
 
    real(wp), parameter :: accuracy = 1.0e-11_wp  !< ‖r‖/scale that a solve aims at
 
-   !> Convergence asked of a solve, and reached.
+   !> Requested and reached convergence of a solve.
    type :: convergence_type
       real(wp) :: scale = 0.0_wp                 !< norm that residuals are measured by
       real(wp) :: reduction = 0.0_wp          !< fraction of the first residual that is enough, or 0
@@ -70,26 +70,25 @@ module dda_abstract_solver
 
 contains
 
-   !> Take the values of the last `renew` again with a larger diagonal, where they are only a
-   !> preconditioner's: most solvers cannot.
+   !> Factorise the values of the last `renew` with a larger diagonal; only a preconditioner may.
    subroutine keep_error(self, matrix, error)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      type(error_type), allocatable, intent(inout) :: error  !< of `renew`; none if this succeeds
+      type(error_type), allocatable, intent(inout) :: error  !< of `renew`; not allocated on success
    end subroutine keep_error
 
-   !> x follows a change of b, where one application of a preconditioner is known to do.
+   !> Update x for a change of b by one application of a preconditioner, if that suffices.
    subroutine correct_nothing(self, n, change, x, done)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n  !< block rows
       real(wp), intent(in) :: change(6, n)  !< of the right-hand side, N
       real(wp), intent(inout) :: x(6, n)  !< solution, m
-      logical, intent(out) :: done  !< else x is as it was
+      logical, intent(out) :: done  !< otherwise x is unchanged
 
       done = .false.
    end subroutine correct_nothing
 
-   !> Most solvers are made again from the matrix: they have nothing to write or read.
+   !> Most solvers are rebuilt from the matrix and store nothing.
    subroutine serialise_nothing(self, matrix, archive)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> `direct`: a sparse Cholesky factor.
 !>
-!> It keeps its factor while no contact changes its springs: what the drift of the geometry, some
-!> 1e-6 of the matrix, does to the solution is taken out by one or two steps of iterative
+!> It keeps its factor while no contact changes its springs: the effect of the drift of the geometry
+!> (about 1e-6 of the matrix) is removed by one or two steps of iterative
 !> refinement, at a tenth of the cost of a factor.
 module dda_factor_solver
    use dda_kinds, only: wp
@@ -28,7 +28,7 @@ module dda_factor_solver
    !> The factor.
    type, extends(linear_solver_type) :: factor_solver_type
       type(factor_type) :: sparse         !< of a matrix
-      logical :: kept = .false.           !< the factor will do while no spring changes
+      logical :: kept = .false.           !< the factor is reused while no spring changes
       logical :: exact = .false.          !< it is that of the present matrix
       real(wp) :: contraction = 1.0_wp    !< of corrections with a kept factor
       real(wp) :: last_correction = 0.0_wp  !< its length
@@ -51,7 +51,7 @@ contains
       self%kept = .false.
    end subroutine analyse
 
-   !> Factorise the new values, unless the factor will do.
+   !> Factorise the new values, unless the old factor suffices.
    subroutine renew(self, matrix, changes, error)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -128,8 +128,8 @@ contains
 
    !> Is the correction so small that the next one would not matter?
    !>
-   !> A small residual alone says little of directions that only inertia holds.  The error left is
-   !> the correction times its contraction, as measured where there were two.
+   !> A small residual alone shows little in directions that only inertia restrains. The remaining
+   !> error is the correction times its contraction, measured from two corrections.
    logical function will_do(self, x, round)  ! total
       class(factor_solver_type), intent(inout) :: self  !< the solver, with the correction in `work`
       real(wp), intent(in) :: x(:,:)  !< [6,n] solution, m

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A lagged Cholesky factor, in single precision, as preconditioner of conjugate gradients.
 !>
-!> Rank-one terms that have entered or left the matrix since are taken up by a low-rank update; what
-!> else has changed costs iterations, two or three where only geometry drifts.
+!> Rank-one terms that have entered or left the matrix since are included by a low-rank update;
+!> other changes cost iterations, two or three where only geometry drifts.
 module dda_lagged_factor
    use dda_kinds, only: sp, wp
    use dda_block_matrix, only: block_matrix_type
@@ -39,8 +39,8 @@ contains
       lagged%factorised = .false.
    end subroutine analyse_lagged
 
-   !> Factorise the present matrix, or one with a larger diagonal: conjugate gradients take that out
-   !> again.
+   !> Factorise the present matrix, or one with a larger diagonal: conjugate gradients correct for
+   !> it.
    subroutine refactorise(lagged, matrix, error, shifted)
       type(lagged_factor_type), intent(inout) :: lagged  !< gets a new factor
       type(block_matrix_type), intent(in) :: matrix  !< K̂

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> `lagged`: conjugate gradients with a lagged factor as preconditioner.
 !>
-!> The factor stays while a low-rank update can take up the terms that have changed, and until the
+!> The factor stays while a low-rank update can include the changed terms, and until the
 !> extra iterations since it was made have cost as much as a new one.
 module dda_lagged_solver
    use dda_kinds, only: wp
@@ -63,11 +63,11 @@ contains
       self%factors = 1
    end subroutine renew
 
-   !> A factor with a larger diagonal, where single precision has lost a pivot.
+   !> A factor with a larger diagonal, after single precision has lost a pivot.
    subroutine renew_shifted(self, matrix, error)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      type(error_type), allocatable, intent(inout) :: error  !< of `renew`; none if this succeeds
+      type(error_type), allocatable, intent(inout) :: error  !< of `renew`; not allocated on success
 
       call refactorise(self%lagged, matrix, error, .true.)
       self%factors = 1
@@ -97,13 +97,13 @@ contains
       end do
    end subroutine solve
 
-   !> x = x + P⁻¹ change, where one application was all that the last solve with this matrix took.
+   !> x = x + P⁻¹ change, if the last solve with this matrix took one application.
    subroutine correct(self, n, change, x, done)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n  !< block rows
       real(wp), intent(in) :: change(6, n)  !< of the right-hand side, N
       real(wp), intent(inout) :: x(6, n)  !< solution, m
-      logical, intent(out) :: done  !< else x is as it was
+      logical, intent(out) :: done  !< otherwise x is unchanged
 
       done = self%iterations == 1
       if (.not. done) return

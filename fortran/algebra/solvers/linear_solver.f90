@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> K̂ d = f̂ behind one interface: a solver by name, or by rule, and the direct one where it fails.
+!> K̂ d = f̂ behind one interface: a solver by name, or by rule, with the direct one as fallback.
 !>
 !>     call analyse(solver, matrix)                        ! the pattern has changed
 !>     call renew(solver, matrix, alone, changes, error)   ! the values have changed
@@ -91,7 +91,7 @@ contains
       end if
    end subroutine analyse
 
-   !> Put a method to work, analysed for the pattern of a matrix.
+   !> Select a method and analyse the pattern of a matrix.
    subroutine set_method(solver, matrix, method)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< its pattern is read

@@ -25,7 +25,7 @@ module dda_sor_solver
 
 contains
 
-   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, or the reduction that is asked for, or sweeps that converge
+   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, or the requested reduction, or sweeps that converge
    !> slowly, at rounding or not at all (as of a matrix that is not definite).
    subroutine solve(self, matrix, b, x, convergence)
       class(sor_solver_type), intent(inout) :: self  !< the solver

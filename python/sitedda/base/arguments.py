@@ -51,7 +51,7 @@ class Range:
         return f"{what} {least} to {self.high:g}"
 
     def __call__(self, text: str) -> float | int:
-        """The value of an option, as `argparse` wants it."""
+        """The value of an option, as `argparse` requires it."""
         try:
             return self.check("it", text)
         except InputError:

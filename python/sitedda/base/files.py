@@ -43,7 +43,7 @@ _KINDS = {
 
 
 def check_target(file, kind: str, reads: Iterable = ()) -> Path:
-    """A name that can be written: nothing stands there, or a file that may be replaced.
+    """A name that can be written: nothing exists there, or a file that may be replaced.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def plain_text(what: str, text: str) -> str:
 
 
 def _mask() -> int:
-    """The bits that new files of this process do not get, as they are now."""
+    """The present umask of this process."""
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith("Umask:"):
             return int(line.split()[1], 8)

@@ -63,7 +63,7 @@ class Interruption:
             raise KeyboardInterrupt
 
     def _raise_later(self, trouble) -> None:
-        """Raise it once more if it came where exceptions go nowhere, as in a finaliser.
+        """Raise it again if it was raised where exceptions are lost, as in a finaliser.
 
         After a signal, finalisers of objects that were never completed fail: nobody is told.
         """
@@ -119,7 +119,7 @@ def _imports(frame) -> bool:
 
 
 def _install_handler(signals, handler, program: bool = True) -> dict:
-    """Set a handler instead of the default ones, or those of the program; what was there."""
+    """Set a handler instead of those of the program, or the default ones; the former ones."""
     before = {}
     for number in signals:
         found = signal.getsignal(number)

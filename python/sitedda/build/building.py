@@ -126,7 +126,7 @@ def _composed(built: Built, pieces: list[dict], groups, folder) -> list[tuple[st
 
 
 def _mesh(built: Built, groups, meshes, cut) -> None:
-    """Put cells instead of the blocks that are meshed."""
+    """Replace meshed blocks by their cells."""
     from .meshing.meshed import Piece, mesh_blocks
 
     typed = [i for i, group in enumerate(groups) if group[0] == "block"]

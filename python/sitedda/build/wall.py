@@ -25,7 +25,7 @@ class Opening(schema.OpeningValues):
     """A door, a window or a niche in a wall."""
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Nothing of its own: it is part of its wall, which must be there.
+        """Nothing: an opening is part of its wall, which must exist.
 
         Parameters
         ----------

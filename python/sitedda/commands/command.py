@@ -97,7 +97,7 @@ def _parser(*asked: str) -> argparse.ArgumentParser:
 
 
 def _adds(name: str, place: str) -> Callable[[argparse.ArgumentParser], None]:
-    """What adds the arguments of a command."""
+    """The function that adds the arguments of a command."""
     if place:
         module, _, function = place.partition(".")
         return getattr(import_module(f".{module}", __package__), function)

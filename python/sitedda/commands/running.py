@@ -101,7 +101,7 @@ def _run_to_end(options: argparse.Namespace, resume: bool) -> int:
 
 
 def _progress(stack: ExitStack, duration: float, quiet: bool) -> Callable[[float], None]:
-    """What shows the time that is reached in a bar, or nothing."""
+    """A function that shows the progress in a bar, or nothing."""
     if quiet:
         return lambda time: None
     from tqdm import tqdm

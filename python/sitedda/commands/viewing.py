@@ -85,7 +85,7 @@ def _add(parser: argparse.ArgumentParser, act, target: str, kind=file_name) -> N
 
 
 def _add_look(parser: argparse.ArgumentParser) -> None:
-    """What blocks, contacts and arrows show; the words are those of `pictures.draw`."""
+    """Quantities of blocks, contacts and arrows, in the words of `pictures.draw`."""
     from ..drawing.quantities import ARROWS, COLORINGS, CONTACTS
 
     parser.add_argument("--color", choices=COLORINGS,

@@ -200,7 +200,7 @@ class Simulation:
             self._change(text, group.strip(), f"add({kind!r}, …)")
 
     def begin_stage(self, name: str, kind: str = "dynamic", **values) -> None:
-        """End the last stage now, and begin another: excavate, let supports go, change joints.
+        """End the last stage now, and begin another: excavate, release supports, change joints.
 
         With adaptive steps the stage begins at the next but one multiple of Δt.  `present_input`
         then has the stage, and gives identical bits from its start on.
@@ -252,7 +252,7 @@ class Simulation:
         return self._words("values")
 
     def _change(self, text: str, words: str, call: str) -> None:
-        """Go on with another input; errors cite the call instead of a text that nobody saw."""
+        """Continue with another input; errors cite the call instead of a text that nobody saw."""
         try:
             with self._one, FILES:  # in this order everywhere
                 self._ask("change_input", text.encode("utf-8", "surrogateescape"), words.encode())
@@ -448,7 +448,7 @@ class Simulation:
 
     @property
     def removed_blocks(self) -> np.ndarray:
-        """Which blocks stages have taken out, shape (blocks,), bool."""
+        """Which blocks stages have removed, shape (blocks,), bool."""
         return self._table("blocks")[:, 2].astype(bool)
 
     @property
@@ -539,7 +539,7 @@ class Simulation:
 
     @property
     def boundary_edges(self) -> dict[str, np.ndarray]:
-        """Pieces of edges that the groups ``&boundary`` take, each of shape (pieces,).
+        """Parts of edges of the groups ``&boundary``, each of shape (pieces,).
 
         ``edge`` (by its first vertex) and ``group`` (in the order of the input), both from 0;
         ``from`` and ``to``, the fractions of the edge between which the piece lies.

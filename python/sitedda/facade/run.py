@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An input run to its end, and what comes of it."""
+"""Run an input to its end; the run and its results."""
 
 import signal
 import tempfile
@@ -77,7 +77,7 @@ class Run(EndedRun):  # noqa: D101
 
 
 class _OfDataset(Run):
-    """What ``data.sitedda`` offers for the dataset of an output, as for the run that wrote it."""
+    """Methods of ``data.sitedda`` for the dataset of an output, as for the run that wrote it."""
 
     def __init__(self, data):
         super().__init__(data, data.attrs.get("complete", "yes") == "yes", None, "read again")
@@ -167,7 +167,7 @@ def resume(
     changes: Mapping | None = None,
     **more,
 ) -> Run:
-    """Go on with a run that ended early, from the last checkpoint of its output.
+    """Continue a run that ended early, from the last checkpoint of its output.
 
     The result has identical bits as that of a run that was never interrupted.  Without a
     checkpoint it begins at the start; an output that is complete is only read.

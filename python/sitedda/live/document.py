@@ -48,7 +48,7 @@ class Document:
     # --- edits --------------------------------------------------------------------------------
 
     def write(self, text: str) -> None:
-        """Put another text in place."""
+        """Replace the text."""
         self._replace_text(text, "text")
 
     def set(self, group: str, number: int, variable: str, value: str | None) -> None:
@@ -94,7 +94,7 @@ class Document:
         return max((one.end for one in before), default=len(self.text.rstrip()))
 
     def take_out(self, group: str, number: int) -> None:
-        """Take a group out, with its line if nothing else stands there."""
+        """Remove a group, with its line if nothing else is on it."""
         same = [one for one in self.found() if one.name == group]
         if not 0 < number <= len(same):
             raise InputError(f"there is no &{group} number {number}")
@@ -145,7 +145,7 @@ class Document:
         return find_groups(self.text, self.file)
 
     def described(self) -> dict:
-        """Text and groups as plain values, for the page; without groups where it has none."""
+        """Text and groups as plain values, for the page; only the text if it has no groups."""
         plain = {
             "version": self.version,
             "file": self.file.name,

@@ -45,7 +45,7 @@ class Journal:
         raise OutputError(f"{_OTHERS} servers work in {folder} already")
 
     def close(self) -> None:
-        """Let another server have the folder."""
+        """Release the folder for another server."""
         os.close(self._lock)
 
     def keep(self, name: str, value: dict | None) -> None:
@@ -71,7 +71,7 @@ class Journal:
         return self.folder / "run.nc"
 
     def forget_run(self) -> None:
-        """Take the files of the last run away."""
+        """Delete the files of the last run."""
         self.keep("run", None)
         for file in self.folder.glob("run.nc*"):
             file.unlink(missing_ok=True)

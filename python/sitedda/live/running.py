@@ -26,11 +26,11 @@ from .drawn import draw_simulation
 from .frames import Frames, frame_message
 
 _PIECE = 0.03  # s of the clock that the engine works between looks at commands
-_FRAME = 0.04  # s between frames, or more where they take more than a fraction of the processor
+_FRAME = 0.04  # s between frames, or more if they take more than a fraction of the processor
 _SHARE = 0.04
 _UNWATCHED = 1.0  # the same while nobody watches
 _STATUS = 0.2  # s between reports of progress
-_CHECKPOINT = 5.0  # s between checkpoints, or more where they take more than 1 % of the time
+_CHECKPOINT = 5.0  # s between checkpoints, or more if they take more than 1 % of the time
 _TO_THE_END = 2**31 - 1  # steps
 OVER = ("done", "stopped", "failed")
 ENDED = "the run has ended and stays as it is; edit the model to run it with other values"
@@ -94,7 +94,7 @@ class LiveRun:
         self._run_task(self._rest)
 
     def run(self) -> None:
-        """Go on until it is over or paused."""
+        """Run until it is over or paused."""
         self._run_task(lambda: self._set("running"))
 
     def pause(self) -> None:

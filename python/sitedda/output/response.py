@@ -89,7 +89,7 @@ def point_amplification(
 
 
 def spectral_ratio(above, below, time_step: float, padding: int) -> tuple[np.ndarray, np.ndarray]:
-    """See `amplification`; words and pictures of a run ask for the same one."""
+    """`amplification`, once for the texts and pictures of a run."""
     motions = (np.ascontiguousarray(one, dtype=float).tobytes() for one in (above, below))
     return _spectral_ratio(*motions, float(time_step), padding)
 

@@ -414,7 +414,7 @@ class Scene:
         return np.sign(np.where(abs(along[0]) >= abs(along[1]), *along))
 
     def _relative_displacement(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
-        """Way of the second block against the first along and across interfaces, (2, k) each, m."""
+        """Displacement of the second block against the first, along and across, (2, k) each, m."""
         faces, along, across = self.interfaces, [], []
         turn = self.coordinates(frame)[faces.first, 2] - self.coordinates(0)[faces.first, 2]
         cos, sin = np.cos(turn), np.sin(turn)
@@ -436,7 +436,7 @@ class Scene:
         return self.data["block_removal"].values.astype(int)
 
     def removed(self, frame: int) -> np.ndarray:
-        """Which blocks stages have taken out before the end of a frame, shape (blocks,)."""
+        """Which blocks stages have removed before the end of a frame, shape (blocks,)."""
         if not self._removal.any() or "frame_stage" not in self.data:
             return np.zeros(self.blocks, dtype=bool)
         return (self._removal > 0) & (self._removal <= int(self.data["frame_stage"][frame]))

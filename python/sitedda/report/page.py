@@ -18,7 +18,7 @@ _DPI = 140
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Text as it is; with `markup`, `code`, **bold**, *italic* and 10^-3 mean something."""
+    """Text as it is; with `markup`, `code`, **bold**, *italic* and 10^-3 are interpreted."""
 
     text: str
     markup: bool = False
@@ -129,7 +129,7 @@ Part = Paragraph | Facts | Table | Bullets | Listing | Picture | View
 
 @dataclass
 class Section:
-    """A heading with what stands under it.
+    """A heading with its content.
 
     Attributes
     ----------

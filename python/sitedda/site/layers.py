@@ -388,7 +388,7 @@ def recursion(
 
 
 def one_of(name: str, value: str, known: Collection[str]) -> str:
-    """The value, if it is one of those known."""
+    """The value, if it is known."""
     if not isinstance(value, str) or value not in known:
         raise ValueError(f"{name} must be one of {', '.join(known)}, got {value!r}")
     return value

@@ -32,9 +32,9 @@ _MOST = 0.02  # fraction of the factor, of its excess
 _BACK = 0.5  # of the factor of balance, to which the next one falls at most
 _STEADY = 1.5  # times _EXCESS; above it normal forces, and so friction, differ from those at rest
 _SMALLEST = 1e-4  # the same, at least
-_MORE = 1.5  # times the excess of a step is that of the next at most
+_MORE = 1.5  # largest ratio of the excesses of two steps
 _SHORTEST = 1e-3  # of the time step, below which a step does not converge
-_LOOKS, _TO_PEAK = 6, 500  # times the steps requested, and before the peak: no more are taken
+_LOOKS, _TO_PEAK = 6, 500  # limit of steps over those requested, and before the peak
 _HARDLY = 0.2  # of the largest displacement of a step: the point does not control it
 _ELASTIC = 0.1  # of the target displacement of a step: less is elastic
 _PARTED = 3.0  # times the displacement requested: a block has left the point behind
@@ -352,7 +352,7 @@ class _Pushed:
         return float(self.sense * np.sum(weight * ways[:, 0]) * math.cos(math.atan(factor)))
 
     def _set(self, run: Simulation, factor: float) -> None:
-        """Put the load on."""
+        """Apply the load."""
         if self.load == "horizontal":
             run.gravity = (self.sense * factor * self.pull, -self.pull)
         elif self.load == "tilt":

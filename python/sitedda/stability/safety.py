@@ -23,7 +23,7 @@ from .strength import Rest, come_to_rest, elastic_soils, released, static_model,
 
 _LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # range of factors
 _BEYOND = 1.02  # times the factor at failure, for the motion of the mechanism
-_SETTLEMENT = 0.2  # of its radius: largest way of a block to the first state of rest
+_SETTLEMENT = 0.2  # of its radius: largest displacement of a block to the first state of rest
 _UNDISTURBED = (
     0.1  # of that displacement: limit of the state of rest from which the mechanism starts
 )
@@ -417,7 +417,7 @@ def mechanism(
 
 
 def _mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:
-    """Let the model go at a factor, from rest at another, until it has moved far enough."""
+    """Release the model at a factor, from rest at another, until it has moved far enough."""
     gravity = trials.model.control.gravity
     pull = 0.0 if gravity is None else float(np.linalg.norm(gravity))
     unit = math.sqrt(float(trials.ways.min()) / (pull or 1.0))

@@ -143,7 +143,7 @@ def _fix(boundary: Group) -> None:
 
 
 def _freeze_load(load: Group, names: tuple[str, ...], ends: bool) -> None:
-    """Keep a load as it is at time 0; outside its times it is zero, or holds the first and last."""
+    """Keep a load as it is at time 0; outside its times it is zero, or constant."""
     if load.time is None:
         return
     times = np.asarray(load.time, dtype=float)

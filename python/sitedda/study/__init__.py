@@ -41,7 +41,7 @@ class _Study(ModuleType):
         return self.study(*arguments, **more)
 
     def __dir__(self):
-        """What is meant to be used."""
+        """Public names."""
         return sorted([*_HOMES, "__doc__", "__name__", "__path__"])
 
 

@@ -37,7 +37,7 @@ def study(
     table=None,
     outputs: Mapping[int, Path] | None = None,
 ):
-    """Run a model with many values of its parameters, and gather what comes out in one table.
+    """Run a model with many values of its parameters, and collect the results in one table.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from .table import BAR, counts
 
 _MOST = 60  # rows of a table
 _ROUNDING = 1e-12  # in SI units: less is no result
-_HEADS = {"ida": "Incremental dynamic analysis", "map": "Two parameters"}  # else the kind itself
+_HEADS = {"ida": "Incremental dynamic analysis", "map": "Two parameters"}  # else the kind
 
 
 def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:

@@ -346,7 +346,7 @@ def _variable(output, path, name, label, component, reduction) -> Array | float:
 
 
 def _locate(output, path, name, label, component, reduction) -> tuple[tuple, str | None]:
-    """Where the history of a variable stands in its values, and what is taken of it."""
+    """Position of a history in the values of a variable, and its reduction."""
     dims = output.dims(_WRITTEN_AS.get(name, name))
     place: list = [slice(None)]
     if component in REDUCTIONS and reduction is None and len(dims) < 3:

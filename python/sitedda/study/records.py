@@ -18,7 +18,7 @@ _UNITS = {"scale": "1", "pga": "m/s^2", "pgv": "m/s", "sa": "m/s^2", "arias": "m
 
 @dataclass(frozen=True)
 class Record:
-    """A ground acceleration that stands in no file yet.
+    """A ground acceleration that is not in a file yet.
 
     Attributes
     ----------

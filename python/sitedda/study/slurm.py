@@ -109,7 +109,7 @@ exit $worst
 
 @dataclass(frozen=True)
 class Slurm:
-    """How a study goes to Slurm.
+    """Options of a study for Slurm.
 
     Attributes
     ----------

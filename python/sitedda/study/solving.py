@@ -25,7 +25,7 @@ from .tasks import task_of
 INTERVALS = 8  # subdivisions of a bracket without a change of sign
 _SHRINKING, _POWER = 0.2, 2.0  # κ₁ and κ₂ of ITP; its n₀ is 1
 _JUMP = 0.5  # fraction of a difference left after three halvings (an eighth if continuous)
-_FLAT = 1e-12  # fraction of a result: a smaller change is none
+_FLAT = 1e-12  # fraction of a result: a smaller change counts as none
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from ..base.errors import MissingLibrary, OutputError
 from ..base.files import check_target, written
 from .store import case_folder, read_arrays, read_manifest, read_result, refuse_links
 
-BAR, DECIDED = "_bar", "_decided_s"  # behind the name of a figure
+BAR, DECIDED = "_bar", "_decided_s"  # suffix of the name of a figure
 IN_MEMORY = 200e6  # bytes of arrays; a larger table goes to a file, a case at a time
 _TEXTS = ("status", "message", "warning")
 

@@ -346,7 +346,7 @@ def _add_contacts(stiffness, polygons, contacts, shape: _Shape, springs) -> None
 
 
 def _supports(parsed, polygons, names, shape: _Shape) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the held directions of all fixed points, and the directions."""
+    """Rows of the fixed directions of all fixed points, and the directions."""
     rows, axes = [], []
     for group in parsed.get("fixed_point", []):
         both = shape(_block_of(group, polygons, names), (group["x"], group["y"]))
@@ -358,7 +358,7 @@ def _supports(parsed, polygons, names, shape: _Shape) -> tuple[np.ndarray, np.nd
 
 
 def _block_of(group, polygons, names) -> int:
-    """The block that a point belongs to: by name, or the first that holds it."""
+    """The block that a point belongs to: by name, or the first that contains it."""
     if group.get("block"):
         return names.index(group["block"])
     place = np.array([group["x"], group["y"]])

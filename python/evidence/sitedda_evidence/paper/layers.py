@@ -236,7 +236,7 @@ def _sensitivity(done: Outcome, found: dict) -> None:
 
 
 def _stiff_frequency() -> float:
-    """First frequency of the uniform layers with springs that do not give, Hz."""
+    """First frequency of the uniform layers with rigid springs, Hz."""
     stiff = DiscreteModel.of(input_file(_TABLES[1]["input"]), contact={"normal_stiffness": 1.5e15})
     return float(stiff.frequencies[0])
 

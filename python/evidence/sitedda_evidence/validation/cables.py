@@ -37,7 +37,7 @@ def stiff_model(title: str, **control) -> Model:
 
 
 def atwood(steps: int | None = 2000, time_step: float = 1e-4, **cable) -> Model:
-    """A heavy and a light block on a cable over two points of a held beam."""
+    """A heavy and a light block on a cable over two points of a fixed beam."""
     model = stiff_model("Machine of Atwood", time_step=time_step, steps=steps)
     model.output(history_interval=10)
     model.block([(-3, 9), (3, 9), (3, 10), (-3, 10)], name="beam", material="light")

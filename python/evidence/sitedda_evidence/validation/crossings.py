@@ -22,7 +22,7 @@ SMALL_SLOPE = ((0.0, 0.0), (16.0, 0.0), (16.0, 8.0), (5.0, 8.0))  # m
 
 
 def _row_on_row(rng: np.random.Generator) -> tuple[Model, tuple[float, float], float]:
-    """A row of blocks on a row that is held, cut by the same cross joints, in axes of their plane.
+    """A row of blocks on a fixed row, cut by the same cross joints, in axes of their plane.
 
     Returns the model, gravity with the slope, and by how much the upper row slides down in `SLIDE`.
     """

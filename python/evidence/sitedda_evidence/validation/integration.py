@@ -264,7 +264,7 @@ def audited(text: str, every: int = 1) -> Audited:
 
 
 def collision_text(time_step: float, **more) -> str:
-    """A block of 1 m x 1 m that flies at 1 m/s onto a held one, slightly turned, and away."""
+    """A block of 1 m x 1 m that flies at 1 m/s onto a fixed one, slightly turned, and away."""
     flying = nml.rectangle(0.011, 0.0, 1.0, 1.0) @ np.array([[1.0, 0.02], [-0.02, 1.0]])
     return nml.text(
         nml.control(

@@ -64,7 +64,7 @@ def settlement(short: bool) -> Outcome:
 
 
 def wall_text(size: int, penalty: float, time_step: float, steps: int, **more) -> str:
-    """A running-bond wall of about `size` blocks on a held base; `more` goes to ``&control``."""
+    """A running-bond wall of about `size` blocks on a fixed base; `more` goes to ``&control``."""
     bricks, courses = WALLS[size]
     return nml.text(
         nml.control(time_step, steps, **more),

@@ -29,7 +29,7 @@ def _incline(
     more: str = "",
     **settings,
 ) -> str:
-    """A block of 1 m x 0.5 m on a held wedge that falls towards +x by `slope` degrees."""
+    """A block of 1 m x 0.5 m on a fixed wedge that falls towards +x by `slope` degrees."""
     angle = -np.radians(slope)
     wedge = nml.turned(nml.rectangle(-1.0, -1.0, 9.0, 1.0), angle)
     rider = nml.turned(nml.rectangle(0.0, 0.0, 1.0, 0.5), angle)

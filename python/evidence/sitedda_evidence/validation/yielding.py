@@ -18,7 +18,7 @@ FOOTINGS = ((0.0, 3e-4, 60, (5.0, 3.0), 0.02), (30.0, 1.2e-3, 120, (8.0, 4.0), 0
 
 
 def _soil(outline, cells: int, poisson: float, sides, **strength) -> Model:
-    """A body of one soil on a held base, between rollers."""
+    """A body of one soil on a fixed base, between rollers."""
     model = Model()
     model.control(time_step=1.0, gravity=[0.0, -10.0], analysis="plane_strain")
     model.contact(normal_stiffness=STIFF)

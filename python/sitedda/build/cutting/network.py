@@ -106,7 +106,7 @@ def split_network(network: Network, tolerance: float, rigid: bool = False) -> Ne
 
 
 def _in_order(segments, labels, outline) -> Network:
-    """Segments as a network of edges that do not know each other, in an order of their own.
+    """Segments as a network of unconnected edges, in an order of their own.
 
     The result then does not depend on the order of the input.
     """

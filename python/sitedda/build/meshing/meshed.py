@@ -13,7 +13,7 @@ from .body import Cut, Part, mesh_body
 from .graphs import MOST_CELLS
 from .settings import Mesh, is_listed
 
-_NAMED = 3  # places in a message
+_NAMED = 3  # positions in a message
 _FLAT = 1e-8  # area over the square of the perimeter: thinner blocks are not meshed
 _MANY = 100_000  # cells whose making takes a minute
 _FAR = 10  # times the most cells: refused before regions are cut

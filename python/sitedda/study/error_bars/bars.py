@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 SAFETY = 3.0  # of a bar over the last change
 SMALL = 1e-3  # fraction of a figure: the narrowest bar
-ROUND_OFF = 1e-9  # fraction of a figure: a smaller change is none
+ROUND_OFF = 1e-9  # fraction of a figure: a smaller change counts as none
 NEAR = 0.3  # of the order of the scheme: tolerance of the observed order
 
 

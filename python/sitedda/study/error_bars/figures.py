@@ -170,7 +170,7 @@ class Accuracy:
         return [Doubt("bars", words) for words in found]
 
     def _distinct_sentences(self) -> list[str]:
-        """What runs say, each sentence once, as the first of them says it."""
+        """Sentences of runs, each once, in the words of the first run."""
         same: dict[str, list[tuple[str, str]]] = {}
         for name, words in self.runs.items():
             for line in words.splitlines():
@@ -209,7 +209,7 @@ def _row(figure: Figure, end: float) -> tuple[str, ...]:
 
 
 def is_figure(name: str, values: Mapping[str, float]) -> bool:
-    """A number of a run is worth a bar: not of the audit, not what rounding leaves at rest.
+    """Whether a number gets a bar: not one of the audit, nor round-off at rest.
 
     Parameters
     ----------

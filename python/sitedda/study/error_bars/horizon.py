@@ -138,7 +138,7 @@ def _time_reached(name: str, table) -> float:
 
 
 def _horizon_words(figure: Figure, reached: float, first: float) -> Figure:
-    """Say of a figure that it is of a time at which twins have parted.
+    """Mark a figure as reached after the twins have diverged.
 
     One without a limit, or that 4 k_n changes as much, is judged by the `first` of all partings,
     others by their own.

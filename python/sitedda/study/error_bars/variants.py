@@ -173,7 +173,7 @@ def twin(name: str, block: int, signs: tuple[int, int] = (1, 1)) -> Variant:
 
 
 def ensemble(facts: Facts, count: int) -> list[Variant]:
-    """A number of twins with random blocks and signs, which are the same each time.
+    """A number of twins with random blocks and signs of a fixed seed.
 
     Parameters
     ----------
