@@ -519,9 +519,9 @@ PAGE = """# Input reference
 
 <!-- Made from fortran/input/schema.txt by fortran/input/make_schema.py. -->
 
-Groups marked * may occur several times. [Input](input.md) explains files and units. A list has its
-largest number of values in brackets. *names* means a list such as `'one, two, all_*'`; points are
-x, y, x, y …
+Groups marked * may occur several times. [Input](input.md) explains files and units. The column
+*kind* also has unit and range; a list has its largest number of values in brackets. *names* means a
+list such as `'one, two, all_*'`; points are x, y, x, y …
 
 """
 PARTS = {  # headings of variables that several groups have
@@ -532,7 +532,7 @@ PARTS = {  # headings of variables that several groups have
     "points_file": "Points from a file",
     "foot": "Lower left corner",
 }
-HEAD = "| variable | kind, unit, range | default | meaning |\n|---|---|---|---|\n"
+HEAD = "| variable | kind | default | meaning |\n|---|---|---|---|\n"
 
 
 def page(groups: list[Group]) -> str:

@@ -337,7 +337,7 @@ def page(schema: Schema) -> str:
     for family, when in schema.families.items():
         own = [one for one in schema.variables if one.family == family]
         text += f"\n### {family.replace('_', ' ').capitalize()}\n\n{written(when)}.\n\n"
-        text += "| variable | dimensions | kind, unit | meaning |\n|---|---|---|---|\n"
+        text += "| variable | dimensions | kind | meaning |\n|---|---|---|---|\n"
         text += "".join(map(line, own))
     text += "\n## Largest values\n\n| `maximum` | unit | meaning |\n|---|---|---|\n"
     return text + "".join(f"| `{n}` | {unit} | {words} |\n" for n, unit, _, words in schema.maxima)
@@ -351,7 +351,9 @@ def written(when: str) -> str:
 
 def line(one: Variable) -> str:
     """A variable in a table of the page."""
-    kind = ", ".join(filter(None, [one.kind, one.unit if one.kind != "text" else ""]))
+    kind = ", ".join(
+        filter(None, [one.kind, one.unit if one.kind != "text" and one.unit != "1" else ""])
+    )
     meaning = one.meaning.removesuffix(PER_METRE) if one.family == "energies" else one.meaning
     words = f"{meaning}{one.more and '; '}{one.more}"
     return f"| `{one.name}` | {', '.join(one.dimensions)} | {kind} | {words} |\n"
