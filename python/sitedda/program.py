@@ -21,7 +21,7 @@ _LIGHT_ROOM, _ROOM = 6 * 2**26, 9 * 2**26
 _SCIPY_ROOM = 2**27  # of them, for SciPy, which has an OpenBLAS of its own
 
 # Libraries of arrays that xarray imports, where they are installed, to ask whether an array is one
-# of theirs: no array of the program is, and dask alone takes .4 s.  Matplotlib imports its axes in
+# of theirs: no array of the program is, and dask alone takes 0.4 s.  Matplotlib imports its axes in
 # three dimensions.  A study may run on dask, and whatever its functions import.
 _UNUSED = ("cubed", "cupy", "dask", "pint", "sparse", "mpl_toolkits.mplot3d")
 _OBJECTS = 20_000  # new ones before a garbage collection: with 700 it costs 6 % of a run
@@ -33,7 +33,7 @@ class _Watcher:
     """A finder of modules that finds nothing, and knows what is about to be imported.
 
     SciPy is asked room for.  The classes of matplotlib write a list of their properties into their
-    documentation when they are made, which takes .05 s and which no program reads.
+    documentation when they are made, which takes 0.05 s and which no program reads.
     """
 
     def find_spec(self, name: str, path=None, target=None) -> None:
@@ -53,7 +53,7 @@ def main(arguments: list[str] | None = None) -> int:
         status = _status(arguments, interruption)
     if arguments is None:  # this process is the program, and at its end
         interruption.ignore()
-        gc.freeze()  # the process ends: a last garbage collection takes .25 s
+        gc.freeze()  # the process ends: a last garbage collection takes 0.25 s
     return status
 
 

@@ -37,7 +37,7 @@ def _run(collection: str, options: argparse.Namespace) -> int:
             print(f"{case.name:16s} {case.title}")
         return 0
     passed: list[bool] = []
-    results = _told(wanted, options, passed)
+    results = _printed(wanted, options, passed)
     if options.report:
         print(f"report: {write_report(wanted, results, options.report)}")
     else:
@@ -47,7 +47,7 @@ def _run(collection: str, options: argparse.Namespace) -> int:
     return 0 if all(passed) else 1
 
 
-def _told(wanted, options: argparse.Namespace, passed: list[bool]) -> Iterator:
+def _printed(wanted, options: argparse.Namespace, passed: list[bool]) -> Iterator:
     """Results, each printed when it is available."""
     from tqdm import tqdm
 

@@ -184,7 +184,7 @@ class SoilProfile:
         deep = ""
         if self.depth < 30:
             below = "the half-space" if self.half_space else "the last layer"
-            deep = f", with {below} going on below {self.depth:g} m"
+            deep = f", if {below} continues below {self.depth:g} m"
         return "\n".join([*rows, f"V_s30 = {self.mean_velocity():.4g} m/s{deep}"])
 
 

@@ -86,7 +86,7 @@ def _run_to_end(options: argparse.Namespace, resume: bool) -> int:
         print(f"sitedda: {words}; to continue: {_resume_command(options)}", file=sys.stderr)
         return 6
     if options.accuracy or options.ensemble:
-        _keep_accuracy(result, not options.quiet, options.ensemble)
+        _store_accuracy(result, not options.quiet, options.ensemble)
     print(f"{result.verdict}\n")
     for one in amplifications(result.history):
         print(folded(str(one)))
@@ -110,7 +110,7 @@ def _progress(stack: ExitStack, duration: float, quiet: bool) -> Callable[[float
     return lambda time: bar.update(time - bar.n)
 
 
-def _keep_accuracy(result: Run, progress: bool, ensemble: int) -> None:
+def _store_accuracy(result: Run, progress: bool, ensemble: int) -> None:
     """The bars of the figures, kept in the output."""
     from ..study.error_bars import keep_accuracy
 

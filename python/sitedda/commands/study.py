@@ -33,10 +33,10 @@ def add_study(parser: argparse.ArgumentParser) -> None:
     """Add the commands of a study and their arguments."""
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, act, words in (
-        ("run", _run, "run what is missing, and collect (also: sitedda study FILE.toml)"),
+        ("run", _run, "run missing cases, and collect (also: sitedda study FILE.toml)"),
         ("plan", _plan, "write inputs and a script for sbatch"),
-        ("collect", _collect, "gather what there is into one table"),
-        ("status", _status, "say how many cases are done; nothing is run or written"),
+        ("collect", _collect, "collect the finished cases in one table"),
+        ("status", _status, "print the number of finished cases, without running any"),
     ):
         command = commands.add_parser(name, help=words)
         what = "the study" + ", or its folder" * (name in ("collect", "status"))
@@ -213,7 +213,7 @@ def _print_messages(table, status: str | None, name: str) -> None:
     texts = table[name].values
     chosen = texts != "" if status is None else table.status.values == status
     same: dict[str, list[tuple]] = {}
-    for place in _places(chosen):
+    for place in _chosen_cases(chosen):
         same.setdefault(texts[place].splitlines()[0], []).append(place)
     for words, places in list(same.items())[:_MOST]:
         more = f" and {len(places) - 1} more" if len(places) > 1 else ""
@@ -230,7 +230,7 @@ def _print_roots(table, task: SolveFor) -> None:
     if "root" not in table:
         return
     root, bar = table.root.values, table.root_bar.values
-    places = _places(np.isfinite(root))
+    places = _chosen_cases(np.isfinite(root))
     for place in places[:_MOST]:
         words = f"{task.parameter} = {with_bar(float(root[place]), float(bar[place]))}"
         print(": ".join(filter(None, ["root", _parameters(table, place), words])))
@@ -238,7 +238,7 @@ def _print_roots(table, task: SolveFor) -> None:
         print(f"… and {rest} more")
 
 
-def _places(chosen: np.ndarray) -> list[tuple]:
+def _chosen_cases(chosen: np.ndarray) -> list[tuple]:
     """Indices of the chosen cases."""
     return [place for place in np.ndindex(chosen.shape) if chosen[place]]
 

@@ -221,7 +221,7 @@ def check(model, changes: Mapping | None = None, **more) -> Report:
         Variables to change in the input, see `Simulation`.
     """
     with _opened(model, changes, more) as simulation:
-        text, worst, numbers = simulation._ask("check_run")
+        text, worst, numbers = simulation._call("check_run")
     return Report(
         text.decode("utf-8", "replace").rstrip(),
         ("ok", "ok", "warn", "fail")[int(worst)],
@@ -253,7 +253,7 @@ def modes(
     """
     with _opened(model, changes, more) as simulation:
         blocks = len(simulation.coordinates)
-        found, values, shapes, words = simulation._ask("mode_shapes", contacts, blocks, count)
+        found, values, shapes, words = simulation._call("mode_shapes", contacts, blocks, count)
     values, shapes = values[:, :found].T, shapes[:, :, :found]
     return Modes(
         frequency=values[:, 0].copy(),
@@ -286,7 +286,7 @@ def matrices(model, contacts: str = "auto", changes: Mapping | None = None, **mo
     from scipy import sparse
 
     with _opened(model, changes, more) as simulation:
-        sizes = simulation._ask("make_matrices", contacts)
+        sizes = simulation._call("make_matrices", contacts)
         which, row, column, value = api.read_table(simulation._handle, *sizes)
         names = simulation.point_names
         size = 6 * len(simulation.coordinates)
@@ -342,7 +342,7 @@ def transfer(
             if name is not None and name not in names:
                 raise ValueError(f"{name!r} is not a measured point; there are {names}")
         points = [0 if name is None else names.index(name) + 1 for name in (surface, base)]
-        return simulation._ask("transfer_of", contacts, points, axis, frequencies, int(damped))
+        return simulation._call("transfer_of", contacts, points, axis, frequencies, int(damped))
 
 
 def penalty_for_frequency(
@@ -351,7 +351,7 @@ def penalty_for_frequency(
     """The normal stiffness that gives the first mode a measured frequency (Hz)."""
     with _opened(model, changes, more) as simulation:
         return Penalty(
-            *map(float, simulation._ask("penalty_for", contacts, "frequency", frequency))
+            *map(float, simulation._call("penalty_for", contacts, "frequency", frequency))
         )
 
 
@@ -387,7 +387,7 @@ def penalty_for(
     """
     with _opened(model, changes, more) as simulation:
         return Penalty(
-            *map(float, simulation._ask("penalty_for", contacts, "shift", 100 * accuracy))
+            *map(float, simulation._call("penalty_for", contacts, "shift", 100 * accuracy))
         )
 
 

@@ -146,7 +146,7 @@ class Simulation:
         """
         steps = Range(0, 2**31 - 1, whole=True).check("steps", index(steps))
         with self._one, self._writing():
-            done = self._ask("advance_run", steps)
+            done = self._call("advance_run", steps)
         self.done = bool(done)
         return self.done
 
@@ -255,7 +255,7 @@ class Simulation:
         """Continue with another input; errors cite the call instead of a text that nobody saw."""
         try:
             with self._one, FILES:  # in this order everywhere
-                self._ask("change_input", text.encode("utf-8", "surrogateescape"), words.encode())
+                self._call("change_input", text.encode("utf-8", "surrogateescape"), words.encode())
         except InputError as error:
             short = call if len(call) <= _LONGEST_CALL else f"{call[:_LONGEST_CALL]}…"
             before = find_groups(self.present_input, self.file, ("block",))
@@ -272,7 +272,7 @@ class Simulation:
             If it cannot be written; the last one stays.
         """
         with self._one, FILES:
-            self._ask("save_state")
+            self._call("save_state")
 
     def finish(self) -> Path | None:
         """Close the output file, if one is written, and return where it is.
@@ -281,7 +281,7 @@ class Simulation:
         left that the run can be resumed from.
         """
         with self._one, FILES:
-            self._ask("finish_run")
+            self._call("finish_run")
         return self.output
 
     @property
@@ -293,7 +293,7 @@ class Simulation:
         """The lock of files, if this simulation has an output."""
         return FILES if self._writes else nullcontext()
 
-    def _ask(self, routine: str, *arguments):
+    def _call(self, routine: str, *arguments):
         """Result of a routine of the engine for this simulation; threads wait for each other."""
         with self._one:
             return checked(getattr(api, routine), self._handle, *arguments)
@@ -301,12 +301,12 @@ class Simulation:
     def _table(self, what: str) -> np.ndarray:
         """A table of the engine, see `take_state` and `take_course` there."""
         with self._one:
-            return api.read_table(self._handle, *self._ask("make_table", what))
+            return api.read_table(self._handle, *self._call("make_table", what))
 
     def _text(self, what: str) -> bytes:
         """A text of the engine, see `make_text` there."""
         with self._one:
-            return api.read_text(self._handle, self._ask("make_text", what)).astype("u1").tobytes()
+            return api.read_text(self._handle, self._call("make_text", what)).astype("u1").tobytes()
 
     def _words(self, what: str) -> str:
         return self._text(what).decode("utf-8", "replace").strip()
@@ -470,7 +470,7 @@ class Simulation:
         n = len(self.rates)
         if values.shape != (n, 6):
             raise ValueError(f"rates must have shape ({n}, 6), not {values.shape}")
-        self._ask("set_block_states", values.T)
+        self._call("set_block_states", values.T)
 
     @property
     def stresses(self) -> np.ndarray:

@@ -218,7 +218,7 @@ def _add_input(page: Page, scene: Scene) -> None:
     parts = [Listing(text, "The input with its changes", folded=True)]
     motions = str(scene.data.attrs.get("motions", "")).strip()
     if motions:
-        parts.append(Listing(motions, "Records and what was done to them", folded=True))
+        parts.append(Listing(motions, "Records and their processing", folded=True))
     compiler = str(scene.data.attrs.get("compiler", ""))
     if compiler:
         parts.append(Listing(compiler, "Compiler and its options", folded=True))

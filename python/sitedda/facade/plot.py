@@ -53,8 +53,8 @@ _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, at which damping is reported if no peak 
 CAPTIONS = {
     "site": "The site: over depth, its motions, response spectra, and amplification with theory.",
     "surface": "Amplification along the surface by frequency, peaks there, and the model.",
-    "shake": "The model, what the shake has moved, histories and response spectra.",
-    "forces": "The model, the forces in it, and what has moved.",
+    "shake": "The model, its displacements, histories and response spectra.",
+    "forces": "The model, its forces and its displacements.",
 }
 
 
@@ -230,7 +230,7 @@ def _moved(axes, scene: Scene, least: float) -> BlockPicture:
     if max(slip, gap) <= least:
         contacts = None
     look = {"color": "displacement", "contacts": contacts}
-    return _blocks(axes, scene, "What has moved at the end", last, **look)
+    return _blocks(axes, scene, "Displacements at the end", last, **look)
 
 
 def _title(figure, history, *frequencies: float) -> None:

@@ -54,7 +54,7 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, f
     for (path, _), one in zip(texts, variables, strict=True):
         if allowed is not None and one.name not in allowed.get(one.group, ()):
             known = "; ".join(f"&{kind}: {', '.join(names)}" for kind, names in allowed.items())
-            raise InputError(f"{path} cannot change during a run; what can is of {known}")
+            raise InputError(f"{path} cannot change during a run, unlike {known}")
     return text
 
 

@@ -65,7 +65,7 @@ class Values:
         if given:
             raise TypeError(f"{type(self).__name__} has no {', '.join(given)}")
         for one in own:
-            self._take(one, getattr(self, one.name))
+            self._check_value(one, getattr(self, one.name))
         self._relate(named)
         self._check()
 
@@ -74,7 +74,7 @@ class Values:
         values = ", ".join(f"{name}={value!r}" for name, value in vars(self).items())
         return f"{type(self).__name__}({values})"
 
-    def _take(self, one: Variable, value) -> None:
+    def _check_value(self, one: Variable, value) -> None:
         """Check a value, and have points as an array."""
         name = one.name
         if one.default == "required" and (value is None or (isinstance(value, str) and not value)):
@@ -119,7 +119,7 @@ def _is_given(value) -> bool:
 
 def _check_number(name: str, value: float, limits: str) -> None:
     low, high = -FARTHEST, FARTHEST
-    failure = "is not a usable place"
+    failure = "is not a usable number"
     if limits == "above 0":
         low, failure = np.nextafter(0, 1), "must be a positive number"
     elif limits.startswith("at least"):

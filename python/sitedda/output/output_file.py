@@ -172,7 +172,7 @@ def _check_order(data: xr.Dataset) -> None:
             raise damaged(data, name, "its values do not ascend")
     time, frames = read(data, "time"), read(data, "frame_time")
     if time[-1] == time[0] and frames[-1] > frames[0]:
-        raise damaged(data, "time", "it does not ascend, but the times of frames do")
+        raise damaged(data, "time", "it does not ascend")
     stages = str(data.attrs.get("stages", "")).count("\n") + 1
     for name in ("stage", "frame_stage"):
         if name in data.variables and (read(data, name) > stages).any():

@@ -138,8 +138,8 @@ def add_fallen(found: Verdict, scene: Scene) -> None:
         (f for f in _sampled_frames(scene) if fallen(scene, f, bodies).any()), scene.frames - 1
     )
     found.tell(
-        f"{len(gone)} of {len(whole)} blocks ended farther from their place than they are "
-        f"large, the first by {number(scene.time[first])} s: "
+        f"{len(gone)} of {len(whole)} blocks ended displaced by more than their size, the first "
+        f"by {number(scene.time[first])} s: "
         + ", ".join(f"{scene.names[b]} ({number(whole[own[b]], 3)} m²)" for b in gone[:5])
         + (" …" if len(gone) > 5 else ""),
         blocks_fallen=len(gone),

@@ -141,9 +141,7 @@ def _contents(sections: list[Section]) -> str:
 
 def _provenance(lines: Iterable[tuple[str, str]]) -> str:
     facts = _facts(lines)
-    return (
-        f"<footer id='provenance'><h2>Where this comes from</h2>{facts}</footer>" if facts else ""
-    )
+    return f"<footer id='provenance'><h2>Provenance</h2>{facts}</footer>" if facts else ""
 
 
 def _facts(lines: Iterable[tuple[str, str]]) -> str:

@@ -225,7 +225,7 @@ def strength_corrected(
     if not 1e-4 <= reference <= 0.1:
         raise ValueError(
             f"a strength of {strength / 1e3:.4g} kPa is {100 * reference:.3g} % of the shear "
-            "modulus; it must be .01 to 10 %"
+            "modulus; it must be 0.01 to 10 %"
         )
     x = np.logspace(-6, np.log10(known), 61) / reference
     target = curves.reduction_at(reference * x)

@@ -315,7 +315,7 @@ def _worst_fit(soils: list[Branches]) -> str:
         words += f", damping ratios within {100 * damping:.2g} points"
     if damping > _MOST_OFF:
         words += f" – more than {100 * _MOST_OFF:.1g}: the damping curve is not met"
-    return f"{words} (strains of .001 to 1 %)"
+    return f"{words} (strains of 0.001 to 1 %)"
 
 
 def _period(name: str) -> str:

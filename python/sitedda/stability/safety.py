@@ -461,17 +461,17 @@ def _doubts(mechanism: Mechanism | None, model: Model) -> str:
     said = []
     if mechanism and not mechanism.moves:
         said.append(
-            "just beyond the failure of the static stages the model does not move far when it is "
-            "let go: the stages may have failed for another reason than strength; see the trials"
+            "just beyond the failure of the static stages the released model does not move far: "
+            "the stages may have failed for another reason than strength; see the trials"
         )
     if elastic := elastic_soils(model):
         said.append(
-            f"soil of loops counts as elastic where its curve ends at no shear strength "
-            f"({', '.join(elastic)}), as those of 'hyperbolic' and 'gqh' do"
+            f"soil of law 'hysteretic' counts as elastic if its curve has no shear strength "
+            f"({', '.join(elastic)}), unlike 'hyperbolic' and 'gqh'"
         )
     if mechanism and yielding(model):
         said.append(
-            "cells that yield are too strong where they are large: compare the factor with that of "
-            "cells of half the size"
+            "large cells that yield are too strong: compare the factor with that of cells of half "
+            "the size"
         )
     return "; ".join(said)

@@ -150,8 +150,8 @@ def _undecided_words(table, quantity: str) -> str:
     """How many cases are beyond the horizon of a quantity, in words; blank if none is."""
     decided = table.get(f"{quantity}{DECIDED}")
     if decided is None:
-        return (f"until when {quantity} is decided is not known: impacts and slip may make it one "
-                "of a distribution; a study with task = 'accuracy' says which cases")  # fmt: skip
+        return (f"the horizon of {quantity} is unknown: beyond it a value is one of a "
+                "distribution; a study with task = 'accuracy' computes it")  # fmt: skip
     beyond, known = int((decided < table["end_s"]).sum()), int(decided.notnull().sum())
     if beyond == 0:
         return ""

@@ -265,7 +265,7 @@ class _Results:
 
 
 def coordinate_values(values: list) -> np.ndarray:
-    """Values of a coordinate; texts as objects, whose length is not bound."""
+    """Values of a coordinate; texts as objects, of any length."""
     found = np.asarray(values)
     return found.astype(object) if found.dtype.kind in "US" else found
 

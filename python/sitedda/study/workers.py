@@ -172,7 +172,7 @@ class _Process:
             patience = None if time_limit > _FOREVER else time_limit
             if not wait([self.connection], patience):
                 self._end(signal.SIGKILL)
-                raise TaskTooLong("it did not end at its time limit")
+                raise TaskTooLong("it exceeded its time limit")
             good, value = self.connection.recv()
         except (EOFError, OSError) as trouble:
             raise WorkerDied(self._end(None)) from trouble

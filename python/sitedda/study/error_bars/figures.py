@@ -254,7 +254,7 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
     if not all(map(math.isfinite, numbers)):
         doubt = "no bar: not all runs have it"
     elif math.isnan(penalty):
-        doubt = "no bar: the run with 4 k_n has none of it"
+        doubt = "no bar: the run with 4 k_n does not have it"
     elif penalty >= abs(numbers[-1]) and not any(map(name.__contains__, _STIFFER)):
         doubt = YIELD
     elif not bar.converges:
