@@ -218,7 +218,7 @@ def calibrate(
     values, level = np.exp(drawn[:, :count]), discrepancy
     if level is None:
         level = float(np.exp(np.median(drawn[:, -1])))
-    squares, y, chosen = posterior.solved(np.vstack([x, drawn]))
+    squares, y, chosen = posterior.solved(np.vstack([x, drawn]), shapes=False)
     frequencies = np.sqrt(np.take_along_axis(squares, chosen, 1)) / (2 * np.pi)
     low, median, high = np.percentile(values, (5, 50, 95), axis=0)
     bounds = np.percentile(frequencies[1:], (5, 95), axis=0)

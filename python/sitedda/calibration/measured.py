@@ -44,6 +44,11 @@ class MeasuredMode:
         Number of the model's mode from 1; 0: by its shape, or the same place in the list.
     damping, damping_deviation : float
         Damping ratio and its standard deviation; NaN: not measured.
+
+    Raises
+    ------
+    InputError
+        If a frequency or a deviation is not above 0, or a component is not finite.
     """
 
     frequency: float
@@ -53,6 +58,12 @@ class MeasuredMode:
     mode: int = 0
     damping: float = math.nan
     damping_deviation: float = math.nan
+
+    def __post_init__(self):
+        for name in ("frequency", "deviation", "shape_deviation"):
+            POSITIVE.check(name, getattr(self, name))
+        for name, value in self.shape.items():
+            FINITE.check(name, value)
 
 
 def measured_modes(source) -> list[MeasuredMode]:

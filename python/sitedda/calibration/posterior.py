@@ -23,12 +23,14 @@ from ..base.errors import ConvergenceError, MissingLibrary
 from .family import Family
 from .measured import Observations
 
-_STEP = 1e-3  # of a prior deviation, of differences of gradients
+_STEP, _WIDTHS = 1e-2, 4  # first step of differences of gradients, prior deviations; iterations
 _STILL = 1e-10  # of the largest square that a shape can have at its points
 _PRIOR, _STARTS = 200, 5  # draws of the prior, and those from which peaks are sought
 _MOST, _LOWEST = 8, 7.0  # peaks that are kept: at most so many, at most so much lower in ln p
 _FARTHEST = 8.0  # deviations of the prior in which the best is sought
+_LARGEST = 200.0  # of x: stiffnesses of draws that are far out stay finite
 _DRAWS = 2000  # of a round of the integral of the evidence
+_NARROW, _WIDER = 3, 3.0  # proposals of a peak: so many, and one that is wider by this factor
 _FREEDOM = 6  # degrees of freedom of its proposals, which reach farther than a Gaussian
 _ROUNDS, _KERNELS = 4, 100  # rounds that adapt the proposals, and their number
 _ENOUGH = 0.5  # fraction of draws that count at which proposals are not adapted further
@@ -57,10 +59,17 @@ class Posterior:
     deviation: np.ndarray
     discrepancy: float | None
 
-    def solved(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """All ω² and modes of the family at rows of x; modes of the model that were measured."""
-        theta = np.exp(x[:, : len(self.family.parts)])
-        squares, y = np.linalg.eigh(self.family.fixed + np.tensordot(theta, self.family.parts, 1))
+    def solved(self, x: np.ndarray, shapes: bool = True) -> tuple:
+        """All ω² and modes of the family at rows of x; modes of the model that were measured.
+
+        The modes may be left out if no shape was measured.
+        """
+        theta = np.exp(np.clip(x[:, : len(self.family.parts)], -_LARGEST, _LARGEST))
+        stiffness = self.family.fixed + np.tensordot(theta, self.family.parts, 1)
+        if shapes or any(shape.size for shape in self.seen.shapes):
+            squares, y = np.linalg.eigh(stiffness)
+        else:
+            squares, y = np.linalg.eigvalsh(stiffness), None
         squares = np.maximum(squares, 1e-300)
         chosen = np.tile(self.seen.number, (len(x), 1))
         if np.any(self.seen.number < 0):
@@ -102,7 +111,7 @@ class Posterior:
         """ln p of rows of x."""
         z = (x - self.mean) / self.deviation
         total = -0.5 * np.sum(z**2 + np.log(2 * np.pi * self.deviation**2), axis=1)
-        squares, y, chosen = solved or self.solved(x)
+        squares, y, chosen = solved or self.solved(x, shapes=False)
         delta, rows = self._delta(x), np.arange(len(x))
         for j, one in enumerate(self.seen.modes):
             off = np.log(2 * np.pi * one.frequency) - np.log(squares[rows, chosen[:, j]]) / 2
@@ -169,27 +178,41 @@ class Posterior:
         return value, slope * self.deviation
 
     def covariance(self, x: np.ndarray) -> np.ndarray:
-        """The inverse of the Hessian of −ln p at its minimum (Laplace)."""
-        steps = _STEP * np.diag(self.deviation)
-        rows = [(self.minus_log(x + h)[1] - self.minus_log(x - h)[1]) / (2 * h.sum())
-                for h in steps]  # fmt: skip
-        scaled = np.array(rows) * np.outer(self.deviation, self.deviation)
-        values, axes = np.linalg.eigh((scaled + scaled.T) / 2)
-        # Data seldom widen a prior: a flatter direction is a kink where modes cross.
-        inverse = (axes / np.maximum(values, 0.25)) @ axes.T
-        return inverse * np.outer(self.deviation, self.deviation)
+        """The inverse of the Hessian of −ln p at its minimum (Laplace).
+
+        Gradients are compared one standard deviation away along each principal axis, found by
+        iteration: where modes cross, ln p has a kink, and its width there is no local curvature.
+        """
+        steps = _STEP * np.eye(x.size)
+        for _ in range(_WIDTHS):
+            ends = [x + sign * steps * self.deviation for sign in (1, -1)]
+            high, low = (np.array([self.minus_log(one)[1] for one in end]) for end in ends)
+            scaled = np.linalg.solve(steps, (high - low) / 2 * self.deviation)
+            values, axes = np.linalg.eigh((scaled + scaled.T) / 2)
+            # Data seldom widen a prior: a flatter direction is a kink, too.
+            steps = (axes / np.sqrt(np.maximum(values, 0.25))).T
+        return steps.T @ steps * np.outer(self.deviation, self.deviation)
 
     def weighted(self, peaks: list[tuple], seed: int) -> tuple:
         """Draws, their weights, ln of the integral of p, its error, and the fraction that counts.
 
         Importance sampling with draws of a mixture of multivariate t about the peaks, each given as
-        x and its covariance.  If few draws count, p is no Gaussian there: a mixture about some of
-        them replaces it (West 1993).
+        x and its covariance, and of wider ones, so that no probability beside a peak is missed.  If
+        few draws count, p is no Gaussian there: a mixture about some of them replaces it (West
+        1993).
+
+        Raises
+        ------
+        ConvergenceError
+            If p is not finite, since weights would be NaN.
         """
         generator, size = np.random.default_rng(seed), self.mean.size
-        centres = np.array([x for x, _ in peaks])
-        lowers = [np.linalg.cholesky(covariance) for _, covariance in peaks]
-        group, best = np.arange(len(peaks)), (0.0, centres, np.ones(1), 0.0, 0.0)
+        centres = np.repeat([x for x, _ in peaks], 1 + _NARROW, axis=0)
+        narrow = [np.linalg.cholesky(covariance) for _, covariance in peaks]
+        lowers = [factor * lower for lower in narrow for factor in (1.0, _WIDER)]
+        pattern = np.append(np.zeros(_NARROW, int), 1)
+        group = np.concatenate([2 * i + pattern for i in range(len(peaks))])
+        best = (0.0, centres, np.ones(1), 0.0, 0.0)
         for _ in range(_ROUNDS):
             picked = generator.integers(len(centres), size=_DRAWS)
             heavy = np.sqrt(_FREEDOM / generator.chisquare(_FREEDOM, _DRAWS))[:, None]
@@ -198,6 +221,9 @@ class Posterior:
             for i, lower in enumerate(lowers):
                 draws[of == i] += gaussian[of == i] @ lower.T
             logs = self.log(draws) - _mixture(draws, centres, group, lowers)
+            if not np.all(np.isfinite(logs)):
+                raise ConvergenceError("the probability of the measured modes is not finite: check "
+                                       "their deviations, and narrow the ranges")  # fmt: skip
             weights = np.exp(logs - logs.max())
             counting = weights.sum() ** 2 / np.sum(weights**2) / _DRAWS
             if counting > best[0]:

@@ -149,6 +149,37 @@ def test_sampler_agrees_with_laplace():
     assert two.deviation == pytest.approx(one.deviation, rel=0.1)
 
 
+def test_probability_where_modes_cross():
+    """ln p has kinks there, and no local curvature: the evidence is that of draws of the prior."""
+    from sitedda.calibration.measured import Observations
+    from sitedda.calibration.posterior import Posterior
+    from sitedda_evidence.validation.calibrated import _column
+
+    model, modes, priors, _ = _column(124, (1, 4), (2, 5))
+    found = calibrate(model, modes, priors, discrepancy=0.0)
+    mean, spread = np.log(list(priors.values())).mean(1), np.log(3) / 1.6449
+    family = family_of(model, dict(zip(priors, np.exp(mean), strict=True)))
+    posterior = Posterior(family, Observations.of(modes, []), mean, np.full(4, spread), 0.0)
+    z = np.random.default_rng(0).standard_normal((20000, 4))
+    prior = -np.sum(z**2, axis=1) / 2 - 4 * np.log(spread * np.sqrt(2 * np.pi))
+    weights = np.exp(posterior.log(mean + spread * z) - prior)
+    error = weights.std() / weights.mean() / np.sqrt(len(z))
+    assert found.evidence == pytest.approx(np.log(weights.mean()), abs=4 * error)
+    assert error < 0.2
+    far = [(mean + 1e4, np.eye(4))]  # stiffnesses overflow there
+    assert np.all(np.isfinite(posterior.weighted(far, 0)[1]))
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [((np.nan, 0.1), "frequency = nan"), ((3.0, 0.0), "deviation = 0"),
+     ((3.0, 0.1, {"top.x": np.inf}), "top.x = inf"), ((3.0, 0.1, {}, np.nan), "shape_deviation")],
+)  # fmt: skip
+def test_refuses_modes_without_numbers(values, words):
+    with pytest.raises(InputError, match=words):
+        MeasuredMode(*values)
+
+
 @pytest.mark.parametrize(
     ("unknowns", "words"),
     [

@@ -88,6 +88,35 @@ def test_calibrate_from_a_record(ambient, capsys, monkeypatch):
     assert np.all((low < [3e7, 6e7]) & ([3e7, 6e7] < high)) and np.all(high < 1.5 * low)
 
 
+def test_calibrate_from_miniseed(ambient, capsys, monkeypatch):
+    """The same record as traces of a file of another program gives the same modes."""
+    pytest.importorskip("pyoma2")
+    obspy = pytest.importorskip("obspy")
+    folder, model, record = ambient
+    monkeypatch.chdir(folder)
+    model.write("stack.nml")
+    stream = obspy.Stream()
+    for name, values in zip(record.names, record.values.T, strict=True):
+        station, axis = name.split(".")
+        header = {"station": station, "channel": f"HH{'EZ'['xy'.index(axis)]}"}
+        stream += obspy.Trace(values[7 * (axis == "y") :], header | {"delta": record.step})
+        stream[-1].stats.starttime += 7 * record.step * (axis == "y")  # it began later
+    stream.write("record.mseed")
+    read = Ambient.of("record.mseed")
+    order = [read.names.index(name) for name in record.names]
+    assert np.allclose(read.values[:, order], record.values[7:])
+    named = Ambient.of("record.mseed", {"p3.HHE": "top.x", "HHZ": "any.y"})
+    assert sorted(named.names) == ["any.y", "top.x"]
+    command = ["calibrate", "stack.nml", "record.mseed", "--record", "4:20", "--discrepancy",
+               "0.005", "--unknown", f"{SHEAR}=1e7:1e8", "--unknown", f"{BED}=2e7:2e8"]  # fmt: skip
+    assert main(command) == 0
+    samples = np.loadtxt("stack_calibration.csv", delimiter=",", skiprows=2)
+    low, high = np.percentile(samples, (5, 95), axis=0)
+    assert np.all((low < [3e7, 6e7]) & ([3e7, 6e7] < high)) and np.all(high < 1.5 * low)
+    with pytest.raises(InputError, match="no channels"):
+        Ambient.of("record.mseed", {"p9.HHE": "top.x"})
+
+
 def test_h_over_v_of_noise():
     """The spectral ratio of two noises, one of them through an oscillator, is its transfer."""
     from scipy.signal import lfilter

@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stiffnesses from measured modes."""
 
+import math
+import time
+from importlib.util import find_spec
+
 import numpy as np
 
 from sitedda.calibration import MeasuredMode, calibrate
+from sitedda.calibration.measured import BAND
+from sitedda.engine.checking import modes
 from sitedda.facade.model import Model
 
 from ..case import Outcome, Table, absolute, at_most, case
+from ..runs import Task
 
 _FIELD = [MeasuredMode(3.4, 0.8 / 3.29), MeasuredMode(4.75, 1.1 / 3.29)]  # bands as 90 %, Hz
 _DRY = {"joint[dry].normal_stiffness_per_area": (1.7e8, 3.3e9)}  # 5e7 to 1e9 N/m a contact
@@ -69,3 +76,90 @@ def avdat_second_mode(short: bool) -> Outcome:
     table = Table("Hypotheses, equally likely before",
                   ["hypothesis", "modes (Hz)", "ln evidence", "probability"], cells)  # fmt: skip
     return Outcome(rows, tables=[table])
+
+
+_SPREAD = 3.0  # ratio of the median of a prior to its bounds of 90 %
+_MEDIANS = {
+    "joint[bed].normal_stiffness_per_area": 3e9, "joint[bed].shear_stiffness_per_area": 1.2e9,
+    "boundary[ground].stiffness_per_area": 2e9, "material[stone].young_modulus": 2e9,
+}  # Pa/m and Pa  # fmt: skip
+_NOISE = 0.02  # relative error of a frequency
+_COLUMNS = {True: 20, False: 200}  # by the form, short or not
+_COMPARED = {True: 1, False: 6}  # columns that the sampler solves too
+_TOGETHER = 10  # columns of a task
+
+
+def _column(seed: int, unknowns: tuple[int, int], measured: tuple[int, int]) -> tuple:
+    """A random column, priors, and true values with noisy frequencies that follow from them."""
+    random = np.random.default_rng(seed)
+    model = Model("column", time_step=1e-3, steps=1)
+    model.contact(normal_stiffness=1e9)
+    model.material("stone", density=2200, young_modulus=2e9, poisson_ratio=0.2)
+    model.joint("bed", friction_angle=35, normal_stiffness_per_area=3e9,
+                shear_stiffness_per_area=1.2e9)  # fmt: skip
+    width, height = random.uniform(0.5, 3.0), random.uniform(0.3, 1.5)
+    count = int(random.integers(2, 13))
+    model.drums(width=width, top_width=width, height=height, count=count)
+    model.boundary(name="ground", kind="springs", blocks="drum_1", side="bottom",
+                   stiffness_per_area=2e9)  # fmt: skip
+    names = random.choice(list(_MEDIANS), random.integers(*unknowns, endpoint=True), replace=False)
+    priors = {n: (_MEDIANS[n] / _SPREAD, _MEDIANS[n] * _SPREAD) for n in names.tolist()}
+    true = {n: _MEDIANS[n] * _SPREAD ** (random.standard_normal() / BAND) for n in priors}
+    exact = modes(model, int(random.integers(*measured, endpoint=True)), changes=true).frequency
+    noisy = exact * np.exp(_NOISE * random.standard_normal(exact.size))
+    return model, [MeasuredMode(f, _NOISE * f) for f in noisy.tolist()], priors, true
+
+
+def _bands(first: int, count: int) -> dict:
+    """Whether the band of each unknown holds its true value, and processor time, s."""
+    begin, inside = time.process_time(), []
+    for seed in range(first, first + count):
+        model, seen, priors, true = _column(seed, (1, 4), (2, 5))
+        found = calibrate(model, seen, priors, discrepancy=0.0, seed=seed)
+        value = np.array(list(true.values()))
+        inside += ((found.low <= value) & (value <= found.high)).tolist()
+    return {"inside": inside, "seconds": time.process_time() - begin}
+
+
+def _two_ways(seed: int) -> float:
+    """Largest relative difference of medians and bounds between Laplace and the sampler."""
+    model, seen, priors, _ = _column(seed, (1, 2), (4, 5))
+    one, two = (calibrate(model, seen, priors, discrepancy=0.0, samples=4000, sampler=sampler)
+                for sampler in ("laplace", "ensemble"))  # fmt: skip
+    bounds = [np.array([found.low, found.median, found.high]) for found in (one, two)]
+    known = one.deviation < 0.5 * math.log(_SPREAD) / BAND
+    return float(np.max(abs(bounds[1] / bounds[0] - 1)[:, known], initial=0.0))
+
+
+def _coverage_tasks(short: bool) -> list[Task]:
+    todo = [Task(("bands", first), _bands, {"first": first, "count": _TOGETHER}, 4.0)
+            for first in range(0, _COLUMNS[short], _TOGETHER)]  # fmt: skip
+    if find_spec("emcee"):
+        todo += [Task(("sampler", s), _two_ways, {"seed": s}, 4.0) for s in range(_COMPARED[short])]
+    return todo
+
+
+@case(
+    "Calibrated columns: how often the bands hold the truth",
+    "Random columns of 2 to 12 drums with 1 to 4 unknown stiffnesses, drawn from their priors, and "
+    "2 to 5 frequencies with 2 % noise: a band of 90 % holds the truth in 90 %. The samples of "
+    "Laplace's approximation and of emcee agree for unknowns that the modes determine.",
+    "Simulation-based calibration: Cook, Gelman & Rubin (2006), J. Comput. Graph. Stat. 15(3).",
+    _coverage_tasks,
+)
+def calibration_coverage(found: dict) -> Outcome:
+    """Coverage, cost, and agreement of both samplers."""
+    parts = [one for (kind, _), one in found.items() if kind == "bands"]
+    inside = np.concatenate([one["inside"] for one in parts])
+    columns = _TOGETHER * len(parts)
+    allowed = 0.02 if columns == _COLUMNS[False] else 3 * math.sqrt(0.09 / inside.size)
+    rows = [
+        absolute(f"bands of 90 % that hold the truth: {inside.size} of {columns} columns", 0.9,
+                 float(inside.mean()), allowed),
+        at_most("processor time of 100 columns",
+                sum(one["seconds"] for one in parts) / columns * 100, 60.0, "s"),
+    ]  # fmt: skip
+    if differences := [one for (kind, _), one in found.items() if kind == "sampler"]:
+        rows.append(at_most(f"Laplace and emcee, {len(differences)} columns: largest difference",
+                            max(differences), 0.05))  # fmt: skip
+    return Outcome(rows)
