@@ -26,7 +26,8 @@ module dda_linear_model
    use dda_equilibrium, only: equilibrium_type, equilibrate
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, stretch_of, &
-      add_to_matrix, coupled_blocks, scale_penalty, at_theta, at_end, end_dashpot, instants, &
+      add_product, add_to_matrix, coupled_blocks, scale_penalty, at_theta, at_end, end_dashpot, &
+      of_mass, instants, &
       term_normal, term_shear, term_kinds, term_names, term_labels
    use dda_scheme, only: scheme_type
    use dda_simulation, only: simulation_type, next_step
@@ -47,7 +48,7 @@ module dda_linear_model
    real(wp), parameter :: alike = 1.0e-3_wp  !< of an energy: differences of equal frequencies
    !> Terms that are stiffness, by their instant.
    real(wp), parameter :: stiffness_weights(instants) = [1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
-      0.0_wp]
+      0.0_wp, 0.0_wp]
 
    !> Operators K x and M x of small motions, and their parts.
    type :: linear_model_type
@@ -141,10 +142,6 @@ contains
 
       associate (model => simulation%model, blocks => simulation%blocks)
          linear%n = blocks%n
-         allocate (linear%mass(6, 6, blocks%n))
-         do b = 1, blocks%n
-            linear%mass(:, :, b) = mass_matrix(blocks%inertia(:, b))
-         end do
          linear%elastic = blocks%stiffness
          do b = 1, blocks%n
             linear%elastic(:, :, b) = blocks%rest_share(b)*blocks%stiffness(:, :, b)
@@ -278,12 +275,38 @@ contains
       linear%dynamic_factor = simulation%model%control%dynamic_factor
       linear%base_motion = simulation%model%control%base_motion
       call linear_terms_of(simulation%elements, simulation%blocks, next_step(simulation), terms)
+      call take_masses(linear, simulation%blocks, terms)
       linear%element_terms = terms%n
       do i = first_contact, linear%terms%n
          call add_term(terms, linear%terms%term(i))
       end do
       linear%terms = terms
    end subroutine restore_run
+
+   !> M of the blocks and of terms of mass, which leave the list.
+   subroutine take_masses(linear, blocks, terms)
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
+      type(blocks_type), intent(in) :: blocks           !< in their present state
+      type(linear_terms_type), intent(inout) :: terms   !< of the elements
+      type(linear_terms_type) :: others
+      integer :: b, i
+
+      if (.not. allocated(linear%mass)) allocate (linear%mass(6, 6, blocks%n))
+      do b = 1, blocks%n
+         linear%mass(:, :, b) = mass_matrix(blocks%inertia(:, b))
+      end do
+      do i = 1, terms%n
+         associate (term => terms%term(i))
+            if (term%instant == of_mass) then
+               call add_product(linear%mass(:, :, term%block_a), term%coefficient, term%row_a, &
+                  term%row_a)
+            else
+               call add_term(others, term)
+            end if
+         end associate
+      end do
+      terms = others
+   end subroutine take_masses
 
    !> The springs of closed contacts.
    subroutine add_contacts(linear, simulation, contacts, all_closed)

@@ -12,7 +12,7 @@ module dda_body_force
    use dda_scheme, only: step_type, end_time, load_time
    implicit none
    private
-   public :: body_force_type
+   public :: body_force_type, base_force
 
    !> Gravity and base acceleration.
    type, extends(element_type) :: body_force_type
@@ -27,8 +27,8 @@ module dda_body_force
 contains
 
    !> Acceleration instead of the base's, m/s²; zero where the base does not move.
-   pure function base_force(self, motions, step) result(force)
-      class(body_force_type), intent(in) :: self  !< elements of this kind
+   pure function base_force(base_motion, motions, step) result(force)
+      integer, intent(in) :: base_motion(2)       !< motions of the base in x and y; 0: none
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp) :: force(2)
@@ -36,8 +36,8 @@ contains
 
       force = 0.0_wp
       do axis = 1, 2
-         if (self%base_motion(axis) == 0) cycle
-         force(axis) = -step_acceleration(motions(self%base_motion(axis))%curve, step%time, &
+         if (base_motion(axis) == 0) cycle
+         force(axis) = -step_acceleration(motions(base_motion(axis))%curve, step%time, &
             end_time(step), load_time(step))
       end do
    end function base_force
@@ -52,7 +52,7 @@ contains
       real(wp) :: force(2)
       integer :: b
 
-      force = self%gravity + base_force(self, motions, step)
+      force = self%gravity + base_force(self%base_motion, motions, step)
       do b = 1, blocks%n
          load(1:2, b) = load(1:2, b) + blocks%mass(b)*force
       end do
@@ -79,7 +79,8 @@ contains
          moved = sum(part(:, :pieces(blocks%n)), 2)
       end if
       call add_energy(energy, energy_gravity, -dot_product(self%gravity, moved))
-      call add_energy(energy, energy_input, dot_product(base_force(self, motions, step), moved))
+      call add_energy(energy, energy_input, dot_product( &
+         base_force(self%base_motion, motions, step), moved))
    end subroutine account
 
    !> Gravity alone.

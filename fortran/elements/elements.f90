@@ -2,6 +2,7 @@
 !> The elements of a model: registration, and sums over all of them.
 module dda_elements
    use dda_kinds, only: wp
+   use dda_added_mass, only: new_added_mass
    use dda_absorbing, only: new_absorbing_boundaries
    use dda_archive, only: archive_type
    use dda_blocks, only: blocks_type, stress_of
@@ -80,6 +81,8 @@ contains
          model%contact%normal_stiffness*[1.0_wp, 1.0_wp/model%contact%shear_ratio]))
       if (size(model%free_fields) > 0) call register(elements, new_free_sides(model%free_fields))
       if (size(model%edge_loads) > 0) call register(elements, new_edge_loads(model%edge_loads))
+      if (any(model%edge_loads%reservoir > 0.0_wp)) call register(elements, &
+         new_added_mass(model%edge_loads, model%control%base_motion, blocks))
       if (size(model%bolts) > 0) call register(elements, new_bolts(model%bolts, blocks))
       if (allocated(model%flow)) call register(elements, new_joint_flow(model%flow, &
          model%edge_loads, blocks))

@@ -7,7 +7,7 @@
 !> around them; flowing ones couple all blocks of their component, at a cost of nodes × blocks².
 module dda_flow_groups
    use dda_kinds, only: wp
-   use dda_flow_network, only: network_type, add_node_row
+   use dda_flow_network, only: network_type
    use dda_lapack, only: dpotrf, dtrsm
    use dda_linear_terms, only: linear_term_type, linear_terms_type, reserve_term, at_end, term_water
    implicit none
@@ -148,7 +148,8 @@ contains
                associate (group => groups(owner(channel%node(k))), i => place(channel%node(k)))
                   do side = 1, 2
                      first = 6*findloc(group%block, channel%block(side), 1) - 5
-                     call add_node_row(network, c, k, side, group%spring(first:first + 5, i))
+                     group%spring(first:first + 5, i) = group%spring(first:first + 5, i) &
+                        + network%row(:, side, k, c)
                   end do
                end associate
             end do
@@ -225,33 +226,21 @@ contains
       end associate
    end subroutine set_spring
 
-   !> Add M⁻¹ (r − Bᵀd) to the pressures of a group.
-   pure subroutine change_by(group, rest, pressure, d)
+   !> Add M⁻¹ r to the pressures of a group.
+   pure subroutine change_by(group, rest, pressure)
       type(group_type), intent(in) :: group     !< with its factor
       real(wp), intent(in) :: rest(:)           !< [nodes] r, m³ per metre of thickness
       real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
-      real(wp), intent(in), optional :: d(:,:)  !< [6,blocks] increments of the coordinates; else 0
-      real(wp) :: change(size(group%node), 1), moved(6*size(group%block))
-      integer :: k
+      real(wp) :: change(size(group%node), 1)
 
-      if (size(group%node) == 1) then
-         change(1, 1) = rest(group%node(1))/group%factor(1, 1)
-         if (present(d)) then
-            do k = 1, size(group%block)
-               change(1, 1) = change(1, 1) - dot_product(group%spring(6*k - 5:6*k, 1), &
-                  d(:, group%block(k)))
-            end do
-         end if
-         pressure(group%node(1)) = pressure(group%node(1)) + change(1, 1)/group%factor(1, 1)
-         return
-      end if
       associate (n => size(group%node))
+         if (n == 1) then
+            pressure(group%node(1)) = pressure(group%node(1)) + rest(group%node(1)) &
+               /group%factor(1, 1)**2
+            return
+         end if
          change(:, 1) = rest(group%node)
          call dtrsm('L', 'L', 'N', 'N', n, 1, 1.0_wp, group%factor, n, change, n)
-         if (present(d)) then
-            moved = reshape(d(:, group%block), [size(moved)])
-            change(:, 1) = change(:, 1) - matmul(moved, group%spring)
-         end if
          call dtrsm('L', 'L', 'T', 'N', n, 1, 1.0_wp, group%factor, n, change, n)
          pressure(group%node) = pressure(group%node) + change(:, 1)
       end associate

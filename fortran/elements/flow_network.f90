@@ -11,7 +11,8 @@ module dda_flow_network
    use dda_flow, only: flow_type
    implicit none
    private
-   public :: network_type, new_network, update_network, find_storage, add_node_row, outflow_of
+   public :: network_type, new_network, update_network, find_storage, growth_of, add_pressures, &
+      outflow_of
 
    real(wp), parameter :: own = 1.0_wp/3.0_wp, other = 1.0_wp/6.0_wp  !< ∫ N N ds over L
 
@@ -19,7 +20,9 @@ module dda_flow_network
    type :: network_type
       type(flow_type) :: flow
       logical, allocatable :: absent(:)        !< [channels] a block beside it is removed
-      real(wp), allocatable :: row(:,:,:,:)    !< [6,sides,ends,channels] ∂gap/∂q
+      !> [6,sides,ends,channels] ∂V/∂q of the node at the end, m³ per unit of q and metre of
+      !> thickness
+      real(wp), allocatable :: row(:,:,:,:)
       real(wp), allocatable :: aperture(:,:)   !< [ends,channels] m
       real(wp), allocatable :: conductance(:)  !< [channels] m²/(Pa s)
       real(wp), allocatable :: volume(:)       !< [nodes] m³ per metre of thickness
@@ -65,7 +68,9 @@ contains
    pure subroutine update_network(network, blocks)
       type(network_type), intent(inout) :: network  !< of the model
       type(blocks_type), intent(in) :: blocks       !< in their present state
-      integer :: c, k
+      real(wp), parameter :: sign(2) = [-1.0_wp, 1.0_wp]  !< of the gap, by the side that moves
+      real(wp) :: normal(2), t(2, 6), gap(6, 2)
+      integer :: c, k, side
 
       call find_storage(network, blocks, network%aperture, network%volume, network%storage)
       network%conductance = 0.0_wp
@@ -75,11 +80,15 @@ contains
             law => network%flow%law(network%flow%channel(c)%law))
             network%conductance(c) = 2*a(1)**2*a(2)**2/(a(1) + a(2)) &
                /(12.0_wp*law%viscosity*channel%length)
-            do k = 1, 2
-               network%row(:, 1, k, c) = -matmul(normal_of(network, blocks, c), &
-                  shape_matrix(blocks, channel%block(1), channel%reference(:, k, 1)))
-               network%row(:, 2, k, c) = matmul(normal_of(network, blocks, c), &
-                  shape_matrix(blocks, channel%block(2), channel%reference(:, k, 2)))
+            normal = normal_of(network, blocks, c)
+            do side = 1, 2
+               do k = 1, 2
+                  t = shape_matrix(blocks, channel%block(side), channel%reference(:, k, side))
+                  gap(:, k) = sign(side)*(normal(1)*t(1, :) + normal(2)*t(2, :))
+               end do
+               do k = 1, 2
+                  network%row(:, side, k, c) = channel%length*(own*gap(:, k) + other*gap(:, 3 - k))
+               end do
             end do
          end associate
       end do
@@ -103,7 +112,7 @@ contains
       type(blocks_type), intent(in) :: blocks    !< in their present state
       real(wp), intent(out) :: aperture(:,:)     !< [ends,channels] m
       real(wp), intent(out) :: volume(:), storage(:)  !< [nodes] m³; m³/Pa, per metre of thickness
-      real(wp) :: gap, share
+      real(wp) :: normal(2), apart(2), share
       integer :: c, k
 
       volume = 0.0_wp
@@ -113,11 +122,12 @@ contains
          if (network%absent(c)) cycle
          associate (channel => network%flow%channel(c), a => aperture(:, c), &
             law => network%flow%law(network%flow%channel(c)%law))
+            normal = normal_of(network, blocks, c)
             do k = 1, 2
-               gap = dot_product(normal_of(network, blocks, c), place_of(blocks, &
-                  channel%block(2), channel%reference(:, k, 2)) - place_of(blocks, &
-                  channel%block(1), channel%reference(:, k, 1)))
-               a(k) = max(law%least, min(law%most, law%aperture + law%opening_factor*gap))
+               apart = place_of(blocks, channel%block(2), channel%reference(:, k, 2)) &
+                  - place_of(blocks, channel%block(1), channel%reference(:, k, 1))
+               a(k) = max(law%least, min(law%most, law%aperture + law%opening_factor &
+                  *(normal(1)*apart(1) + normal(2)*apart(2))))
             end do
             do k = 1, 2
                share = channel%length*(own*a(k) + other*a(3 - k))
@@ -130,15 +140,45 @@ contains
       end do
    end subroutine find_storage
 
-   !> Add ∂V/∂q of the node at end k of channel c, of the block on a side.
-   pure subroutine add_node_row(network, c, k, side, row)
+   !> Bᵀd: growth of the nodes' volumes, m³ per metre of thickness.
+   pure function growth_of(network, d) result(growth)
       type(network_type), intent(in) :: network  !< of the model
-      integer, intent(in) :: c, k, side          !< channel; end; side
-      real(wp), intent(inout) :: row(6)          !< m³ per unit of q and metre of thickness
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      real(wp) :: growth(size(network%volume))
+      integer :: c, k
 
-      row = row + network%flow%channel(c)%length*(own*network%row(:, side, k, c) &
-         + other*network%row(:, side, 3 - k, c))
-   end subroutine add_node_row
+      growth = 0.0_wp
+      do c = 1, size(network%absent)
+         if (network%absent(c)) cycle
+         associate (channel => network%flow%channel(c))
+            do k = 1, 2
+               growth(channel%node(k)) = growth(channel%node(k)) &
+                  + dot_product(network%row(:, 1, k, c), d(:, channel%block(1))) &
+                  + dot_product(network%row(:, 2, k, c), d(:, channel%block(2)))
+            end do
+         end associate
+      end do
+   end function growth_of
+
+   !> Add B p to the loads of the blocks.
+   pure subroutine add_pressures(network, pressure, load)
+      type(network_type), intent(in) :: network  !< of the model
+      real(wp), intent(in) :: pressure(:)        !< [nodes] Pa
+      real(wp), intent(inout) :: load(:,:)       !< [6,blocks] N/m …
+      integer :: c, k, side
+
+      do c = 1, size(network%absent)
+         if (network%absent(c)) cycle
+         associate (channel => network%flow%channel(c))
+            do k = 1, 2
+               do side = 1, 2
+                  load(:, channel%block(side)) = load(:, channel%block(side)) &
+                     + pressure(channel%node(k))*network%row(:, side, k, c)
+               end do
+            end do
+         end associate
+      end do
+   end subroutine add_pressures
 
    !> H φ: outflow of each node, m²/s.
    pure function outflow_of(network, conductance, potential) result(outflow)

@@ -29,7 +29,7 @@ module dda_joint_flow
    use dda_flow_groups, only: group_type, set_groups, set_springs, add_springs, change_by, &
       find_steady_heads
    use dda_flow_network, only: network_type, new_network, update_network, find_storage, &
-      add_node_row, outflow_of
+      growth_of, add_pressures, outflow_of
    use dda_linear_terms, only: linear_terms_type
    use dda_motion, only: motion_type
    use dda_output_schema, only: columns_of, in_flow_nodes, in_flow_channels
@@ -232,43 +232,21 @@ contains
       end do
    end subroutine assume
 
-   !> Pressures at the end of a step with increment d, Pa.
-   pure function pressure_after(self, d) result(pressure)
-      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+   !> Growth of the volumes and pressures at the end of a step with increment d.
+   pure subroutine find_pressures(self, d)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp) :: pressure(size(self%first)), none(size(self%first))
+      real(wp) :: rest(size(self%first))
       integer :: g
 
-      pressure = self%first
+      self%growth = growth_of(self%network, d)
+      self%after = self%first
       if (state_of(self) == flow_steady) return
-      none = 0.0_wp
+      rest = merge(0.0_wp, -self%growth, self%fixed .or. self%vented)
       do g = 1, size(self%group)
-         call change_by(self%group(g), none, pressure, d)
+         call change_by(self%group(g), rest, self%after)
       end do
-   end function pressure_after
-
-   !> Bᵀd: growth of the nodes' volumes, m³ per metre of thickness.
-   pure function growth_of(self, d) result(growth)
-      class(joint_flow_type), intent(in) :: self  !< elements of this kind
-      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp) :: growth(size(self%first)), row(6)
-      integer :: c, k, side
-
-      growth = 0.0_wp
-      do c = 1, size(self%conductance)
-         if (self%network%absent(c)) cycle
-         associate (channel => self%network%flow%channel(c))
-            do k = 1, 2
-               do side = 1, 2
-                  row = 0.0_wp
-                  call add_node_row(self%network, c, k, side, row)
-                  growth(channel%node(k)) = growth(channel%node(k)) &
-                     + dot_product(row, d(:, channel%block(side)))
-               end do
-            end do
-         end associate
-      end do
-   end function growth_of
+   end subroutine find_pressures
 
    !> Residual of the balance of each node, m³ per metre of thickness: growth of the volume
    !> without water, or inflow from outside.
@@ -299,22 +277,8 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
-      real(wp) :: row(6)
-      integer :: c, k, side
 
-      do c = 1, size(self%conductance)
-         if (self%network%absent(c)) cycle
-         associate (channel => self%network%flow%channel(c))
-            do k = 1, 2
-               do side = 1, 2
-                  row = 0.0_wp
-                  call add_node_row(self%network, c, k, side, row)
-                  load(:, channel%block(side)) = load(:, channel%block(side)) &
-                     + self%first(channel%node(k))*row
-               end do
-            end do
-         end associate
-      end do
+      call add_pressures(self%network, self%first, load)
    end subroutine add_force
 
    !> ½ pᵀSp
@@ -375,8 +339,7 @@ contains
       integer :: first
 
       self%rounds = self%rounds + 1
-      self%after = pressure_after(self, d)
-      self%growth = growth_of(self, d)
+      call find_pressures(self, d)
       if (state_of(self) == flow_steady) then
          if (.not. self%settled) changed = changed + 1
          return

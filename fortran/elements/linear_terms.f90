@@ -4,21 +4,22 @@
 !>
 !> A term acts on row_a·x_a − row_b·x_b of two blocks, or of one block and the ground (block b = 0);
 !> that of a cable also on the further blocks that it passes.  Its instant states what it acts on:
-!> the stretch at t₀ + θΔt or at the end of the step, the mean velocity d/Δt or the velocity at the
-!> end.  Terms of a closed contact have the same form.
+!> the stretch at t₀ + θΔt or at the end of the step, the mean velocity d/Δt, the velocity at the
+!> end, or the acceleration.  Terms of a closed contact have the same form.
 module dda_linear_terms
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of
-   use dda_scheme, only: step_type, momentum_weight
+   use dda_scheme, only: step_type, mass_weight, momentum_weight
    implicit none
    private
    public :: linear_term_type, linear_terms_type, clear_terms, add_term, reserve_term, set_rows, &
       blocks_in, block_of, get_row, stretch_of, add_to_matrix, add_product, step_weights, &
       scale_penalty, coupled_blocks
-   public :: at_theta, at_end, mean_dashpot, end_dashpot, at_damping, instants
+   public :: at_theta, at_end, mean_dashpot, end_dashpot, at_damping, of_mass, &
+      instants
    public :: term_normal, term_shear, term_support, term_boundary, term_tie, term_bolt, &
-      term_free_side, term_weld, term_point, term_bed, term_water, term_kinds, term_names, &
-      term_labels
+      term_free_side, term_weld, term_point, term_bed, term_water, term_reservoir, term_kinds, &
+      term_names, term_labels
 
    integer, parameter :: at_theta = 1      !< stiffness at t₀ + θΔt
    integer, parameter :: at_end = 2        !< stiffness at the end of the step
@@ -26,7 +27,8 @@ module dda_linear_terms
    integer, parameter :: end_dashpot = 4   !< dashpot on the velocity at the end of the step
    !> what damping and laws of materials add to K̂ in a step; frequencies have their own moduli
    integer, parameter :: at_damping = 5
-   integer, parameter :: instants = 5
+   integer, parameter :: of_mass = 6       !< mass in the direction of the row
+   integer, parameter :: instants = 6
 
    integer, parameter :: term_normal = 1   !< normal spring of a closed contact
    integer, parameter :: term_shear = 2    !< shear spring of a sticking contact
@@ -39,17 +41,18 @@ module dda_linear_terms
    integer, parameter :: term_point = 9     !< tangent of a strain point beyond elasticity
    integer, parameter :: term_bed = 10      !< spring of a bed
    integer, parameter :: term_water = 11    !< water enclosed at a node of a joint
-   integer, parameter :: term_kinds = 11
+   integer, parameter :: term_reservoir = 12 !< water that moves with a face
+   integer, parameter :: term_kinds = 12
    character(len=*), parameter :: term_names(term_kinds) = [character(len=22) :: &
       'normal contact springs', 'shear contact springs', 'fixed points', 'absorbing boundaries', &
       'ties of the sides', 'bolts', 'free-field sides', 'welded faces', 'strain points', &
-      'beds of springs', 'water in joints']
+      'beds of springs', 'water in joints', 'water of a reservoir']
 
    character(len=*), parameter :: term_labels(term_kinds) = [character(len=27) :: &
       'the normal contact spring', 'the shear contact spring', 'a fixed point', &
       'a dashpot of the boundary', 'a tie of the sides', 'a bolt', &
       'a dashpot of the free field', 'a welded face', 'a strain point', &
-      'a spring of a bed', 'water in a joint']
+      'a spring of a bed', 'water in a joint', 'water of a reservoir']
 
    !> One term.
    type :: linear_term_type
@@ -62,7 +65,7 @@ module dda_linear_terms
       logical :: damped = .false.           !< a dashpot keeps it from ringing
       logical :: of_penalty = .false.       !< in proportion to the normal stiffness k_n
       real(wp) :: damped_share(2) = 0.0_wp  !< that the materials of blocks a and b damp
-      real(wp) :: coefficient = 0.0_wp      !< c, N/m or N s/m per metre of thickness
+      real(wp) :: coefficient = 0.0_wp      !< c, N/m, N s/m or kg per metre of thickness
       real(wp) :: row_a(6) = 0.0_wp         !< of u
       real(wp) :: row_b(6) = 0.0_wp         !< of −u
       integer, allocatable :: further(:)    !< blocks of a cable besides a and b
@@ -190,12 +193,13 @@ contains
       end select
    end subroutine get_row
 
-   !> Factor of a term of each instant in K̂: θ, 1, 1/Δt, 1/(χΔt), 1.
+   !> Factor of a term of each instant in K̂: θ, 1, 1/Δt, 1/(χΔt), 1, 1/(χΔt²).
    pure function step_weights(step) result(weights)
       type(step_type), intent(in) :: step  !< the present one
-      real(wp) :: weights(instants)  !< 1, 1, 1/s, 1/s, 1
+      real(wp) :: weights(instants)  !< 1, 1, 1/s, 1/s, 1, 1/s²
 
-      weights = [step%scheme%theta, 1.0_wp, 1.0_wp/step%time_step, momentum_weight(step), 1.0_wp]
+      weights = [step%scheme%theta, 1.0_wp, 1.0_wp/step%time_step, momentum_weight(step), 1.0_wp, &
+         mass_weight(step)]
    end function step_weights
 
    !> u·x of a term in a motion x of all blocks.

@@ -19,6 +19,7 @@ module dda_input_edge_loads
    public :: read_edge_loads
 
    real(wp), parameter :: covered = 1.0e-6_wp  !< of a line's length that may lie on no edge
+   real(wp), parameter :: least_slope = 0.5_wp !< sine of the slope of an upstream face: 30°
 
 contains
 
@@ -86,7 +87,38 @@ contains
       call set_values(new, group, 'shear', own%shear, new%shear, error)
       if (new%kind == load_uniform) own%level = [model%origin(2)]
       call set_values(new, group, 'level', own%level - model%origin(2), new%level, error)
+      if (own%added_mass .and. .not. allocated(error)) &
+         call set_reservoir(new, model, group, own%reservoir_depth, error)
    end subroutine read_traction
+
+   !> Depth of the reservoir whose water moves with the edges of a load, which stand upright.
+   subroutine set_reservoir(load, model, group, depth, error)
+      type(edge_load_type), intent(inout) :: load  !< with its pieces and level
+      type(model_type), intent(in) :: model  !< with its blocks
+      type(group_type), intent(in) :: group  !< of the input
+      real(wp), intent(in) :: depth          !< as given, m
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      real(wp) :: wet, along(2)
+      integer :: k
+
+      call mark_ends(model%blocks, load)
+      wet = load%level(1) - minval(load%ends(2, :, :))
+      load%reservoir = wet
+      if (given(group, 'reservoir_depth')) load%reservoir = depth
+      if (wet <= 0.0_wp) then
+         call input_error(error, group, 'added_mass: none of the edges is below the level')
+      else if (load%reservoir < (1.0_wp - covered)*wet) then
+         call input_error(error, group, 'reservoir_depth = '//to_text(depth)// &
+            ' m is less than the water on the lowest of these edges, '//to_text(wet)//' m')
+      end if
+      do k = 1, size(load%piece)
+         along = load%ends(:, 2, k) - load%ends(:, 1, k)
+         if (abs(along(2)) < least_slope*norm2(along)) call input_error(error, group, &
+            'added_mass is for upstream faces; the edge from ('//words_of(load%ends(:, 1, k) &
+            + model%origin)//') to ('//words_of(load%ends(:, 2, k) + model%origin)// &
+            ') is too flat: give it a &traction without added_mass')
+      end do
+   end subroutine set_reservoir
 
    !> The times of a load; without any it lasts for ever.
    subroutine set_times(load, time, group, error)

@@ -25,6 +25,7 @@ module dda_edge_load
       real(wp), allocatable :: at_ends(:,:)          !< [2,pieces] pressures of `load_line`, Pa
       real(wp), allocatable :: line(:,:)             !< [2,points] phreatic line, x ascending, m
       real(wp) :: unit_weight = 0.0_wp               !< of water, N/m³
+      real(wp) :: reservoir = 0.0_wp                 !< depth H of Westergaard's mass, m; 0: none
       logical :: held = .false.                      !< first and last value last for ever
       real(wp), allocatable :: time(:)               !< s, ascending
       real(wp), allocatable :: normal(:)             !< [times] pressure, Pa; of water its factor

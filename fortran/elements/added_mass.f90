@@ -1,0 +1,198 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Water of a reservoir that moves with an upstream face: Westergaard's added mass.
+!>
+!> At a depth z below the level of a reservoir of depth H the face has the mass (7/8) ρ √(Hz) per
+!> area, in the direction of its normal (Westergaard 1933; for sloping faces Clough 1982).  With
+!> s = √z the integrals over a straight face are polynomials of degree 6 in s, exact with four Gauss
+!> points.  The mass stays with the wet points of the first geometry.
+module dda_added_mass
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type, shape_matrix
+   use dda_body_force, only: base_force
+   use dda_edge_load, only: edge_load_type
+   use dda_edge_piece, only: edge_piece_type, piece_length, piece_normal, reference_at
+   use dda_element, only: element_type
+   use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_input, energy_water
+   use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, of_mass, &
+      term_reservoir
+   use dda_motion, only: motion_type
+   use dda_scheme, only: step_type, end_rate, momentum_weight
+   implicit none
+   private
+   public :: added_mass_type, new_added_mass
+
+   integer, parameter :: points = 4  !< of Gauss, on a straight face
+   real(wp), parameter :: abscissa(points) = 0.5_wp + 0.5_wp*[-0.8611363115940526_wp, &
+      -0.3399810435848563_wp, 0.3399810435848563_wp, 0.8611363115940526_wp]
+   real(wp), parameter :: weight(points) = 0.5_wp*[0.3478548451374538_wp, 0.6521451548625461_wp, &
+      0.6521451548625461_wp, 0.3478548451374538_wp]
+   real(wp), parameter :: westergaard = 0.875_wp  !< 7/8
+   real(wp), parameter :: standard = 9.81_wp      !< m/s², of unit weights
+
+   !> A mass that moves with a point of a face, in the direction of its normal.
+   type :: wet_point_type
+      type(edge_piece_type) :: piece
+      real(wp) :: reference(2) = 0.0_wp  !< m, offset ρ
+      real(wp) :: mass = 0.0_wp          !< kg per metre of thickness
+   end type wet_point_type
+
+   !> All of a model.
+   type, extends(element_type) :: added_mass_type
+      type(wet_point_type), allocatable :: point(:)
+      integer :: base_motion(2) = 0      !< motions of the base in x and y; 0: none
+   contains
+      procedure :: add_linear
+      procedure :: add_force
+      procedure :: add_stored
+      procedure :: account
+      procedure :: freeze
+   end type added_mass_type
+
+contains
+
+   !> Masses of the reservoirs that are present.
+   pure type(added_mass_type) function new_added_mass(loads, base_motion, blocks) result(self)
+      type(edge_load_type), intent(in) :: loads(:)  !< of the model
+      integer, intent(in) :: base_motion(2)         !< of the model
+      type(blocks_type), intent(in) :: blocks       !< in their present state
+      integer :: i, k
+
+      self%base_motion = base_motion
+      allocate (self%point(0))
+      do i = 1, size(loads)
+         if (.not. (loads(i)%present .and. loads(i)%reservoir > 0.0_wp)) cycle
+         do k = 1, size(loads(i)%piece)
+            if (.not. blocks%removed(loads(i)%piece(k)%block)) &
+               self%point = [self%point, wet_points(loads(i), k, blocks)]
+         end do
+      end do
+   end function new_added_mass
+
+   !> Masses on part k of a load.
+   pure function wet_points(load, k, blocks) result(point)
+      type(edge_load_type), intent(in) :: load  !< of a reservoir
+      integer, intent(in) :: k                  !< piece
+      type(blocks_type), intent(in) :: blocks   !< in their present state
+      type(wet_point_type), allocatable :: point(:)
+      real(wp) :: depth(2), root(2), s, area
+      integer :: i
+
+      depth = load%level(1) - load%ends(2, :, k)
+      allocate (point(0))
+      if (maxval(depth) <= 0.0_wp) return
+      root = sqrt(max(0.0_wp, depth))
+      do i = 1, points
+         s = root(1) + abscissa(i)*(root(2) - root(1))
+         area = weight(i)*abs((root(2) - root(1))*2.0_wp*s/(depth(2) - depth(1))) &
+            *piece_length(blocks, load%piece(k))
+         point = [point, wet_point_type(load%piece(k), reference_at(blocks, load%piece(k), &
+            (s**2 - depth(1))/(depth(2) - depth(1))), &
+            westergaard*load%unit_weight/standard*sqrt(load%reservoir)*s*area)]
+      end do
+   end function wet_points
+
+   !> nᵀT of a point.
+   pure function row_of(point, blocks) result(row)
+      type(wet_point_type), intent(in) :: point  !< of a face
+      type(blocks_type), intent(in) :: blocks    !< in their present state
+      real(wp) :: row(6)
+
+      row = matmul(piece_normal(blocks, point%piece), shape_matrix(blocks, point%piece%block, &
+         point%reference))
+   end function row_of
+
+   !> Masses.
+   subroutine add_linear(self, blocks, step, terms)
+      class(added_mass_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the present one
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
+      type(linear_term_type) :: term
+      integer :: i
+
+      term%kind = term_reservoir
+      term%instant = of_mass
+      do i = 1, size(self%point)
+         term%source = i
+         term%block_a = self%point(i)%piece%block
+         term%coefficient = self%point(i)%mass
+         term%row_a = row_of(self%point(i), blocks)
+         call add_term(terms, term)
+      end do
+   end subroutine add_linear
+
+   !> Momentum at the start of the step, and inertia in the frame of the base.
+   subroutine add_force(self, blocks, motions, step, load)
+      class(added_mass_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the present one
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      real(wp) :: row(6), force(2)
+      integer :: i
+
+      force = base_force(self%base_motion, motions, step)
+      do i = 1, size(self%point)
+         associate (point => self%point(i), b => self%point(i)%piece%block)
+            row = row_of(point, blocks)
+            load(:, b) = load(:, b) + point%mass*(momentum_weight(step) &
+               *dot_product(row, blocks%velocity(:, b)) + dot_product(row(:2), force))*row
+         end associate
+      end do
+   end subroutine add_force
+
+   !> Kinetic energy of the water.
+   subroutine add_stored(self, blocks, motions, step, energy)
+      class(added_mass_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the next one
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      integer :: i
+
+      do i = 1, size(self%point)
+         associate (point => self%point(i), b => self%point(i)%piece%block)
+            call add_energy(energy, energy_water, 0.5_wp*point%mass*dot_product(row_of(point, &
+               blocks), blocks%velocity(:, b))**2)
+         end associate
+      end do
+   end subroutine add_stored
+
+   !> Kinetic energy at the end of the step, loss by the scheme (χ − ½) m Δv², and work of the
+   !> inertia in the frame of the base.
+   subroutine account(self, blocks, motions, step, d, energy)
+      class(added_mass_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the present one
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      real(wp) :: row(6), force(2), moved, before, after
+      integer :: i
+
+      force = base_force(self%base_motion, motions, step)
+      do i = 1, size(self%point)
+         associate (point => self%point(i), b => self%point(i)%piece%block)
+            row = row_of(point, blocks)
+            moved = dot_product(row, d(:, b))
+            before = dot_product(row, blocks%velocity(:, b))
+            after = end_rate(step, moved, before)
+            call add_energy(energy, energy_water, 0.5_wp*point%mass*after**2)
+            call add_energy(energy, energy_algorithmic, (step%scheme%chi - 0.5_wp)*point%mass &
+               *(after - before)**2)
+            call add_energy(energy, energy_input, point%mass*dot_product(row(:2), force)*moved)
+         end associate
+      end do
+   end subroutine account
+
+   !> The base does not move.
+   subroutine freeze(self, blocks, motions, time)
+      class(added_mass_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      real(wp), intent(in) :: time  !< s
+
+      self%base_motion = 0
+   end subroutine freeze
+
+end module dda_added_mass

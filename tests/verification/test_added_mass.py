@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Westergaard's added mass: a reservoir that moves with an upstream face."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+
+import sitedda
+from sitedda import InputError
+from sitedda.engine.checking import matrices
+
+WATER, CONCRETE = 1000.0, 2400.0  # kg/m³
+FACE, BASE, HEIGHT = 4.0, 8.0, 20.0  # m: the face leans by FACE over HEIGHT
+BED = 4e9  # Pa/m
+
+
+def dam(level: float = 18.0, lean: float = 0.0, load=(), **control) -> sitedda.Model:
+    """A stiff block on springs; its left face, leaning by `lean`, is wet up to a level."""
+    model = sitedda.Model("dam", **({"time_step": 1e-4, "steps": 400} | control))
+    model.material("concrete", density=CONCRETE, young_modulus=1e15, poisson_ratio=0.0)
+    model.joint("base", friction_angle=30.0)
+    model.block([0, 0, BASE, 0, BASE, HEIGHT, lean, HEIGHT], name="dam")
+    model.boundary("bed", "springs", blocks="dam", edges=1, stiffness_per_area=BED)
+    wet = {"level": level, "unit_weight": 9.81 * WATER, "added_mass": True, "edges": 4}
+    model.traction("reservoir", blocks="dam", **(wet | dict(load)))
+    return model
+
+
+def added(level: float, lean: float, depth: float | None = None) -> np.ndarray:
+    """∫ (7/8) ρ √(Hz) rᵀr ds of a rigid block, r the motion along the normal; by quadrature."""
+    slope = np.hypot(lean, HEIGHT) / HEIGHT
+    normal = np.array([-HEIGHT, lean]) / np.hypot(lean, HEIGHT)
+    corners = np.array([[0, 0], [BASE, 0], [BASE, HEIGHT], [lean, HEIGHT]], dtype=float)
+    x, y = corners.T
+    cross = x * np.roll(y, -1) - np.roll(x, -1) * y
+    centre = ((corners + np.roll(corners, -1, 0)) * cross[:, None]).sum(0) / (3 * cross.sum())
+
+    def entry(height: float, i: int, j: int) -> float:
+        arm = np.array([lean * height / HEIGHT, height]) - centre
+        row = [*normal, normal[1] * arm[0] - normal[0] * arm[1]]
+        mass = 7 / 8 * WATER * np.sqrt((depth or level) * (level - height)) * slope
+        return mass * row[i] * row[j]
+
+    top = min(level, HEIGHT)
+    return np.array(
+        [[quad(entry, 0, top, (i, j), epsrel=1e-12)[0] for j in range(3)] for i in range(3)]
+    )
+
+
+def mass_of(model) -> np.ndarray:
+    """M of the block's translations and rotation."""
+    return matrices(model)[1].toarray()[:3, :3]
+
+
+@pytest.mark.parametrize(("level", "lean"), [(18.0, 0.0), (20.0, FACE), (26.0, FACE), (3.0, -2.0)])
+def test_mass_is_the_integral_over_the_face(level, lean):
+    """Also of a face that leans, of one that is all under water, and of one hardly wet."""
+    without = mass_of(dam(level, lean, load={"added_mass": False}))
+    exact = added(level, lean)
+    found = mass_of(dam(level, lean)) - without
+    np.testing.assert_allclose(found, exact, atol=1e-8 * exact.max())
+    if lean == 0.0 and level <= HEIGHT:
+        assert found[0, 0] == pytest.approx(7 / 12 * WATER * level**2, rel=1e-8)
+
+
+def test_depth_of_the_reservoir():
+    """Beyond the foot of the face; it must reach the foot at least."""
+    without = mass_of(dam(load={"added_mass": False}))
+    found = mass_of(dam(load={"reservoir_depth": 32.0})) - without
+    np.testing.assert_allclose(found, added(18.0, 0.0, 32.0), atol=1e-8 * found.max())
+    with pytest.raises(InputError, match=r"reservoir_depth = 12 m is less than the water"):
+        sitedda.check(dam(load={"reservoir_depth": 12.0}))
+
+
+@pytest.mark.parametrize(
+    ("load", "words"),
+    [
+        ({"level": -1.0}, "none of the edges is below the level"),
+        ({"edges": 1}, "too flat"),
+        ({"time": [0.0, 1.0]}, "time"),
+        ({"level": None, "normal": 1e3}, "level"),
+        ({"added_mass": False, "reservoir_depth": 30.0}, "reservoir_depth needs it"),
+    ],
+)
+def test_refusals(load, words):
+    """Each names what is wrong."""
+    with pytest.raises(InputError, match=words):
+        sitedda.check(dam(load=load))
+
+
+def test_frequencies_fall():
+    """To those of the block with the water's mass; not to those of the block alone."""
+    model = dam()
+    stiffness, mass = (m.toarray()[:3, :3] for m in matrices(model)[:2])
+    block = CONCRETE * BASE * HEIGHT
+    alone = np.diag([block, block, block * (BASE**2 + HEIGHT**2) / 12])
+    np.testing.assert_allclose(mass, alone + added(18.0, 0.0), atol=1e-7 * mass.max())
+    wet, dry = (
+        np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(m, stiffness)).real)) / (2 * np.pi)
+        for m in (mass, alone)
+    )
+    np.testing.assert_allclose(sitedda.modes(model, 3).frequency, wet, rtol=2e-5)
+    assert wet[0] < 0.95 * dry[0]
+
+
+@pytest.mark.parametrize("integration", ["dda", "midpoint", "theta", "backward_euler"])
+def test_energy_balance(integration):
+    """The audit closes in every scheme, with the kinetic energy of the water in it."""
+    model = dam(integration=integration)
+    model.load(BASE / 2, HEIGHT / 2, force_x=[5e5, 5e5], time=[0.0, 1.0])
+    data = sitedda.run(model).history.load()
+    scale = abs(data.energy_water.values).max()
+    assert scale > 1.0
+    assert abs(data.energy_balance.values).max() < 1e-9 * scale
+
+
+def test_moving_base_pushes_the_water():
+    """In the frame of the base the ground's acceleration acts on block and added mass."""
+    time = np.arange(301) * 1e-3
+    pulse = np.sin(4 * np.pi * time)
+    moved = []
+    for scale in (1.0, 0.0):
+        model = dam(time_step=1e-3, steps=300, integration="midpoint", base_motion_x="pulse")
+        kind = {"quantity": "acceleration", "drift_order": 0}
+        model.motion("pulse", values=pulse, time_step=1e-3, scale=scale, **kind)
+        model.measured_point("centre", BASE / 2, HEIGHT / 2, block="dam")
+        data = sitedda.run(model).history.load()
+        balance = abs(data.energy_balance.values).max()
+        assert balance < 1e-9 * abs(data.energy_water.values).max()
+        moved.append(data.displacement.values[:, 0, 0])
+    stiffness, mass = (m.toarray()[:3, :3] for m in matrices(model)[:2])
+
+    def rate(now, state):
+        force = -mass[:, 0] * np.interp(now, time, pulse) - stiffness @ state[:3]
+        return [*state[3:], *np.linalg.solve(mass, force)]
+
+    exact = solve_ivp(rate, (0, 0.3), np.zeros(6), t_eval=time, rtol=1e-9, atol=1e-12).y[0]
+    found = moved[0] - moved[1]
+    np.testing.assert_allclose(found, exact[-len(found) :], atol=3e-3 * abs(exact).max())
