@@ -6,8 +6,8 @@ module api_tables
    use dda_contact_table, only: contact_table, closed_contacts
    use dda_diagnostics, only: audit_warning
    use dda_broken_faces, only: edge_damage
-   use dda_elements, only: block_stress, bolt_states, plastic_strain, &
-      prepare_elements, stress_error
+   use dda_elements, only: block_stress, bolt_states, channel_columns, flow_states, &
+      node_columns, plastic_strain, prepare_elements, stress_error
    use dda_energy, only: energy_values
    use dda_errors, only: error_type, error_input, fail
    use dda_maxima, only: known
@@ -47,8 +47,10 @@ contains
    !> 'loads' [6, blocks]: forces on the coordinates of the blocks but those of contacts;
    !> 'contacts' [contacts, columns], 'closed contacts' [contacts, 5]; 'boundary_edges': edge and
    !> group from 0, shares of the edge [pieces, 4]; 'bolts': axial and shear force, stretch, state
-   !> [4, bolts]; 'points': displacement, velocity, acceleration [2, 3 points]; 'base':
-   !> displacement of what displacements are relative to [2, 1], m.
+   !> [4, bolts]; 'water', by channel: pressures and saturations of both nodes, flux, first
+   !> positions of the nodes, block beside it from 0 [10, channels]; 'points': displacement,
+   !> velocity, acceleration [2, 3 points]; 'base': displacement of what displacements are relative
+   !> to [2, 1], m.
    subroutine take_state(simulation, what, table)
       type(simulation_type), intent(inout) :: simulation
       character(len=*), intent(in) :: what
@@ -96,6 +98,8 @@ contains
          case ('bolts')
             allocate (table(4, size(model%bolts)))
             if (size(table) > 0) table = bolt_states(simulation%elements, size(model%bolts))
+         case ('water')
+            table = channel_table(simulation)
          case ('base')
             table = reshape(simulation%maxima%base%displacement, [2, 1])
          case ('points')
@@ -107,6 +111,27 @@ contains
          end select
       end associate
    end subroutine take_state
+
+   !> The table 'water'.
+   function channel_table(simulation) result(table)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      real(c_double), allocatable :: table(:,:)
+      real(c_double), allocatable :: of_nodes(:,:), of_channels(:,:)
+      integer :: c
+
+      allocate (table(10, 0))
+      if (.not. allocated(simulation%model%flow)) return
+      associate (flow => simulation%model%flow)
+         allocate (of_nodes(node_columns, size(flow%pressure)), &
+            of_channels(channel_columns, size(flow%channel)), source=0.0_c_double)
+         call flow_states(simulation%elements, of_nodes, of_channels)
+         table = reshape([(of_nodes(1, flow%channel(c)%node), of_nodes(2, flow%channel(c)%node), &
+            of_channels(1, c), flow%place(:, flow%channel(c)%node(1)) + simulation%model%origin, &
+            flow%place(:, flow%channel(c)%node(2)) + simulation%model%origin, &
+            real(flow%channel(c)%block(1) - 1, c_double), c=1, size(flow%channel))], &
+            [10, size(flow%channel)])
+      end associate
+   end function channel_table
 
    !> Whole numbers one after the other, as columns of a table.
    pure function as_columns(numbers, columns) result(table)

@@ -6,7 +6,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
-from ..base.core import FILES
 from ..base.numbers import shown
 from ..output.scene import Scene
 from ..report.style import PAPER, WATER
@@ -16,26 +15,17 @@ _LEAST = 0.05  # of the largest flux: smaller ones have no arrow
 
 def draw_flow(axes: Axes, scene: Scene, frame: int) -> list:
     """The artists of a frame; none in a model without &flow."""
-    if "flow_pressure" not in scene.data:
+    blocks, places = scene.water_lines
+    if len(blocks) == 0:
         return []
-    with FILES:
-        at = scene.sample_of(frame)
-        values = {
-            name: scene.data[name].values if name[5:] in ("node_place", "channel_node")
-            else scene.data[name][at].values
-            for name in ("flow_node_place", "flow_channel_node", "flow_pressure",
-                         "flow_saturation", "flow_flux")
-        }  # fmt: skip
-    nodes = values["flow_channel_node"]
-    ends = values["flow_node_place"][nodes]
-    pressure = np.clip(values["flow_pressure"][nodes].mean(1), 0, None)
-    full = values["flow_saturation"][nodes].min(1) >= 1
+    ends = np.stack([scene.carried(blocks, places[:, k], frame) for k in (0, 1)], axis=1)
+    mean, full, flux = scene.water(frame)
+    pressure = np.clip(mean, 0, None)
     width = 0.5 + 4.0 * pressure / (pressure.max() or 1.0)
     drawn = []
     for wet, style in ((full, "-"), (~full, ":")):
         lines = LineCollection(ends[wet], colors=WATER, linewidths=width[wet], ls=style, zorder=5)
         drawn.append(axes.add_collection(lines))
-    flux = values["flow_flux"]
     seen = abs(flux) > _LEAST * (abs(flux).max() or 1.0)
     if seen.any():
         middle = ends[seen].mean(1)
@@ -49,9 +39,8 @@ def draw_flow(axes: Axes, scene: Scene, frame: int) -> list:
 
 def key_of_flow(scene: Scene, frame: int) -> list:
     """The handle of the legend."""
-    if "flow_pressure" not in scene.data:
+    if len(scene.water_lines[0]) == 0:
         return []
-    with FILES:
-        most = float(scene.data["flow_pressure"][scene.sample_of(frame)].values.max())
+    most = float(scene.water(frame)[0].max())
     label = f"water in joints, largest\npressure {shown(most, 'Pa')}; arrows: flux"
     return [Line2D([], [], color=WATER, lw=3.0, label=label)]

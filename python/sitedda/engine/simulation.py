@@ -560,6 +560,23 @@ class Simulation:
         return values | {"state": values["state"].astype(int)}
 
     @property
+    def water(self) -> dict[str, np.ndarray]:
+        """Water in the channels of the joints after the last step.
+
+        ``pressure`` (Pa) and ``saturation`` at both ends, each of shape (channels, 2), ``flux``
+        from the first to the second (m²/s), (channels,), ``places`` of the ends at the start (m),
+        (channels, 2, 2), and a ``block`` beside each, (channels,).
+        """
+        table = self._table("water")
+        return {
+            "pressure": table[:2].T,
+            "saturation": table[2:4].T,
+            "flux": table[4],
+            "places": table[5:9].T.reshape(-1, 2, 2),
+            "block": table[9].astype(int),
+        }
+
+    @property
     def energies(self) -> dict[str, float]:
         """Energies, J per metre of thickness; ``balance`` is the residual of the audit."""
         values = map(float, self._table("energies")[0])

@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from ..drawing.view.encode import NOT_FULL
 from ..engine.simulation import Simulation
 from .drawn import packed
 
@@ -27,6 +28,7 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
     displacement, m, that the page subtracts.  ``pairs`` and
     ``forces``: vertex, edge and hundredths of the vertex's edge of the closed contacts (int32),
     normal and shear force (float32, N/m).  ``bolts``: force (N/m) and state of each (float32).
+    ``water``: pressure (Pa) and state of each channel (float32).
     """
     coordinates, rates, stresses = simulation.block_states
     speed = np.hypot(rates[:, 0], rates[:, 1])
@@ -35,6 +37,10 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
     bolts = simulation.bolts
     force = np.hypot(bolts["force"], bolts["shear_force"])
     streams["bolts"] = np.column_stack([force, bolts["state"]]).astype("<f4").tobytes()
+    water = simulation.water
+    pressure = np.clip(water["pressure"].mean(1), 0, None)
+    state = np.where(water["saturation"].min(1) >= 1, 1, NOT_FULL)
+    streams["water"] = np.column_stack([pressure, state]).astype("<f4").tobytes()
     energies = simulation.energies
     head = {
         "kind": "frame",

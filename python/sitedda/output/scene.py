@@ -561,6 +561,29 @@ class Scene:
                 found.append(one | {"force": float(most), "state": int(state)})
         return found
 
+    @cached_property
+    def water_lines(self) -> tuple[np.ndarray, np.ndarray]:
+        """A block beside each channel of water, shape (k,), and its ends at first, (k, 2, 2), m."""
+        if "flow_pressure" not in self.data:
+            return np.zeros(0, dtype=int), np.zeros((0, 2, 2))
+        with FILES:
+            blocks = self.data["flow_channel_block"].values[:, 0].astype(int)
+            return blocks, self.data["flow_node_place"].values[self._channel_nodes]
+
+    @cached_property
+    def _channel_nodes(self) -> np.ndarray:
+        return self.data["flow_channel_node"].values.astype(int)
+
+    def water(self, frame: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Mean pressure (Pa), whether it is full, and flux (m²/s) of each channel, (k,) each."""
+        with FILES:
+            at = self.sample_of(frame)
+            pressure, saturation, flux = (
+                self.data[f"flow_{name}"][at].values for name in ("pressure", "saturation", "flux")
+            )
+        nodes = self._channel_nodes
+        return pressure[nodes].mean(1), saturation[nodes].min(1) >= 1, flux
+
     def sample_of(self, frame: int) -> int:
         """The sample of a frame; static stages have several of each at one time."""
         time = self.data["time"].values
@@ -635,6 +658,18 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
     if len(edges["edge"]):
         frame["boundary_edge"] = ("boundary_edge", edges.pop("edge"))
         frame |= {f"boundary_edge_{n}": ("boundary_edge", v) for n, v in edges.items()}
+    water = simulation.water
+    if count := len(water["block"]):
+        nodes = np.arange(2 * count).reshape(-1, 2)
+        frame |= {
+            "time": ("time", [simulation.time]),
+            "flow_node_place": (("flow_node", "axis"), water["places"].reshape(-1, 2)),
+            "flow_channel_node": (("flow_channel", "side"), nodes),
+            "flow_channel_block": (("flow_channel", "side"), np.tile(water["block"], (2, 1)).T),
+            "flow_pressure": (("time", "flow_node"), water["pressure"].reshape(1, -1)),
+            "flow_saturation": (("time", "flow_node"), water["saturation"].reshape(1, -1)),
+            "flow_flux": (("time", "flow_channel"), water["flux"][None]),
+        }
     names = {"title": simulation.title, "input_file": str(simulation.file)}
     texts = {"input_text": simulation.input_text, "input_values": simulation.input_values}
     return xr.Dataset(frame, attrs=names | texts)

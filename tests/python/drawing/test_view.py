@@ -180,13 +180,13 @@ def test_bolts_in_the_view_are_those_of_the_output(bolted, opened, tmp_path):
     page = opened(write_view(bolted, tmp_path / "bolts.html"))
     scene = Scene.of(bolted)
     for frame in range(scene.frames):
-        seen = page.evaluate(f"blockViews[0].model.bolts({frame}, 1)")
+        seen = page.evaluate(f"blockViews[0].model.lines('bolts', {frame}, 1)")
         known = scene.bolts(frame)
         assert [one["state"] for one in seen] == [one["state"] for one in known]
         for one, other in zip(seen, known, strict=True):
             places = one["points"] + np.array(page.evaluate("blockViews[0].meta.origin"))
             assert abs(places - other["places"]).max() <= 1e-5 * scene.size
-            assert one["force"] == pytest.approx(other["force"], rel=1e-3)
+            assert one["size"] == pytest.approx(other["force"], rel=1e-3)
     page.evaluate(f"blockViews[0].show({scene.frames - 1})")
     page.wait_for_timeout(300)
     largest = max(one["force"] for one in scene.bolts(scene.frames - 1))
@@ -514,4 +514,32 @@ def test_a_block_that_is_picked_in_a_notebook_is_a_value_in_python(run, new_page
     wait_until(page, lambda: frame.inner_text(".info h3") == "table")
     page.evaluate("model.put('time', 0.1)")
     wait_until(page, lambda: widget.time == 0.1)
+    assert page.complaints == []
+
+
+def test_water_in_the_view_is_that_of_the_output(opened, tmp_path):
+    """Pressures of the channels in every frame, dashes where they are not full, the legend."""
+    model = sitedda.Model("wet", time_step=1e-3, steps=20)
+    model.material("rock", density=2500.0, young_modulus=1e9, poisson_ratio=0.2)
+    model.joint("joint", friction_angle=35.0)
+    model.block([0, 0, 4, 0, 4, 1, 0, 1], name="low")
+    model.block([0, 1, 4, 1, 4, 2, 0, 2], name="top")
+    model.fixed_point(1, 0.5, "low")
+    model.fixed_point(3, 0.5, "low")
+    model.output(block_interval=5)
+    model.flow(aperture=1e-4, channel_length=1.0, saturation=0.5, state="transient")
+    model.flow_boundary(side="left", pressure=2e5)
+    run = sitedda.run(model)
+    page = opened(write_view(run, tmp_path / "wet.html"))
+    scene = Scene.of(run)
+    for frame in range(scene.frames):
+        seen = page.evaluate(f"blockViews[0].model.lines('water', {frame}, 1)")
+        pressure, full, _ = scene.water(frame)
+        assert [one["state"] for one in seen] == [1 if is_full else 2 for is_full in full]
+        np.testing.assert_allclose([one["size"] for one in seen], pressure, rtol=1e-3)
+    assert not full.all()
+    page.evaluate(f"blockViews[0].show({scene.frames - 1})")
+    page.wait_for_timeout(300)
+    most = pressure.max()
+    assert f"water in joints, largest pressure: {most / 1e3:.4g} kPa" in page.inner_text(".legend")
     assert page.complaints == []

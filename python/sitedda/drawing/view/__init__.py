@@ -16,12 +16,12 @@ from ...base.errors import InputError
 from ...output.scene import OWN_QUANTITIES, Scene
 from ...report import Page, View, provenance, write_html
 from ...report.page import Part
-from ...report.style import BOLT, JOINT_MAP, MAGNITUDE, RESTING, SIGNED, STONES
+from ...report.style import BOLT, JOINT_MAP, MAGNITUDE, RESTING, SIGNED, STONES, WATER
 from ..forces import force_scale
 from ..pictures import BROKEN
 from ..quantities import MOVEMENTS, QUANTITIES, limits_of, movement_limits, rounding, some_of
+from .encode import NOT_FULL, encode_histories
 from .encode import encode as encoded
-from .encode import encode_histories
 
 BUDGET = 25_000_000  # bytes of a page
 _REST = 600_000  # of them for everything but frames and forces
@@ -46,7 +46,20 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
         "color": color or ("material" if scene.frames < 2 else "displacement"),
         "stones": list(STONES),
         "resting": RESTING,
-        "bolt": {"color": BOLT, "broken": BROKEN},
+        "line_styles": {
+            "bolts": {
+                "color": BOLT,
+                "dashed": BROKEN,
+                "words": "bolt, largest force",
+                "unit": "N/m",
+            },
+            "water": {
+                "color": WATER,
+                "dashed": NOT_FULL,
+                "words": "water in joints, largest pressure",
+                "unit": "Pa",
+            },
+        },
         "maps": {
             "magnitude": _stops(colormaps[MAGNITUDE]),
             "signed": _stops(colormaps[SIGNED]),

@@ -10,6 +10,7 @@ bytes and deflated.  Browsers inflate streams by themselves (`DecompressionStrea
 import base64
 import zlib
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -25,6 +26,7 @@ _LEAST_STEPS = 500  # of even a small displacement
 _SAMPLE = 12  # frames from which the total size is estimated
 _LEVEL = 6  # of deflate
 _MOST_LINES = 8  # of a chart
+NOT_FULL = 2  # state of a channel of water
 
 
 @dataclass
@@ -131,7 +133,7 @@ def encode(scene: Scene, budget: int) -> Encoded:
         "stage_frames": _stage_frames(scene, frames),
         "loops": bool(scene.data.attrs.get("loops", False)),
     }
-    _put_bolts(result, scene, frames)
+    _put_lines(result, scene, frames)
     _put_contacts(result, scene, frames, budget - result.size)
     return result
 
@@ -244,24 +246,38 @@ def _estimate(scene: Scene, lean: bool) -> float:
     return 4 / 3 * total / max(1, len(frames) - 1)
 
 
-def _put_bolts(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
-    """Points of the bolts as offsets from their blocks; forces and states over the frames."""
-    routes = scene.bolt_routes()
-    result.meta["bolts"] = [
-        {"blocks": blocks.tolist(), "offsets": scene.offsets(blocks, places).ravel().tolist()}
-        for _, blocks, places in routes
-    ]
-    if not routes:
-        return
-    force = np.zeros((len(frames), len(routes)))
-    state = np.zeros_like(force)
-    number = {name: k for k, (name, _, _) in enumerate(routes)}
-    for i, frame in enumerate(frames):
-        for one in scene.bolts(frame):
-            k = number[one["name"]]
-            force[i, k], state[i, k] = np.nan_to_num(one["force"]), one["state"]
-    channels = [Channel.rooted("bolt_force", force, _FINE), Channel("bolt_state", state, 1.0)]
-    _put_channels(result, channels, "bolt_channels")
+def _put_lines(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
+    """Bolts and channels of water, which move with blocks: sizes and states over the frames."""
+    bolts = scene.bolt_routes()
+    water = [(np.repeat(block, 2), ends) for block, ends in zip(*scene.water_lines, strict=True)]
+    result.meta["lines"] = {}
+    for kind, routes, read in (
+        ("bolts", [route[1:] for route in bolts], partial(_bolt_values, scene, bolts)),
+        ("water", water, partial(_water_values, scene)),
+    ):
+        if not routes:
+            continue
+        result.meta["lines"][kind] = [
+            {"blocks": blocks.tolist(), "offsets": scene.offsets(blocks, places).ravel().tolist()}
+            for blocks, places in routes
+        ]
+        size, state = np.stack([read(frame) for frame in frames]).swapaxes(0, 1)
+        of_size = Channel.rooted(f"{kind}_size", size, _FINE)
+        _put_channels(result, [of_size, Channel(f"{kind}_state", state, 1.0)], f"{kind}_channels")
+
+
+def _bolt_values(scene: Scene, routes: list, frame: int) -> np.ndarray:
+    """Forces (N/m) and states of the bolts, shape (2, bolts)."""
+    found = {one["name"]: one for one in scene.bolts(frame)}
+    absent = {"force": 0.0, "state": 0}
+    bolts = [found.get(name, absent) for name, _, _ in routes]
+    return np.array([[np.nan_to_num(b["force"]) for b in bolts], [b["state"] for b in bolts]])
+
+
+def _water_values(scene: Scene, frame: int) -> np.ndarray:
+    """Pressures (Pa) of the channels, and 1 of full ones, 2 of others, shape (2, channels)."""
+    pressure, full, _ = scene.water(frame)
+    return np.array([np.clip(pressure, 0, None), np.where(full, 1, NOT_FULL)])
 
 
 def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) -> None:

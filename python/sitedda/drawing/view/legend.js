@@ -11,7 +11,7 @@ export class Legend {
 
   draw() {
     const {view} = this, {meta, model, contacts} = view, {decoded} = model;
-    const key = [view.color, contacts, decoded, view.scaleFrame(), view.boltForce, view.usualForce,
+    const key = [view.color, contacts, decoded, view.scaleFrame(), Object.values(view.largest), view.usualForce,
       view.other?.state.decoded].join();
     if (this.key === key) return;
     this.key = key;
@@ -23,8 +23,10 @@ export class Legend {
     } else {
       this.quantity(model.kind(view.color), view.range());
     }
-    if (view.boltForce !== undefined) {
-      this.color(meta.bolt.color, `bolt, largest force: ${withUnit(view.boltForce, "N/m")}`);
+    for (const [kind, most] of Object.entries(view.largest)) {
+      const {color, words, unit} = meta.line_styles[kind];
+      if (most === undefined) continue;
+      this.color(color, most > 0 ? `${words}: ${withUnit(most, unit)}` : words.split(",")[0]);
     }
     if (!decoded || contacts === "none") return;
     if (contacts === "chain") {

@@ -1,9 +1,9 @@
-// What lies over the blocks: contact forces, chains, joints that have moved, bolts.
+// What lies over the blocks: contact forces, chains, joints that have moved, bolts, water.
 
 import {Lines} from "./painters.js";
 import {limits, mapped, rgb, share, variable} from "./words.js";
 
-const DASHES = 12;          // of each leg of a broken bolt
+const DASHES = 12;          // of each leg of a dashed line
 const LONGEST = 0.09;       // of the model's size: the longest arrow, as `forces.py`
 const LEAST_FORCE = 0.005;  // of the scale: below, a force is not drawn
 const LEAST = 0.03;         // of the scale: below, a slip or opening is not drawn
@@ -27,7 +27,7 @@ export class Marks {
     if (!model.decoded) return;
     if (contacts === "force" || contacts === "chain") this.layForces(contacts === "chain");
     else if (contacts !== "none") this.layMovement(contacts);
-    if (this.view.meta.bolts.length) this.layBolts();
+    for (const kind of Object.keys(this.view.meta.lines)) this.layLines(kind);
   }
 
   /** A line with a rim in the colour of the paper. */
@@ -134,14 +134,15 @@ export class Marks {
     }
   }
 
-  /** Bolts as lines, thicker with their force; broken ones in dashes. */
-  layBolts() {
-    const {view, pixel} = this, {broken} = view.meta.bolt;
-    const bolts = view.model.bolts(view.frame, view.factor), color = rgb(view.meta.bolt.color);
-    view.boltForce = bolts.length ? Math.max(0, ...bolts.map((bolt) => bolt.force)) : undefined;
-    for (const {points, state, force} of bolts) {
-      const width = (1.5 + 3.5 * (view.boltForce ? force / view.boltForce : 0)) * pixel;
-      const dashes = state === broken ? DASHES : 1, part = dashes > 1 ? 0.5 : 1;
+  /** Bolts and channels of water, thicker with force or pressure; broken and part-full in dashes. */
+  layLines(kind) {
+    const {view, pixel} = this, {dashed, color: name} = view.meta.line_styles[kind];
+    const lines = view.model.lines(kind, view.frame, view.factor), color = rgb(name);
+    const most = lines.reduce((largest, {size}) => Math.max(largest, size), 0);
+    view.largest[kind] = lines.length ? most : undefined;
+    for (const {points, state, size} of lines) {
+      const width = (1.5 + 3.5 * (most ? size / most : 0)) * pixel;
+      const dashes = state === dashed ? DASHES : 1, part = dashes > 1 ? 0.5 : 1;
       this.lines.room(2 * dashes * points.length);
       for (let i = 1; i < points.length; i++) {
         const [x, y] = points[i - 1], dx = points[i][0] - x, dy = points[i][1] - y;

@@ -45,9 +45,10 @@ export class Model {
       this.force = {};
       this.meta.force_channels.forEach((one, k) => { this.force[one.name] = force[k]; });
     }
-    if (this.meta.bolts.length) {
-      [this.boltForce, this.boltState] = await read(this.meta.bolt_channels,
-        this.meta.bolts.length);
+    this.lineValues = {};
+    for (const [kind, lines] of Object.entries(this.meta.lines)) {
+      const [size, state] = await read(this.meta[`${kind}_channels`], lines.length);
+      this.lineValues[kind] = {size, state};
     }
     this.decoded = true;
   }
@@ -63,22 +64,23 @@ export class Model {
     }
   }
 
-  /** The bolts that are there in a frame: x, y of the points on their way, force, state. */
-  bolts(frame, factor) {
-    const n = this.meta.bolts.length, pose = new Float64Array(6), found = [];
+  /** Bolts or channels of water that are there in a frame: x, y of their points, size, state. */
+  lines(kind, frame, factor) {
+    const lines = this.meta.lines[kind] || [], n = lines.length, {size, state} = this.lineValues[kind] || {};
+    const pose = new Float64Array(6), found = [];
     const place = (at, b, ox, oy) => {
       this.pose(at, b, pose);
       return [pose[0] + pose[2] * ox + pose[3] * oy, pose[1] + pose[4] * ox + pose[5] * oy];
     };
-    for (const [k, {blocks, offsets}] of this.meta.bolts.entries()) {
-      const state = value(this.boltState, frame * n + k);
-      if (!state) continue;
+    for (const [k, {blocks, offsets}] of lines.entries()) {
+      const now = value(state, frame * n + k);
+      if (!now) continue;
       const points = blocks.map((b, i) => {
         const offset = offsets.slice(2 * i, 2 * i + 2);
-        const first = place(-1, b, ...offset), now = place(frame, b, ...offset);
-        return now.map((x, axis) => this.magnified(x, first[axis], frame, axis, factor));
+        const first = place(-1, b, ...offset);
+        return place(frame, b, ...offset).map((x, axis) => this.magnified(x, first[axis], frame, axis, factor));
       });
-      found.push({points, state, force: Math.abs(value(this.boltForce, frame * n + k))});
+      found.push({points, state: now, size: Math.abs(value(size, frame * n + k))});
     }
     return found;
   }

@@ -74,7 +74,8 @@ export class View {
     await model.readShapes();
     Object.assign(this, {meta, streams, model, frame: 0, color: this.color || meta.color});
     this.legend.key = this.overlaid = "";
-    this.most = this.commonForce = this.boltForce = undefined;
+    this.most = this.commonForce = undefined;
+    this.largest = {};
     this.pickedJoint = -1;
     this.choices.offer();
     this.prepare();

@@ -46,15 +46,22 @@ class LiveModel extends Model {
     for (const name of NAMES) {
       this.channels[name] = {values: flat(this.channels[name]), quantum: 1, root: false};
     }
-    const bolts = this.meta.bolts.length;
-    if (bolts) {
-      for (const one of ["boltForce", "boltState"]) {
-        this[one] = {values: flat(this[one]), quantum: 1, root: false};
+    for (const values of Object.values(this.lineValues)) {
+      for (const name of ["size", "state"]) {
+        values[name] = {values: flat(values[name]), quantum: 1, root: false};
       }
     }
     this.contacts = [[]];
     this.live = {};
     this.gone = new Set();
+  }
+
+  /** Stored values of each frame, and how many there are of each. */
+  * stored() {
+    for (const name of NAMES) yield [this.channels[name], this.n];
+    for (const [kind, {size, state}] of Object.entries(this.lineValues)) {
+      for (const one of [size, state]) yield [one, this.meta.lines[kind].length];
+    }
   }
 
   get size() {
@@ -66,26 +73,21 @@ class LiveModel extends Model {
     if (2 * this.size > BYTES && this.frames > 8) this.thin();
     if (this.frames < this.room) return;
     this.room *= 2;
-    const wider = (stored, things) => {
+    for (const [stored, things] of this.stored()) {
       const values = new Float32Array(this.room * things);
       values.set(stored.values.subarray(0, this.frames * things));
       stored.values = values;
-    };
-    for (const name of NAMES) wider(this.channels[name], this.n);
-    const bolts = this.meta.bolts.length;
-    if (bolts) for (const one of [this.boltForce, this.boltState]) wider(one, bolts);
+    }
   }
 
   /** Keep every second frame. */
   thin() {
-    const keep = Math.ceil(this.frames / 2), bolts = this.meta.bolts.length;
-    const move = (stored, things) => {
+    const keep = Math.ceil(this.frames / 2);
+    for (const [stored, things] of this.stored()) {
       for (let f = 1; f < keep; f++) {
         stored.values.copyWithin(f * things, 2 * f * things, (2 * f + 1) * things);
       }
-    };
-    for (const name of NAMES) move(this.channels[name], this.n);
-    if (bolts) for (const one of [this.boltForce, this.boltState]) move(one, bolts);
+    }
     for (const name of ["time", "base"]) {
       this.meta[name] = this.meta[name].filter((_, f) => f % 2 === 0);
     }
@@ -96,15 +98,15 @@ class LiveModel extends Model {
 
   add(head, streams) {
     this.grow();
-    const f = this.frames, blocks = streams.floats("blocks"), bolts = this.meta.bolts.length;
+    const f = this.frames, blocks = streams.floats("blocks");
     NAMES.forEach((name, k) => {
       this.channels[name].values.set(blocks.subarray(k * this.n, (k + 1) * this.n), f * this.n);
     });
-    if (bolts) {
-      const values = streams.floats("bolts");
-      for (let k = 0; k < bolts; k++) {
-        this.boltForce.values[f * bolts + k] = values[2 * k];
-        this.boltState.values[f * bolts + k] = values[2 * k + 1];
+    for (const [kind, {size, state}] of Object.entries(this.lineValues)) {
+      const values = streams.floats(kind), n = this.meta.lines[kind].length;
+      for (let k = 0; k < n; k++) {
+        size.values[f * n + k] = values[2 * k];
+        state.values[f * n + k] = values[2 * k + 1];
       }
     }
     this.contacts.push(streams.has("pairs")
