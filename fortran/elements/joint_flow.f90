@@ -25,7 +25,7 @@ module dda_joint_flow
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_flow, energy_input, &
       energy_water
-   use dda_flow, only: flow_type, value_at, flow_steady, flow_transient, flow_undrained
+   use dda_flow, only: flow_type, acts_at, value_at, flow_steady, flow_transient, flow_undrained
    use dda_flow_groups, only: group_type, set_groups, set_springs, add_springs, change_by, &
       find_steady_heads
    use dda_flow_network, only: network_type, new_network, update_network, find_storage, &
@@ -195,7 +195,8 @@ contains
                   self%first(node) = value
                   if (flow%boundary(b)%head) self%first(node) = &
                      self%network%unit_weight(node)*value - self%network%elevation(node)
-                  if (self%is_dry(b)) self%first(node) = 0.0_wp
+                  if (self%is_dry(b) .or. .not. acts_at(flow%boundary(b), time)) &
+                     self%first(node) = 0.0_wp
                   if (flow%boundary(b)%dry_above) self%first(node) = max(0.0_wp, self%first(node))
                end associate
             end do

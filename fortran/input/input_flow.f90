@@ -346,7 +346,7 @@ contains
                /water%unit_weight
          end if
          new = flow_boundary_type(node=[node], head=.true., dry_above=.true., load=load, &
-            time=water%time, value=head + water%level)
+            lasts=water%held, time=water%time, value=head + water%level)
       end associate
       model%flow%boundary = [model%flow%boundary, new]
    end subroutine add_node

@@ -8,8 +8,8 @@ module dda_flow
    use dda_interpolation, only: find_interval
    implicit none
    private
-   public :: flow_type, flow_law_type, flow_boundary_type, channel_type, value_at, flow_states, &
-      flow_steady, flow_transient, flow_undrained
+   public :: flow_type, flow_law_type, flow_boundary_type, channel_type, value_at, acts_at, &
+      flow_states, flow_steady, flow_transient, flow_undrained
 
    integer, parameter :: flow_steady = 1     !< pressures are in equilibrium with the boundaries
    integer, parameter :: flow_transient = 2  !< water is stored, and flows
@@ -46,6 +46,7 @@ module dda_flow
       logical :: head = .false.             !< pressures are hydrostatic below its values
       logical :: dry_above = .false.        !< nodes above the level are open to the air: p = 0
       integer :: load = 0                   !< on faces, that must be present, else p = 0; 0: none
+      logical :: lasts = .true.             !< beyond its times; else p = 0 there
       real(wp), allocatable :: time(:)      !< s
       real(wp), allocatable :: value(:)     !< [times] m, Pa, or m²/s of all its nodes together
    end type flow_boundary_type
@@ -62,6 +63,15 @@ module dda_flow
    end type flow_type
 
 contains
+
+   !> There is water at a boundary at a time.
+   pure logical function acts_at(boundary, time)
+      type(flow_boundary_type), intent(in) :: boundary  !< its times
+      real(wp), intent(in) :: time                      !< s
+
+      acts_at = boundary%lasts .or. (time >= boundary%time(1) .and. &
+         time <= boundary%time(size(boundary%time)))
+   end function acts_at
 
    !> Value of a boundary at a time: linear between its times, constant beyond them.
    pure real(wp) function value_at(boundary, time)

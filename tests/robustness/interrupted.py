@@ -40,6 +40,11 @@ STAGES = """&joint name = 'worn', friction_angle = 25.0 /
 """
 
 
+WATER = """&flow aperture = 1.0e-3, state = 'transient' /
+&traction along = 0.0, 0.0, 0.0, 5.0, level = 4.0, added_mass = .true. /
+"""
+
+
 def layered_site(steps: int = 60000, interval: int = 500) -> str:
     """The layered site under its earthquake."""
     text = (INPUTS / "layered_site.nml").read_text()
@@ -63,6 +68,11 @@ def staged_wall(steps: int = 40, interval: int = 5, bricks: int = 20) -> str:
     """The same in five stages, two of them static, which take loads, bricks and friction away."""
     text = WALL.format(steps="", interval=interval, bricks=bricks, solver="auto")
     return text + STAGES.format(steps=steps, bricks=bricks)
+
+
+def wet_wall(steps: int = 100, interval: int = 5, bricks: int = 20) -> str:
+    """The wall beside a reservoir, whose water flows through its joints and moves with its side."""
+    return wall(steps, interval, bricks) + WATER
 
 
 def native_program(name: str | None = None) -> str:

@@ -33,6 +33,7 @@ from interrupted import (
     staged_wall,
     start,
     wall,
+    wet_wall,
 )
 from options import asked
 
@@ -68,12 +69,14 @@ def models(quick: bool) -> dict[str, str]:
             "column": column(0.5, 5),
             "wall": wall(30, 2, bricks=6),
             "wall in stages": staged_wall(10, 2, bricks=6),
+            "wet wall": wet_wall(10, 2, bricks=6),
         }
     return {
         "layered site": layered_site(),
         "column": column(),
         "wall of 200": wall(300),
         "wall in stages": staged_wall(100),
+        "wet wall": wet_wall(30, bricks=8),
     }
 
 

@@ -374,6 +374,18 @@ def test_safety_of_a_dam_over_seeping_water():
     assert found.factor == pytest.approx((weight - uplift) / push, rel=1e-3)
 
 
+def test_a_level_that_ends():
+    """There is no water at a face after the last time of its &traction."""
+    model = rigid(4.0, steps=4)
+    model.flow(aperture=APERTURE, opening_factor=0.0, state="steady")
+    model.traction(side="left", level=3.0, time=[0.0, 0.025])
+    data = data_of(model)
+    wet = data.time.values < 0.025
+    pressure = at(data, 0.0)
+    assert pressure[wet][1:] == pytest.approx(3 * 9810, rel=1e-12)
+    assert len(pressure[~wet]) and (pressure[~wet] == 0.0).all()
+
+
 def test_water_that_falls_through_a_joint():
     """Open at both ends: unit gradient along the fall, without pressure."""
     turn = np.radians(-60)
