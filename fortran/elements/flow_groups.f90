@@ -3,8 +3,9 @@
 !>
 !> A group's pressures satisfy M Δp = r − Bᵀd.  With M = L Lᵀ its force on the blocks is
 !> B (p₀ + M⁻¹r) − G Gᵀd with G = B L⁻ᵀ: each column of G is a spring of stiffness 1 between all
-!> blocks of the group.  Nodes that do not flow are groups of their own, and couple only the blocks
-!> around them; flowing ones couple all blocks of their component, at a cost of nodes × blocks².
+!> blocks of the group; that of a single node is B with the stiffness 1/M.  Nodes that do not flow
+!> are groups of their own, and couple only the blocks around them; flowing ones couple all blocks
+!> of their component, at a cost of nodes × blocks².
 module dda_flow_groups
    use dda_kinds, only: wp
    use dda_flow_network, only: network_type
@@ -18,8 +19,9 @@ module dda_flow_groups
    type :: group_type
       integer, allocatable :: node(:)
       integer, allocatable :: block(:)      !< beside them
-      real(wp), allocatable :: factor(:,:)  !< [nodes,nodes] L
-      real(wp), allocatable :: spring(:,:)  !< [6 × blocks,nodes] G
+      real(wp), allocatable :: factor(:,:)  !< [nodes,nodes] L; of a single node M
+      real(wp), allocatable :: spring(:,:)  !< [6 × blocks,nodes] G; of a single node B
+      integer, allocatable :: entry(:,:)    !< [4,entries] channel, end, side, block of the group
    end type group_type
 
    !> of the conductance: of channels whose nodes are both above the water, in steady flow
@@ -34,7 +36,7 @@ contains
       type(network_type), intent(in) :: network  !< of the model
       logical, intent(in) :: flowing             !< water flows from node to node
       type(group_type), allocatable, intent(out) :: groups(:)  !< of all nodes
-      integer :: label(size(network%volume)), c, i, n, low
+      integer :: label(size(network%volume)), owner(size(network%volume)), c, i, n, low
       logical :: changed
 
       label = [(i, i=1, size(label))]
@@ -50,38 +52,83 @@ contains
             end associate
          end do
       end do
-      allocate (groups(count([(label(i) == i, i=1, size(label))])))
       n = 0
       do i = 1, size(label)
-         if (label(i) /= i) cycle
-         n = n + 1
-         groups(n)%node = pack([(c, c=1, size(label))], label == i)
-         call find_blocks(network, groups(n))
-         associate (nodes => size(groups(n)%node), blocks => size(groups(n)%block))
-            allocate (groups(n)%factor(nodes, nodes), groups(n)%spring(6*blocks, nodes), &
+         if (label(i) == i) n = n + 1
+         owner(i) = n
+         if (label(i) /= i) owner(i) = owner(label(i))
+      end do
+      allocate (groups(n))
+      call take_nodes(owner, groups)
+      call list_entries(network, owner, groups)
+      do i = 1, n
+         associate (nodes => size(groups(i)%node), blocks => size(groups(i)%block))
+            allocate (groups(i)%factor(nodes, nodes), groups(i)%spring(6*blocks, nodes), &
                source=0.0_wp)
          end associate
       end do
    end subroutine set_groups
 
-   !> Blocks beside the nodes of a group.
-   pure subroutine find_blocks(network, group)
-      type(network_type), intent(in) :: network  !< of the model
-      type(group_type), intent(inout) :: group   !< with its nodes
-      integer :: c, side
+   !> Nodes of each group.
+   pure subroutine take_nodes(owner, groups)
+      integer, intent(in) :: owner(:)               !< [nodes] group
+      type(group_type), intent(inout) :: groups(:)  !< of all nodes
+      integer :: count(size(groups)), i, g
 
-      allocate (group%block(0))
-      do c = 1, size(network%absent)
-         if (network%absent(c)) cycle
-         if (.not. (any(group%node == network%flow%channel(c)%node(1)) .or. &
-            any(group%node == network%flow%channel(c)%node(2)))) cycle
-         do side = 1, 2
-            associate (b => network%flow%channel(c)%block(side))
-               if (.not. any(group%block == b)) group%block = [group%block, b]
+      count = 0
+      do i = 1, size(owner)
+         count(owner(i)) = count(owner(i)) + 1
+      end do
+      do g = 1, size(groups)
+         allocate (groups(g)%node(count(g)))
+      end do
+      count = 0
+      do i = 1, size(owner)
+         count(owner(i)) = count(owner(i)) + 1
+         groups(owner(i))%node(count(owner(i))) = i
+      end do
+   end subroutine take_nodes
+
+   !> Ends and sides of the channels at the nodes of each group, and their blocks.
+   pure subroutine list_entries(network, owner, groups)
+      type(network_type), intent(in) :: network     !< of the model
+      integer, intent(in) :: owner(:)               !< [nodes] group
+      type(group_type), intent(inout) :: groups(:)  !< of all nodes
+      integer :: count(size(groups)), pass, c, k, side, g
+
+      do pass = 1, 2
+         if (pass == 2) then
+            do g = 1, size(groups)
+               allocate (groups(g)%entry(4, count(g)), groups(g)%block(0))
+            end do
+         end if
+         count = 0
+         do c = 1, size(network%absent)
+            if (network%absent(c)) cycle
+            associate (channel => network%flow%channel(c))
+               do k = 1, 2
+                  g = owner(channel%node(k))
+                  do side = 1, 2
+                     count(g) = count(g) + 1
+                     if (pass == 2) call take(groups(g), count(g), [c, k, side], &
+                        channel%block(side))
+                  end do
+               end do
             end associate
          end do
       end do
-   end subroutine find_blocks
+
+   contains
+
+      !> Entry n of a group, and its block.
+      pure subroutine take(group, n, at, block)
+         type(group_type), intent(inout) :: group   !< with memory for it
+         integer, intent(in) :: n, at(3), block     !< number; channel, end, side; block there
+
+         if (.not. any(group%block == block)) group%block = [group%block, block]
+         group%entry(:, n) = [at, findloc(group%block, block, 1)]
+      end subroutine take
+   end subroutine list_entries
 
    !> Factor and springs of all groups: M = S + Δt H of free nodes; fixed ones do not yield.
    pure subroutine set_springs(network, conductance, fixed, groups)
@@ -102,8 +149,8 @@ contains
          end do
       end do
       call add_conductances(network, conductance, fixed, place, owner, groups)
-      call add_rows(network, fixed, place, owner, groups)
       do g = 1, size(groups)
+         call add_rows(network, fixed, place, groups(g))
          call factorise(groups(g))
       end do
    end subroutine set_springs
@@ -132,42 +179,34 @@ contains
       end do
    end subroutine add_conductances
 
-   !> Add B of free nodes.
-   pure subroutine add_rows(network, fixed, place, owner, groups)
-      type(network_type), intent(in) :: network       !< of the model
-      logical, intent(in) :: fixed(:)                 !< [nodes] their pressure is known
-      integer, intent(in) :: place(:), owner(:)       !< [nodes] in its group; its group
-      type(group_type), intent(inout) :: groups(:)    !< get new numbers
-      integer :: c, k, side, first
+   !> Add B of the free nodes of a group.
+   pure subroutine add_rows(network, fixed, place, group)
+      type(network_type), intent(in) :: network  !< of the model
+      logical, intent(in) :: fixed(:)            !< [nodes] their pressure is known
+      integer, intent(in) :: place(:)            !< [nodes] in its group
+      type(group_type), intent(inout) :: group   !< gets new numbers
+      integer :: e, first
 
-      do c = 1, size(network%absent)
-         if (network%absent(c)) cycle
-         associate (channel => network%flow%channel(c))
-            do k = 1, 2
-               if (fixed(channel%node(k))) cycle
-               associate (group => groups(owner(channel%node(k))), i => place(channel%node(k)))
-                  do side = 1, 2
-                     first = 6*findloc(group%block, channel%block(side), 1) - 5
-                     group%spring(first:first + 5, i) = group%spring(first:first + 5, i) &
-                        + network%row(:, side, k, c)
-                  end do
+      do e = 1, size(group%entry, 2)
+         associate (c => group%entry(1, e), k => group%entry(2, e), side => group%entry(3, e))
+            associate (node => network%flow%channel(c)%node(k))
+               if (fixed(node)) cycle
+               first = 6*group%entry(4, e)
+               associate (row => group%spring(first - 5:first, place(node)))
+                  row = row + network%row(:, side, k, c)
                end associate
-            end do
+            end associate
          end associate
       end do
    end subroutine add_rows
 
-   !> M = L Lᵀ, G = B L⁻ᵀ.
+   !> M = L Lᵀ, G = B L⁻ᵀ; a single node keeps M and B.
    pure subroutine factorise(group)
       type(group_type), intent(inout) :: group  !< with M and B; becomes L and G
       integer :: n, info
 
       n = size(group%node)
-      if (n == 1) then
-         group%factor = sqrt(group%factor)
-         group%spring = group%spring/group%factor(1, 1)
-         return
-      end if
+      if (n == 1) return
       call dpotrf('L', n, group%factor, n, info)
       if (size(group%spring) > 0) call dtrsm('R', 'L', 'T', 'N', size(group%spring, 1), n, &
          1.0_wp, group%factor, n, group%spring, size(group%spring, 1))
@@ -195,6 +234,8 @@ contains
                term%source = node
                term%place = network%flow%place(:, node)
                term%coefficient = merge(0.0_wp, 1.0_wp, fixed(node))
+               if (size(groups(g)%node) == 1) term%coefficient = term%coefficient &
+                  /groups(g)%factor(1, 1)
                call set_spring(groups(g), i, term)
             end associate
          end do
@@ -236,7 +277,7 @@ contains
       associate (n => size(group%node))
          if (n == 1) then
             pressure(group%node(1)) = pressure(group%node(1)) + rest(group%node(1)) &
-               /group%factor(1, 1)**2
+               /group%factor(1, 1)
             return
          end if
          change(:, 1) = rest(group%node)

@@ -7,7 +7,7 @@
 !> channels, V = L (a₁/3 + a₂/6), and its storage is V/K_w.
 module dda_flow_network
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, place_of, shape_matrix
+   use dda_blocks, only: blocks_type
    use dda_flow, only: flow_type
    implicit none
    private
@@ -69,7 +69,7 @@ contains
       type(network_type), intent(inout) :: network  !< of the model
       type(blocks_type), intent(in) :: blocks       !< in their present state
       real(wp), parameter :: sign(2) = [-1.0_wp, 1.0_wp]  !< of the gap, by the side that moves
-      real(wp) :: normal(2), t(2, 6), gap(6, 2)
+      real(wp) :: normal(2), gap(6, 2)
       integer :: c, k, side
 
       call find_storage(network, blocks, network%aperture, network%volume, network%storage)
@@ -83,8 +83,8 @@ contains
             normal = normal_of(network, blocks, c)
             do side = 1, 2
                do k = 1, 2
-                  t = shape_matrix(blocks, channel%block(side), channel%reference(:, k, side))
-                  gap(:, k) = sign(side)*(normal(1)*t(1, :) + normal(2)*t(2, :))
+                  gap(:, k) = sign(side)*row_along(normal, blocks, channel%block(side), &
+                     channel%reference(:, k, side))
                end do
                do k = 1, 2
                   network%row(:, side, k, c) = channel%length*(own*gap(:, k) + other*gap(:, 3 - k))
@@ -93,6 +93,45 @@ contains
          end associate
       end do
    end subroutine update_network
+
+   !> n·x of the material point ρ of block b, m.
+   pure real(wp) function height_of(normal, blocks, b, reference) result(height)
+      real(wp), intent(in) :: normal(2)        !< n
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer, intent(in) :: b                 !< block
+      real(wp), intent(in) :: reference(2)     !< m, offset ρ
+
+      associate (f => blocks%gradient(:, :, b), x => blocks%position(:, b))
+         height = normal(1)*(x(1) + f(1, 1)*reference(1) + f(1, 2)*reference(2)) &
+            + normal(2)*(x(2) + f(2, 1)*reference(1) + f(2, 2)*reference(2))
+      end associate
+   end function height_of
+
+   !> nᵀT of it, T as in `shape_matrix`.
+   pure function row_along(normal, blocks, b, reference) result(row)
+      real(wp), intent(in) :: normal(2)        !< n
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer, intent(in) :: b                 !< block
+      real(wp), intent(in) :: reference(2)     !< m, offset ρ
+      real(wp) :: row(6), local(2)
+
+      associate (f => blocks%gradient(:, :, b), axes => blocks%axes(:, :, b))
+         local = [axes(1, 1)*normal(1) + axes(2, 1)*normal(2), &
+            axes(1, 2)*normal(1) + axes(2, 2)*normal(2)]
+         row = [normal(1), normal(2), &
+            normal(2)*(f(1, 1)*reference(1) + f(1, 2)*reference(2)) &
+            - normal(1)*(f(2, 1)*reference(1) + f(2, 2)*reference(2)), &
+            local(1)*reference(1), local(2)*reference(2), &
+            0.5_wp*(local(1)*reference(2) + local(2)*reference(1))]
+      end associate
+   end function row_along
+
+   !> Scalar product of two rows of six, written out for speed.
+   pure real(wp) function product_of(a, b)
+      real(wp), intent(in) :: a(6), b(6)  !< six numbers of a block
+
+      product_of = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
+   end function product_of
 
    !> Normal of channel c, out of its first block.
    pure function normal_of(network, blocks, c) result(normal)
@@ -112,7 +151,7 @@ contains
       type(blocks_type), intent(in) :: blocks    !< in their present state
       real(wp), intent(out) :: aperture(:,:)     !< [ends,channels] m
       real(wp), intent(out) :: volume(:), storage(:)  !< [nodes] m³; m³/Pa, per metre of thickness
-      real(wp) :: normal(2), apart(2), share
+      real(wp) :: normal(2), share
       integer :: c, k
 
       volume = 0.0_wp
@@ -124,10 +163,9 @@ contains
             law => network%flow%law(network%flow%channel(c)%law))
             normal = normal_of(network, blocks, c)
             do k = 1, 2
-               apart = place_of(blocks, channel%block(2), channel%reference(:, k, 2)) &
-                  - place_of(blocks, channel%block(1), channel%reference(:, k, 1))
                a(k) = max(law%least, min(law%most, law%aperture + law%opening_factor &
-                  *(normal(1)*apart(1) + normal(2)*apart(2))))
+                  *(height_of(normal, blocks, channel%block(2), channel%reference(:, k, 2)) &
+                  - height_of(normal, blocks, channel%block(1), channel%reference(:, k, 1)))))
             end do
             do k = 1, 2
                share = channel%length*(own*a(k) + other*a(3 - k))
@@ -143,7 +181,7 @@ contains
    !> Bᵀd: growth of the nodes' volumes, m³ per metre of thickness.
    pure function growth_of(network, d) result(growth)
       type(network_type), intent(in) :: network  !< of the model
-      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp) :: growth(size(network%volume))
       integer :: c, k
 
@@ -153,8 +191,8 @@ contains
          associate (channel => network%flow%channel(c))
             do k = 1, 2
                growth(channel%node(k)) = growth(channel%node(k)) &
-                  + dot_product(network%row(:, 1, k, c), d(:, channel%block(1))) &
-                  + dot_product(network%row(:, 2, k, c), d(:, channel%block(2)))
+                  + product_of(network%row(:, 1, k, c), d(:, channel%block(1))) &
+                  + product_of(network%row(:, 2, k, c), d(:, channel%block(2)))
             end do
          end associate
       end do
@@ -164,7 +202,7 @@ contains
    pure subroutine add_pressures(network, pressure, load)
       type(network_type), intent(in) :: network  !< of the model
       real(wp), intent(in) :: pressure(:)        !< [nodes] Pa
-      real(wp), intent(inout) :: load(:,:)       !< [6,blocks] N/m …
+      real(wp), intent(inout), contiguous :: load(:,:)  !< [6,blocks] N/m …
       integer :: c, k, side
 
       do c = 1, size(network%absent)

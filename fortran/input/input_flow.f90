@@ -5,7 +5,8 @@ module dda_input_flow
    use dda_blocks, only: blocks_type
    use dda_edge_load, only: load_level, load_surface, load_uniform
    use dda_errors, only: error_type
-   use dda_flow, only: channel_type, flow_boundary_type, flow_law_type, flow_states, flow_type
+   use dda_flow, only: channel_type, flow_boundary_type, flow_law_type, flow_states, flow_type, &
+      flow_undrained
    use dda_input_edges, only: take_polyline
    use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or
    use dda_input_groups, only: flow_boundary_values, flow_values, read_values
@@ -21,6 +22,9 @@ module dda_input_flow
    public :: read_flow
 
    real(wp), parameter :: least = 1.0e-6_wp  !< smallest fraction of an edge that is a channel
+
+   !> Flowing nodes are solved together by a dense factor: 4000 take some seconds a step.
+   integer, parameter :: most_nodes = 4000
 
 contains
 
@@ -55,12 +59,27 @@ contains
          [(value_or(own(i)%channel_length, huge(1.0_wp)), i=1, size(own))])
       if (size(model%flow%channel) == 0) call input_error(error, groups(at(1)), &
          'no two edges of these joints lie along each other')
+      call limit_nodes(model%flow, groups(at(1)), error)
       call set_first_state(model%flow, own, model%origin(2))
       do i = 1, size(boundary)
          call read_boundary(model, groups(boundary(i)), error)
       end do
       call take_water(model, groups, error)
    end subroutine read_flow
+
+   !> Refuse more flowing nodes than can be solved together.
+   subroutine limit_nodes(flow, group, error)
+      type(flow_type), intent(in) :: flow    !< with its nodes
+      type(group_type), intent(in) :: group  !< of the input
+      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      integer :: n
+
+      n = size(flow%place, 2)
+      if (n > most_nodes .and. any(flow%state /= flow_undrained)) call input_error(error, group, &
+         'the joints have '//to_text(n)//' nodes, and at most '//to_text(most_nodes)// &
+         ' can be solved together: give state = ''undrained'' and state_at_rest = ''undrained'',' &
+         //' or fewer joints by joints')
+   end subroutine limit_nodes
 
    !> The water of the joints of a group; the first group says in what state it is.
    subroutine read_law(model, group, i, own, law_of, error)
@@ -107,7 +126,8 @@ contains
       type(neighbours_type) :: neighbours
       integer :: p, e, f, law, n
 
-      allocate (flow%channel(0), flow%place(2, 0))
+      allocate (flow%channel(16), flow%place(2, 0))
+      n = 0
       call find_near_pairs(neighbours, blocks, 4*touching*blocks%half_size)
       do p = 1, neighbours%n_pairs
          associate (a => neighbours%pair(1, p), b => neighbours%pair(2, p))
@@ -117,25 +137,28 @@ contains
                   if (blocks%inner(f)) cycle
                   law = law_of(blocks%joint(e))
                   if (law == 0) law = law_of(blocks%joint(f))
-                  if (law > 0) call add_channels(flow, blocks, [e, f], law, longest(law))
+                  if (law > 0) call add_channels(flow%channel, n, blocks, [e, f], law, longest(law))
                end do
             end do
          end associate
       end do
+      flow%channel = flow%channel(:n)
+      call number_nodes(flow, blocks)
       n = size(flow%place, 2)
       allocate (flow%pressure(n), source=0.0_wp)
       allocate (flow%saturation(n), source=1.0_wp)
    end subroutine find_channels
 
    !> The channels of two edges, if they lie along each other.
-   subroutine add_channels(flow, blocks, edges, law, longest)
-      type(flow_type), intent(inout) :: flow   !< gets channels and positions of nodes
+   subroutine add_channels(channels, count, blocks, edges, law, longest)
+      type(channel_type), allocatable, intent(inout) :: channels(:)  !< lengthened where needed
+      integer, intent(inout) :: count          !< of them
       type(blocks_type), intent(in) :: blocks  !< in their initial state
       integer, intent(in) :: edges(2)          !< by their first vertices
       integer, intent(in) :: law               !< group &flow
       real(wp), intent(in) :: longest          !< channel, m
       type(channel_type) :: channel
-      real(wp) :: span(2), length, ends(2, 2)
+      real(wp) :: span(2), length
       integer :: i, k, n, side
 
       associate (e => edges(1), f => edges(2))
@@ -150,30 +173,71 @@ contains
          channel%length = length/n
          do i = 1, n
             do k = 1, 2
-               ends(:, k) = blocks%vertex(:, e) + blocks%along(:, e)*blocks%length(e)*(span(1) &
-                  + (span(2) - span(1))*(i + k - 2)/n)
-               channel%node(k) = node_at(flow, ends(:, k), touching*blocks%half_size)
                do side = 1, 2
-                  channel%reference(:, k, side) = ends(:, k) &
+                  channel%reference(:, k, side) = blocks%vertex(:, e) + blocks%along(:, e) &
+                     *blocks%length(e)*(span(1) + (span(2) - span(1))*(i + k - 2)/n) &
                      - blocks%position(1:2, blocks%owner(edges(side)))
                end do
             end do
-            flow%channel = [flow%channel, channel]
+            if (count == size(channels)) channels = [channels, channels]  ! twice as many
+            count = count + 1
+            channels(count) = channel
          end do
       end associate
    end subroutine add_channels
 
-   !> The node at a position; a new one if there is none.
-   integer function node_at(flow, place, tolerance) result(node)
-      type(flow_type), intent(inout) :: flow        !< its nodes
-      real(wp), intent(in) :: place(2), tolerance   !< m
+   !> Number the ends of channels; ends at the same position are one node.  Cells of a grid hold
+   !> their nodes as linked lists.
+   pure subroutine number_nodes(flow, blocks)
+      type(flow_type), intent(inout) :: flow   !< gets nodes and their positions
+      type(blocks_type), intent(in) :: blocks  !< in their initial state
+      real(wp) :: place(2, 2*size(flow%channel)), low(2), extent(2), cell, reach
+      integer, allocatable :: first(:,:)  ! node of each cell
+      integer :: next(size(place, 2))     ! node of the same cell after each
+      integer :: c, k, n, at(2)
 
-      do node = size(flow%place, 2), 1, -1
-         if (all(abs(flow%place(:, node) - place) <= 4*tolerance)) return
+      if (size(flow%channel) == 0) return
+      reach = 4*touching*blocks%half_size
+      low = minval(blocks%vertex, 2)
+      extent = maxval(blocks%vertex, 2) - low
+      cell = max(sqrt(product(extent)/size(next)), 2*reach)
+      allocate (first(0:int(extent(1)/cell) + 2, 0:int(extent(2)/cell) + 2), source=0)
+      n = 0
+      do c = 1, size(flow%channel)
+         associate (channel => flow%channel(c))
+            do k = 1, 2
+               place(:, n + 1) = channel%reference(:, k, 1) + blocks%position(1:2, channel%block(1))
+               at = int((place(:, n + 1) - low)/cell) + 1
+               channel%node(k) = near(at, place(:, n + 1))
+               if (channel%node(k) > 0) cycle
+               n = n + 1
+               next(n) = first(at(1), at(2))
+               first(at(1), at(2)) = n
+               channel%node(k) = n
+            end do
+         end associate
       end do
-      node = size(flow%place, 2) + 1
-      flow%place = reshape([flow%place, place], [2, node])
-   end function node_at
+      flow%place = place(:, :n)
+
+   contains
+
+      !> A node within reach of a position; 0: there is none.
+      pure integer function near(at, position)
+         integer, intent(in) :: at(2)         !< its cell
+         real(wp), intent(in) :: position(2)  !< m
+         integer :: i, j
+
+         do j = at(2) - 1, min(at(2) + 1, ubound(first, 2))
+            do i = at(1) - 1, min(at(1) + 1, ubound(first, 1))
+               near = first(i, j)
+               do while (near > 0)
+                  if (all(abs(place(:, near) - position) <= reach)) return
+                  near = next(near)
+               end do
+            end do
+         end do
+      end function near
+   end subroutine number_nodes
 
    !> Pressure and saturation at the start.
    pure subroutine set_first_state(flow, own, origin)

@@ -65,7 +65,7 @@ module dda_flow
 contains
 
    !> There is water at a boundary at a time.
-   pure logical function acts_at(boundary, time)
+   pure logical function acts_at(boundary, time)  ! total
       type(flow_boundary_type), intent(in) :: boundary  !< its times
       real(wp), intent(in) :: time                      !< s
 

@@ -487,3 +487,19 @@ def test_water_under_every_law_and_hard_shaking(law):
     assert abs(data.energy_balance.values).max() < 1e-6 * scale
     assert abs(data.displacement.values).max() > 1e-3
     assert data.flow_pressure.values.min() >= -1e5 * (1 + 1e-9)
+
+
+def test_a_large_network_is_refused_or_undrained():
+    """More nodes than a dense factor can solve together; undrained they are solved alone."""
+    model = sitedda.Model("wall", time_step=1e-3, steps=1)
+    model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.2)
+    model.joint("joint", friction_angle=35.0)
+    model.layers(name="floor", left=0, bottom=-1, width=81, thickness=1)
+    model.wall(left=0, bottom=0, brick_length=1, brick_height=0.5, bricks=80, courses=30)
+    model.fixed_point(1, -0.5)
+    model.fixed_point(79, -0.5)
+    model.flow(aperture=1e-3, state="transient")
+    with pytest.raises(InputError, match=r"nodes, and at most 4000 can be solved together"):
+        sitedda.run(model)
+    model["flow"][0](state="undrained", state_at_rest="undrained")
+    assert sitedda.run(model).complete
