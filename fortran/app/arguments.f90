@@ -52,9 +52,9 @@ contains
             if (arguments%output == '') call fail(error, error_input, '--output needs a file name')
          case ('--set')
             i = i + 1
-            call take_change(arguments, argument(i), error)
+            call read_change(arguments, argument(i), error)
          case default
-            call take_word(arguments, word, error)
+            call read_word(arguments, word, error)
          end select
          if (allocated(error)) return
          i = i + 1
@@ -65,7 +65,7 @@ contains
    end subroutine read_arguments
 
    !> A change of the input.
-   subroutine take_change(arguments, word, error)
+   subroutine read_change(arguments, word, error)
       type(arguments_type), intent(inout) :: arguments  !< of the command line so far
       character(len=*), intent(in) :: word  !< 'NAME=VALUE'
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -76,10 +76,10 @@ contains
          to_text(longest_change)//' characters; '//quoted(word)//' has '//to_text(len(word)))
       change = word
       arguments%changes = [arguments%changes, change]
-   end subroutine take_change
+   end subroutine read_change
 
    !> The command, then the input file.
-   subroutine take_word(arguments, word, error)
+   subroutine read_word(arguments, word, error)
       type(arguments_type), intent(inout) :: arguments  !< of the command line so far
       character(len=*), intent(in) :: word  !< argument
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -94,7 +94,7 @@ contains
       else
          call fail(error, error_input, 'the argument '//quoted(word)//' is not understood')
       end if
-   end subroutine take_word
+   end subroutine read_word
 
    !> An argument of the command line; blank after the last one.
    function argument(i) result(word)

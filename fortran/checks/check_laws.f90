@@ -51,14 +51,14 @@ contains
       associate (material => model%materials(m))
          left = [material%own_law%secant(strains(1)), material%own_law%secant(strains(2))]
          found = quoted(trim(material%name))//': '//material%own_law%in_words()//'; loops of '// &
-            '.1 and 1 % shear strain have '//short_text(left(1))//' and '//short_text(left(2))// &
+            '0.1 and 1 % shear strain have '//short_text(left(1))//' and '//short_text(left(2))// &
             ' of the modulus of small strains, and waves '//short_text(sqrt(left(1)))//' and '// &
             short_text(sqrt(left(2)))//' of their length'
          fine = .true.
          if (report%band%known) then
             eta = side*report%band%highest/sqrt(left(1)*material%young_modulus/(2.0_wp &
                *(1.0_wp + material%poisson_ratio)*material%density))
-            found = found//': at .1 % eta = 1/'//short_text(1.0_wp/eta)//' at '// &
+            found = found//': at 0.1 % eta = 1/'//short_text(1.0_wp/eta)//' at '// &
                short_text(report%band%highest)//' Hz, limit 1/12'
             fine = eta <= coarsest
          end if

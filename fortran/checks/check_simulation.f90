@@ -363,12 +363,12 @@ contains
       depth = linear%penetration/report%block_size(1)
       noise = simulation%iteration%noise/weight
       brief = 'contacts at rest penetrate by '//short_text(100*depth)//' % of the smallest block'
-      if (.not. depth > deepest) brief = 'rounding is worth '//short_text(100*noise)// &
+      if (.not. depth > deepest) brief = 'rounding amounts to '//short_text(100*noise)// &
          ' % of the smallest weight'
       call add_line(report, merge(verdict_ok, verdict_warn, depth <= deepest &
          .and. noise <= noisiest), 'penalty bounds', 'settled contacts penetrate by '// &
          short_text(100*depth)//' % of the smallest block, limit '//short_text(100*deepest)// &
-         ' %; rounding is worth '//short_text(100*noise)//' % of its weight, limit '// &
+         ' %; rounding amounts to '//short_text(100*noise)//' % of its weight, limit '// &
          short_text(100*noisiest)//' %', 'statics', advice_if(depth > deepest, &
          'a higher normal_stiffness, or penetration_tolerance')//advice_if(noise > noisiest, &
          'a lower normal_stiffness'), brief=brief)

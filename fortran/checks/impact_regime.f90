@@ -51,11 +51,11 @@ contains
             regime%highest = max(regime%highest, omega)
          end do
       end associate
-      call put_in_words(regime, linear)
+      call describe_regime(regime, linear)
       if (.not. simulation%laws%plain) regime%advice = ''  ! joint laws have no restitution
    end subroutine find_impact_regime
 
-   subroutine put_in_words(regime, linear)
+   subroutine describe_regime(regime, linear)
       type(impact_regime_type), intent(inout) :: regime  !< of the contacts
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp) :: most
@@ -80,7 +80,7 @@ contains
       else
          regime%words = regime%words//'impacts do not rebound'
       end if
-   end subroutine put_in_words
+   end subroutine describe_regime
 
    !> exp(−πζ) at Ω, with the damping ratio [(χ − ½) + ½] Ω/2 of unilateral contacts.
    pure real(wp) function left_of(linear, omega) result(left)

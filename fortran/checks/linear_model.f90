@@ -339,7 +339,7 @@ contains
                simulation%laws%restitution(contacts%joint(c)) >= 0.0_wp
             if (is_point(contacts, c)) term%place = on_edge(simulation%blocks%vertex, &
                contacts%vertex(c), simulation%blocks%next(contacts%vertex(c)), contacts%fraction(c))
-            if (contacts%with_laws) call take_law(simulation%laws, contacts, c, term)
+            if (contacts%with_laws) call set_law(simulation%laws, contacts, c, term)
             call find_rows(contacts, c, rows)
             call add_spring(linear, term, term_normal, normal_slope(simulation%laws, contacts, &
                c), rows%normal_v, rows%normal_e)
@@ -355,7 +355,7 @@ contains
 
    !> Properties of a joint law for a contact: the instant at which it acts, and whether its
    !> stiffness is a penalty or that of the rock.
-   pure subroutine take_law(laws, contacts, c, term)
+   pure subroutine set_law(laws, contacts, c, term)
       type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
       type(contacts_type), intent(in) :: contacts     !< this step's list
       integer, intent(in) :: c                        !< number of the contact
@@ -366,7 +366,7 @@ contains
          if (law%cohesive) return  ! at the instant of other bonds
          if (.not. acts_before_end(contacts, law, c)) term%instant = at_end
       end associate
-   end subroutine take_law
+   end subroutine set_law
 
    !> Slope of the normal force of contact c at its present closure, N/m per metre of thickness.
    pure real(wp) function normal_slope(laws, contacts, c) result(slope)

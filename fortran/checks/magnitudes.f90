@@ -114,7 +114,7 @@ contains
             'kN/m³? That would be '//short_text(1000.0_wp*material%density/9.81_wp)//' kg/m³')
          call note(notes, yields .and. count(own) == 1 .and. &
             any(own .and. model%blocks%body == 0), of//' yields, and '// &
-            'its one block has one strain: mesh it (&mesh), or it yields as a whole')
+            'its block has only one strain: mesh it (&mesh), or it yields as a whole')
       end associate
    end subroutine note_material
 
@@ -168,7 +168,7 @@ contains
          call note(notes, level > high + highest_head*(high - low), of//' stands up to '// &
             short_text(level - high)//' m above the model, which is '// &
             short_text(high - low)//' m high: are its levels in m, along y?')
-         call note(notes, level <= low, of//' wets nothing: it lies below the model')
+         call note(notes, level <= low, of//' has no effect: it lies below the model')
       end associate
    end subroutine note_water
 

@@ -201,7 +201,7 @@ contains
          wanted = min(count + mechanisms, left)
          call lowest_eigenvalues(linear%stiffness, linear%mass, wanted, pairs, error, free)
          if (allocated(error)) return
-         call take_energies(linear, pairs, mechanisms)
+         call set_frequencies(linear, pairs, mechanisms)
          found = pairs%n - mechanisms
          if (found >= count .or. pairs%n < wanted .or. mechanisms > most_mechanisms) exit
          if (wanted >= left) exit
@@ -217,7 +217,7 @@ contains
    end function removed_blocks
 
    !> ω² = Σ k (stretch)² + strain energies of each mass-normalised vector, sorted.
-   subroutine take_energies(linear, pairs, mechanisms)
+   subroutine set_frequencies(linear, pairs, mechanisms)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(eigenpairs_type), intent(inout) :: pairs  !< eigenvalues and vectors
       integer, intent(out) :: mechanisms  !< number without stiffness
@@ -232,7 +232,7 @@ contains
       call select_pairs(pairs, ascending_order(pairs%value))
       limit = nothing*scale_of(linear)
       mechanisms = count(pairs%value < limit)
-   end subroutine take_energies
+   end subroutine set_frequencies
 
    !> Scale of ω_max²: the largest stiffness of a block over its mass.
    pure real(wp) function scale_of(linear) result(scale)

@@ -230,7 +230,7 @@ contains
             re(:, b) = re(:, b) - (real(c)*m_re - aimag(c)*m_im)
             im(:, b) = im(:, b) - (real(c)*m_im + aimag(c)*m_re)
          end associate
-         if (linear%law(b) > 0) call take_damping(linear, weights, b, &
+         if (linear%law(b) > 0) call subtract_damping(linear, weights, b, &
             cmplx(x_re(:, b), x_im(:, b), wp), re(:, b), im(:, b))
       end do
       do i = 1, linear%terms%n
@@ -263,7 +263,7 @@ contains
    end function damping_pull
 
    !> Subtract the damping part of A x from the residual of block b.
-   pure subroutine take_damping(linear, weights, b, x, re, im)
+   pure subroutine subtract_damping(linear, weights, b, x, re, im)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
       integer, intent(in) :: b  !< number of the block
@@ -278,7 +278,7 @@ contains
       end associate
       re = re - real(force)
       im = im - aimag(force)
-   end subroutine take_damping
+   end subroutine subtract_damping
 
    !> Σ factor × vector
    pure function combined(vectors, factors) result(sum)

@@ -49,18 +49,18 @@ contains
       if (linear%unilateral == linear%closed .and. linear%closed > 0) steps(1) = 0.0_wp
       ringing%steps = maxval(steps)
       ringing%resolution = omega*linear%time_step
-      call put_in_words(ringing, linear%scheme, trim(kind_names(maxloc(energy_shares(), 1))))
+      call put_in_words(ringing, linear%scheme, trim(kind_names(maxloc(energy_fractions(), 1))))
 
    contains
 
       !> Fractions of each kind in the energy of the mode.
-      function energy_shares() result(share)
+      function energy_fractions() result(share)
          real(wp) :: share(strain_energy)
 
          associate (energy => energy_of(free, pairs%vector(:, :, 1)))
             share = energy%share
          end associate
-      end function energy_shares
+      end function energy_fractions
    end subroutine find_ringing
 
    !> The model without springs to the ground and those that dashpots keep from ringing.

@@ -131,7 +131,7 @@ contains
       if (allocated(contacts%held_bound) .and. .not. (intact .or. (lifts .and. response%state /= &
          contact_open))) then
          if (law%flows) then
-            call take_flow(law, state, contacts%held_bound(c), stretch, response)
+            call apply_flow(law, state, contacts%held_bound(c), stretch, response)
          else
             call bound_friction(response, contacts%held_bound(c), law%shear_spring(state)*stretch)
          end if
@@ -177,7 +177,7 @@ contains
    end function rise_of
 
    !> Friction as a curve of slip, at the normal force of this iteration or a frozen one.
-   pure subroutine take_flow(law, state, normal_force, stretch, response)
+   pure subroutine apply_flow(law, state, normal_force, stretch, response)
       class(joint_law_type), intent(in) :: law        !< of the contact
       type(joint_state_type), intent(in) :: state     !< of the contact
       real(wp), intent(in) :: normal_force            !< of this iteration or frozen, N/m
@@ -187,7 +187,7 @@ contains
 
       response%bound = max(0.0_wp, normal_force)
       call law%flow(state, response%bound, stretch, response%shear_force, tangent)
-   end subroutine take_flow
+   end subroutine apply_flow
 
    !> Friction at a frozen bound, for any normal force and also if the contact opens.
    pure subroutine bound_friction(response, bound, trial)
@@ -248,7 +248,7 @@ contains
       response%state = contact_stick
       response%normal_force = law%normal_force(state, closure)
       if (law%flows) then
-         call take_flow(law, state, response%normal_force, stretch, response)
+         call apply_flow(law, state, response%normal_force, stretch, response)
          return
       end if
       response%bound = friction_of(law, state, response%normal_force)
@@ -406,7 +406,7 @@ contains
       contacts%line(2, c) = force - contacts%tangent(2, c)*stretch
    end subroutine touch_shear
 
-   !> The line for the next iteration, after a solution at which the law gives a response.
+   !> The line of the next iteration, from the response of the law at a solution.
    pure subroutine line_of(contacts, law, c, gap, response, tangent, normal_free)
       type(contacts_type), intent(in) :: contacts        !< this step's list
       class(joint_law_type), intent(in) :: law           !< of the contact

@@ -87,7 +87,7 @@ contains
          span = [1.0_wp, 1.0_wp]  ! next covered interval after `free`
          do i = 1, size(others)
             do f = blocks%first(others(i)), blocks%first(others(i) + 1) - 1
-               call take_nearer(common_span(blocks, e, blocks%vertex(:, f), &
+               call choose_first(common_span(blocks, e, blocks%vertex(:, f), &
                   blocks%vertex(:, blocks%next(f)), -1.0_wp), free, span)
             end do
          end do
@@ -98,7 +98,7 @@ contains
    end subroutine add_free_pieces
 
    !> Of two covered intervals, the one that begins first among those that reach beyond a position.
-   pure subroutine take_nearer(new, free, span)
+   pure subroutine choose_first(new, free, span)
       real(wp), intent(in) :: new(2)       !< fractions of an edge; empty if the first is larger
       real(wp), intent(in) :: free         !< fraction of the edge already treated
       real(wp), intent(inout) :: span(2)   !< the best so far
@@ -106,7 +106,7 @@ contains
       if (new(2) - max(new(1), free) <= least) return
       if (max(new(1), free) < span(1) - least .or. (max(new(1), free) <= span(1) + least .and. &
          new(2) > span(2))) span = [max(new(1), free), new(2)]
-   end subroutine take_nearer
+   end subroutine choose_first
 
    !> Fractions of edge e between which a segment runs along it, in the same (1), the opposite (−1)
    !> or any direction (0); if it does not, the first fraction is larger.

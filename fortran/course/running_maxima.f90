@@ -46,7 +46,7 @@ contains
             least_movement(simulation))
          maxima%first = simulation%blocks%position(1:3, :)
       end associate
-      call take_state(simulation, .true., .true.)
+      call count_state(simulation, .true., .true.)
    end subroutine begin_maxima
 
    !> Allocate the counters, for a number of contacts that touch at first.
@@ -84,7 +84,7 @@ contains
       below = 0
       nearest = huge(1.0_wp)
       do k = 1, size(simulation%model%points)
-         apart = first_place(simulation, i) - first_place(simulation, k)
+         apart = reference_position(simulation, i) - reference_position(simulation, k)
          if (apart(2) <= 0.0_wp .or. apart(2) < abs(apart(1)) .or. norm2(apart) >= nearest) cycle
          nearest = norm2(apart)
          below = k
@@ -92,7 +92,7 @@ contains
    end function point_below
 
    !> Position of a measured point in the reference shape of its block, m.
-   pure function first_place(simulation, i) result(place)
+   pure function reference_position(simulation, i) result(place)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< measured point
       real(wp) :: place(2)
@@ -100,7 +100,7 @@ contains
       associate (point => simulation%model%points(i))
          place = simulation%model%blocks%position(1:2, point%block) + point%reference
       end associate
-   end function first_place
+   end function reference_position
 
    !> After a dynamic step.
    subroutine count_step(simulation)
@@ -116,7 +116,7 @@ contains
             least_recorded*size_of_model) .or. 2*simulation%speed*dt >= size_of_model
       end associate
       look = look .or. finished(simulation)
-      call take_state(simulation, .true., look)
+      call count_state(simulation, .true., look)
    end subroutine count_step
 
    !> After the start of a stage: consider removed blocks, and the rest of a static stage.
@@ -125,11 +125,11 @@ contains
 
       call drop_removed(simulation%maxima%contacts, simulation%blocks)
       if (.not. simulation%model%stages(simulation%stage)%static) return
-      call take_state(simulation, .false., .true.)
+      call count_state(simulation, .false., .true.)
    end subroutine count_rest
 
    !> Count the present state.
-   subroutine take_state(simulation, rates, look)
+   subroutine count_state(simulation, rates, look)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       logical, intent(in) :: rates             !< with velocities and accelerations
       logical, intent(in) :: look              !< with slip and opening
@@ -140,7 +140,7 @@ contains
       if (look) call add_movement(simulation%maxima%contacts, largest, &
          simulation%contacts(simulation%now), simulation%blocks, simulation%time, simulation%path)
       simulation%maxima%largest = largest
-   end subroutine take_state
+   end subroutine count_state
 
    !> Values of the present state, without slip and opening.
    subroutine add_state(simulation, largest, rates)
@@ -192,7 +192,7 @@ contains
             associate (k => maxima%below(i))
                if (k == 0) cycle
                if (simulation%blocks%removed(points(k)%block)) cycle
-               apart = first_place(simulation, i) - first_place(simulation, k)
+               apart = reference_position(simulation, i) - reference_position(simulation, k)
                call take(largest(of_point_drift), abs(sideways(simulation, i) &
                   - sideways(simulation, k))/apart(2), time, [i, k])
             end associate

@@ -424,7 +424,7 @@ contains
       integer(long), intent(in) :: broken                 !< bonds, in this stage
 
       if (broken > 0) call add_doubt(simulation%doubts, 'bonds', to_text(broken)// &
-         ' broken on the way to rest; the rest of a brittle joint may be too strong '// &
+         ' broken before rest; the remaining points of a brittle joint may be too strong '// &
          '(contact_points = 5)')
    end subroutine doubt_broken
 

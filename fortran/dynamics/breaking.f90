@@ -42,7 +42,7 @@ contains
       broken = faces_at_strength(simulation)
       opened = gaping_faces(simulation)
       before = total_energy(simulation%energy)
-      call let_off(simulation)
+      call release_stresses(simulation)
       if (size(broken) + size(opened) > 0) then
          allocate (traction(2, crack_points, size(broken)))
          do i = 1, size(broken)
@@ -120,7 +120,7 @@ contains
    end function gaping_faces
 
    !> Release the initial stresses of broken faces with the damage of their joints.
-   subroutine let_off(simulation)
+   subroutine release_stresses(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: damage
       logical :: spent
@@ -129,12 +129,12 @@ contains
       do i = 1, size(simulation%model%welds)
          if (simulation%model%welds(i)%state /= weld_cracked) cycle
          call joint_damage(simulation%elements, i, damage, spent)
-         call keep_share(simulation, i, 1.0_wp - damage)
+         call keep_fraction(simulation, i, 1.0_wp - damage)
       end do
-   end subroutine let_off
+   end subroutine release_stresses
 
    !> Keep a fraction of the initial stress that face i left when it broke.
-   subroutine keep_share(simulation, i, share)
+   subroutine keep_fraction(simulation, i, share)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face
       real(wp), intent(in) :: share                       !< fraction of that stress
@@ -150,7 +150,7 @@ contains
          end do
          weld%kept = share
       end associate
-   end subroutine keep_share
+   end subroutine keep_fraction
 
    !> Break face i: its triangles return to its cells, and no force changes.
    subroutine free_face(simulation, i, traction)
@@ -185,7 +185,7 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face
 
-      call keep_share(simulation, i, 0.0_wp)
+      call keep_fraction(simulation, i, 0.0_wp)
       simulation%model%welds(i)%state = weld_open
    end subroutine open_face
 

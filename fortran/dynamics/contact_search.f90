@@ -45,7 +45,7 @@ contains
          detection%distance = max(detection%least, detection%travel, 2*detection%deepest) &
             + highest_lift(simulation)
          if (detection%distance + 2*neighbours%travel > neighbours%reach) &
-            call search_anew(simulation, (1.0_wp + search_margin)*detection%distance, error)
+            call search_neighbours(simulation, (1.0_wp + search_margin)*detection%distance, error)
          simulation%iteration%rounding = 1.0_wp
          if (any(simulation%blocks%body > 0) .and. .not. simulation%resting) &
             simulation%iteration%rounding = min(1.0_wp, max(least_rounding, &
@@ -57,7 +57,7 @@ contains
    end subroutine find_contacts
 
    !> Search for neighbours; the pattern of the matrix and its ordering follow.
-   subroutine search_anew(simulation, reach, error)
+   subroutine search_neighbours(simulation, reach, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: reach  !< m
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -76,7 +76,7 @@ contains
       call analyse(simulation%solver, simulation%system%matrix)
       simulation%counters%searches = simulation%counters%searches + 1
       call lap(simulation%system%watch, phase_search)
-   end subroutine search_anew
+   end subroutine search_neighbours
 
    !> A new list from geometry, with the histories of the old one.
    subroutine renew_contacts(simulation)

@@ -130,7 +130,7 @@ contains
       end associate
       found = maxval(most(:, :n), 2)
       if (found(1) > largest(of_slip)%value .or. found(2) > largest(of_opening)%value) &
-         call take_all(first, largest, contacts, blocks, time)
+         call scan_all(first, largest, contacts, blocks, time)
       if (.not. present(path)) return
       first%path = path
       first%found = found
@@ -166,7 +166,7 @@ contains
    end subroutine scan
 
    !> Scan the contacts one by one, with positions: slip and opening.
-   subroutine take_all(first, largest, contacts, blocks, time)
+   subroutine scan_all(first, largest, contacts, blocks, time)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
       type(contacts_type), intent(in) :: contacts        !< of the last step
@@ -183,7 +183,7 @@ contains
             call take(largest(of_opening), max(0.0_wp, moved(2)), time, who)
          end associate
       end do
-   end subroutine take_all
+   end subroutine scan_all
 
    !> Slip and opening of contact c; a pressing contact opens by dilation only.
    pure function movement(first, blocks, c) result(moved)

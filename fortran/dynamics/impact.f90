@@ -96,7 +96,7 @@ contains
             call lift_opened(impacts, contacts, laws, lifted)
             if (found + lifted == 0) exit
             impacts%struck = impacts%struck + found
-            call carry_neighbours(impacts, contacts, laws, blocks, step)
+            call stiffen_neighbours(impacts, contacts, laws, blocks, step)
             if (found > 0) call stiffen(impacts, system, impacts%struck == found)
             call record_rigid_terms(solver)
          end if
@@ -209,7 +209,7 @@ contains
    end function target_of
 
    !> Make the other closed contacts of struck blocks rigid.
-   pure subroutine carry_neighbours(impacts, contacts, laws, blocks, step)
+   pure subroutine stiffen_neighbours(impacts, contacts, laws, blocks, step)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -223,7 +223,7 @@ contains
          if (impacts%hit(contacts%block_v(c)) .or. impacts%hit(contacts%block_e(c))) &
             call carry(contacts, laws, blocks, step, c)
       end do
-   end subroutine carry_neighbours
+   end subroutine stiffen_neighbours
 
    !> Struck blocks keep their strains in this step, and their positions at supports.  If supports
    !> kept the velocity instead, blocks that are struck in many successive steps would drift.

@@ -113,7 +113,7 @@ contains
             quoted(trim(simulation%model%joints(contacts%joint(c))%name))// &
             ', has a tension of '//short_text(found(1) + found(2))//' Pa at one end and '// &
             short_text(found(1) - found(2))//' Pa at the other'//share//', but its two '// &
-            'contacts carry '//short_text(found(1) + found(2)/linear)//' and '// &
+            'contacts have '//short_text(found(1) + found(2)/linear)//' and '// &
             short_text(found(1) - found(2)/linear)//' Pa: in bending it is three times too '// &
             'strong; try contact_points = 3'
       end associate

@@ -66,7 +66,7 @@ contains
       slope_hi = start + growth + slope_hi
       if (present(other)) slope_hi = slope_hi + other%at(1.0_wp)
       if (slope_hi <= abs(growth)*zero_slope) return
-      call take_out_linear(contacts, laws, linear)
+      call sum_linear(contacts, laws, linear)
       start = start + linear(1)
       growth = growth + linear(2)
       slope_lo = start + contact_slope(contacts, laws, 0.0_wp)
@@ -204,7 +204,7 @@ contains
    end subroutine change_range
 
    !> Sum the contacts whose slope is linear between the ends, once.
-   subroutine take_out_linear(contacts, laws, linear)
+   subroutine sum_linear(contacts, laws, linear)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(out) :: linear(2)  !< slope at the previous d and its increase, J/m
@@ -223,7 +223,7 @@ contains
             piece(:, p))
       end do
       linear = sum(piece(:, :pieces(contacts%n)), 2)
-   end subroutine take_out_linear
+   end subroutine sum_linear
 
    !> Contacts first … last.
    pure subroutine linear_range(contacts, laws, first, last, linear)

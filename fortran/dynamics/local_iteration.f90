@@ -167,7 +167,7 @@ contains
       integer, allocatable :: order(:)
       logical :: converged
 
-      call take_blocks(system, blocks, part)
+      call copy_blocks(system, blocks, part)
       call take_contacts(system, contacts, list, v, e, part, part_contacts, order)
       part_iteration%max_iterations = few_solves
       part_iteration%relative_tolerance = 0.0_wp
@@ -187,7 +187,7 @@ contains
    end subroutine iterate_region
 
    !> The equations of some blocks without contacts; one further block represents all fixed ones.
-   subroutine take_blocks(system, blocks, part)
+   subroutine copy_blocks(system, blocks, part)
       type(system_type), intent(in) :: system  !< of the whole
       integer, intent(in) :: blocks(:)         !< of the region
       type(system_type), intent(out) :: part   !< of the region, without pattern
@@ -213,7 +213,7 @@ contains
          end do
          part%constant(:, held) = compact(rigid)
       end associate
-   end subroutine take_blocks
+   end subroutine copy_blocks
 
    !> The contacts of a region pair by pair, those with fixed blocks last, and the pattern of K̂.
    subroutine take_contacts(system, contacts, list, v, e, part, own, order)
@@ -235,14 +235,14 @@ contains
       own%block_v = v(sorted)
       own%block_e = e(sorted)
       do i = 1, own%n
-         if (max(own%block_v(i), own%block_e(i)) == held) call add_held_motion(system, contacts, &
+         if (max(own%block_v(i), own%block_e(i)) == held) call add_fixed_motion(system, contacts, &
             order(i), own%block_v(i) == held, own%block_e(i) == held, own%gap(i), own%stretch(i))
       end do
       call lay_out(part, own, held)
    end subroutine take_contacts
 
    !> The displacement of a fixed block is added to the gap and the stretch.
-   pure subroutine add_held_motion(system, contacts, c, holds_v, holds_e, gap, stretch)
+   pure subroutine add_fixed_motion(system, contacts, c, holds_v, holds_e, gap, stretch)
       type(system_type), intent(in) :: system  !< of the whole
       type(contacts_type), intent(in) :: contacts  !< of the whole
       integer, intent(in) :: c  !< number of the contact
@@ -255,7 +255,7 @@ contains
          merge(system%d(:, contacts%block_e(c)), 0.0_wp, holds_e))
       gap = gap + change(1)
       stretch = stretch + change(2)
-   end subroutine add_held_motion
+   end subroutine add_fixed_motion
 
    !> Copy some contacts of a list with Coulomb's law only.
    pure subroutine copy_contacts(contacts, list, own)

@@ -190,13 +190,13 @@ contains
          if (counters%unsettled > 0) text = text//'; in '//to_text(counters%unsettled)// &
             ' steps the damage of cohesive joints did not converge: when they broke depends on Δt'
          if (counters%bounds_off > 0) text = text//'; in '//to_text(counters%bounds_off)// &
-            ' steps what is held in a solution did not converge: the mean stress that gives '// &
+            ' steps frozen quantities did not converge: the mean stress that gives '// &
             'materials with dilation_angle below friction_angle their strength, or the damage '// &
             'of broken faces'
          if (impacts%steps > 0) text = text//'; '//counted(to_text(impacts%contacts), &
             'impact', 'impacts')//' in '//counted(to_text(impacts%steps), 'step', 'steps')// &
             more_of(int(impacts%reduced, long), 'of them', 'of them', ' with less restitution '// &
-            'than asked for, which would have gained energy')
+            'than requested, which would have gained energy')
       end associate
       if (simulation%statics /= '') text = text//'; '//simulation%statics
       if (simulation%changes /= '') text = text//'; changed between steps: '//simulation%changes

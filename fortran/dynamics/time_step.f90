@@ -97,7 +97,7 @@ contains
             if (simulation%laws%damped .and. round > 1) call damp_contacts(contacts, &
                simulation%laws, simulation%blocks, next_step(simulation))  ! no impacts yet
             if (simulation%elements%nonlinear) simulation%linear_about = simulation%system%d
-            call close_step(simulation, error)
+            call iterate_contacts(simulation, error)
             call add_counts(simulation%iteration, before)
             before = counts_of(simulation%iteration)
             if (allocated(error)) exit
@@ -181,7 +181,7 @@ contains
    end subroutine accept_columns
 
    !> Iterate the contacts by the rules that the input requires.
-   subroutine close_step(simulation, error)
+   subroutine iterate_contacts(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
@@ -207,7 +207,7 @@ contains
                next_step(simulation), norm2(simulation%model%control%gravity), error)
          end if
       end associate
-   end subroutine close_step
+   end subroutine iterate_contacts
 
    !> The largest displacement of a vertex in a step, m; in statics at most the distance for which
    !> contacts are listed.

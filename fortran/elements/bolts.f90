@@ -235,8 +235,8 @@ contains
       curvatures = merge(0, 2*points_of(self, i) - 1, self%bolt(i)%grouted)
    end function curvatures
 
-   !> One of these springs: of points 1 … n, then of legs 1 … n − 1.  That of a point acts on the
-   !> rotation of its block alone, but is none to the ground.
+   !> One of these springs: of points 1 … n, then of legs 1 … n − 1.  The spring of a point acts
+   !> only on the rotation of its block, and does not support it.
    pure type(linear_term_type) function curvature_term(self, i, j, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, j  !< number, from 1; point, or points and leg

@@ -39,7 +39,7 @@ module dda_crack_law
    type :: motion_type
       real(wp) :: opening(2) = 0.0_wp   !< g at both ends, m
       real(wp) :: slip(2) = 0.0_wp      !< s at both ends, m
-      real(wp) :: slider(2) = 0.0_wp    !< of it that the slider has slipped, m
+      real(wp) :: slider(2) = 0.0_wp    !< of it by slip of the slider, m
       logical :: sticks = .true.        !< the slider does not slip
    end type motion_type
 

@@ -143,7 +143,7 @@ contains
       associate (line => load%line)
          reach = close*(line(1, size(line, 2)) - line(1, 1))
          do j = 1, size(line, 2) - 1
-            span = shares_between(ends(1, :), line(1, j) - merge(reach, 0.0_wp, j == 1), &
+            span = fractions_between(ends(1, :), line(1, j) - merge(reach, 0.0_wp, j == 1), &
                line(1, j + 1) + merge(reach, 0.0_wp, j == size(line, 2) - 1))
             if (span(2) <= span(1)) cycle
             x = ends(1, 1) + span*(ends(1, 2) - ends(1, 1))
@@ -157,7 +157,7 @@ contains
    end subroutine add_below_line
 
    !> Fractions of an edge between two abscissae; the first is larger if there are none.
-   pure function shares_between(x, low, high) result(span)
+   pure function fractions_between(x, low, high) result(span)
       real(wp), intent(in) :: x(2)       !< of the ends of the edge, m
       real(wp), intent(in) :: low, high  !< m
       real(wp) :: span(2)
@@ -166,7 +166,7 @@ contains
       if (x(1) == x(2)) return
       span = ([low, high] - x(1))/(x(2) - x(1))
       span = [max(0.0_wp, minval(span)), min(1.0_wp, maxval(span))]
-   end function shares_between
+   end function fractions_between
 
    !> Pressure that is linear over a stretch of an edge, where it is positive.
    pure subroutine add_wet(force, piece, blocks, ends, span, pressure, factor)

@@ -120,7 +120,7 @@ contains
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
          if (self%side(1, p) > 0) self%point(p)%cap = cap_of(self, p)
-         call hold_bounds(self, p, [0.0_wp, 0.0_wp, 0.0_wp], step, 0.0_wp)
+         call freeze_bounds(self, p, [0.0_wp, 0.0_wp, 0.0_wp], step, 0.0_wp)
          call set_operator(self, p, blocks, step)
          self%change(:, p) = change_of(self, p, d)
          call respond(self, p, self%strain(:, p), self%change(:, p), step, self%stress(:, p), &
@@ -129,7 +129,7 @@ contains
    end subroutine prepare
 
    !> Freeze the bounds of point p at the stress of a change of strain, if they differ.
-   subroutine hold_bounds(self, p, change, step, allowed)
+   subroutine freeze_bounds(self, p, change, step, allowed)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p                          !< point
       real(wp), intent(in) :: change(3)                 !< Δε
@@ -142,7 +142,7 @@ contains
       stress = self%slot(self%material(p))%law%frozen_stress(self%point(p), self%state(:, p), &
          self%strain(:, p), change, step)
       if (any(abs(stress - self%point(p)%bounding) > allowed)) self%point(p)%bounding = stress
-   end subroutine hold_bounds
+   end subroutine freeze_bounds
 
    !> Δε of point p by the increments of its blocks.
    subroutine set_operator(self, p, blocks, step)
@@ -320,8 +320,8 @@ contains
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
          change = change_of(self, p, d)
-         if (self%round <= most_held) call hold_bounds(self, p, change, step, may_be_off(self, p, &
-            change, step))
+         if (self%round <= most_held) call freeze_bounds(self, p, change, step, &
+            may_be_off(self, p, change, step))
          call respond(self, p, self%strain(:, p), change, step, stress, tangent)
          associate (point => self%point(p), elastic => matmul(self%point(p)%elasticity, &
             self%strain(:, p) + step%scheme%theta*change))

@@ -90,7 +90,7 @@ contains
       call begin_memory(self, blocks)
    end function new_welds
 
-   !> Springs forget: stretches count from the present ones.
+   !> Reset the springs: stretches count from the present ones.
    pure subroutine begin_memory(self, blocks)
       class(welds_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks   !< in their present state
@@ -511,7 +511,7 @@ contains
       end do
    end subroutine accept
 
-   !> At rest after statics springs forget.
+   !> Reset the springs at rest after statics.
    subroutine balance(self, blocks, unbalanced)
       class(welds_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks   !< at rest

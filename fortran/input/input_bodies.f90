@@ -181,8 +181,8 @@ contains
                if (depth <= touching*min(blocks%radius(a), blocks%radius(b))) cycle
                call input_error(error, groups(source(b)), &
                   block_title(b, model%block_names(b))//' overlaps '// &
-                  block_title(a, model%block_names(a))//' of '//place_name(groups(source(a)))// &
-                  ' by '//to_text(depth)//' m')
+                  block_title(a, model%block_names(a))//' of '// &
+                  group_in_message(groups(source(a)))//' by '//to_text(depth)//' m')
                return
             end associate
          end do
@@ -190,11 +190,11 @@ contains
    end subroutine check_overlap
 
    !> A group in a message: name and line.
-   pure function place_name(group) result(name)
+   pure function group_in_message(group) result(name)
       type(group_type), intent(in) :: group  !< of the input
       character(len=:), allocatable :: name
 
       name = '&'//group%name//' (line '//to_text(group%line)//')'
-   end function place_name
+   end function group_in_message
 
 end module dda_input_bodies

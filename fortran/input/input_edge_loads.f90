@@ -215,23 +215,23 @@ contains
             if (k > size(pieces)) exit
             if (pieces(k)%edge /= rest%edge) exit
             rest%to = pieces(k)%from
-            call keep()
+            call read_remaining()
             rest%from = pieces(k)%to
             k = k + 1
          end do
          rest%to = 1.0_wp
-         call keep()
+         call read_remaining()
       end do
       left = left(:n)
 
    contains
 
       !> Read the remaining variables that are given.
-      subroutine keep()
+      subroutine read_remaining()
          if (rest%to - rest%from <= covered) return
          n = n + 1
          left(n) = rest
-      end subroutine keep
+      end subroutine read_remaining
    end function without
 
    !> A phreatic line within the model.

@@ -64,7 +64,7 @@ contains
       do i = 1, size(boundary)
          call read_boundary(model, groups(boundary(i)), error)
       end do
-      call take_water(model, groups, error)
+      call set_water(model, groups, error)
    end subroutine read_flow
 
    !> Refuse more flowing nodes than can be solved together.
@@ -338,7 +338,7 @@ contains
 
    !> Heads of nodes on faces under water, by &water or a level of &traction; in joints, water is
    !> that of &flow.
-   subroutine take_water(model, groups, error)
+   subroutine set_water(model, groups, error)
       type(model_type), intent(inout) :: model   !< with flow and edge loads
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -363,7 +363,7 @@ contains
             end do
          end associate
       end do
-   end subroutine take_water
+   end subroutine set_water
 
    !> No channel has an edge that a load acts on as a whole.
    pure logical function faces_alone(model, load)

@@ -25,13 +25,13 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       call read_values(group, new%material_values, error)
-      call take_elasticity(error, group, new)
+      call read_elasticity(error, group, new)
       call take_damping(error, group, new%material_values, new%damping)
       call check_law(group, new%material_values, new, error)
    end subroutine read_material
 
    !> Young's modulus and Poisson's ratio, or the velocities of S and P waves.
-   subroutine take_elasticity(error, group, new)
+   subroutine read_elasticity(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the input
       type(material_type), intent(inout) :: new  !< with its values
@@ -48,7 +48,7 @@ contains
          call set_velocities(new, shear, pressure)
       end associate
       call check_derived(error, group, new)
-   end subroutine take_elasticity
+   end subroutine read_elasticity
 
    !> Moduli that follow from velocities must be ones that could have been given.
    subroutine check_derived(error, group, new)

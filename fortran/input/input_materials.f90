@@ -30,7 +30,7 @@ contains
       new%name = own%name
       if (allocated(error)) return
       if (own%file /= '') then
-         call take_file(group, full_path(folder, own%file), own, record, error)
+         call read_record_file(group, full_path(folder, own%file), own, record, error)
       else
          call take_values(group, own, record, error)
       end if
@@ -48,7 +48,7 @@ contains
    end function full_path
 
    !> Read the record file; its errors get the position of the group in front.
-   subroutine take_file(group, path, own, record, error)
+   subroutine read_record_file(group, path, own, record, error)
       type(group_type), intent(in) :: group  !< of the input
       character(len=*), intent(in) :: path   !< of the record
       type(motion_values), intent(in) :: own !< of the group
@@ -59,7 +59,7 @@ contains
       call read_record(record, path, trim(own%format), trim(own%quantity), trim(own%unit), &
          failure, value_or(own%time_step, 0.0_wp), own%channel)
       if (allocated(failure)) call input_error(error, group, failure%message)
-   end subroutine take_file
+   end subroutine read_record_file
 
    !> Values in the group are in SI units.
    subroutine take_values(group, own, record, error)

@@ -47,7 +47,7 @@ contains
       type(control_type), intent(in) :: control    !< as read
       character(len=*), intent(in) :: what         !< about waves in that group
 
-      if (.not. control%analysis_given) call input_error(error, group, what//' ask for a '// &
+      if (.not. control%analysis_given) call input_error(error, group, what//' require a '// &
          "choice of analysis in &control: 'plane_strain' (ground, which goes on across the "// &
          "plane) or 'plane_stress' (a plate between free faces, with slower P waves)")
    end subroutine require_analysis

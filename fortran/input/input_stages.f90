@@ -157,12 +157,12 @@ contains
          stage%zero_displacements = own%zero_displacements
          call change_nothing(model, stage)
          call set_stepping(stage, own, model%control, group, error)
-         call take_lists(model, group, own, stage, error)
+         call read_lists(model, group, own, stage, error)
       end associate
    end subroutine read_stage
 
    !> Items that the lists of a stage name.
-   subroutine take_lists(model, group, own, stage, error)
+   subroutine read_lists(model, group, own, stage, error)
       type(model_type), intent(in) :: model  !< as read from the input
       type(group_type), intent(in) :: group  !< of the input
       type(stage_values), intent(in) :: own  !< its values
@@ -182,7 +182,7 @@ contains
       call replace_names(group, own%change_joints, 'joint', model%joints%name, stage%joint, error)
       call replace_names(group, own%change_materials, 'material', model%materials%name, &
          stage%material, error)
-   end subroutine take_lists
+   end subroutine read_lists
 
    !> Number and length of steps, and their integration.
    subroutine set_stepping(stage, own, control, group, error)

@@ -66,7 +66,7 @@ contains
          call skip_separators(text(:group%last), at)
          if (at >= group%last) exit
          begin = at
-         call take_variable(text(:group%last), g, at, v, failure)
+         call read_variable(text(:group%last), g, at, v, failure)
          if (.not. allocated(failure)) call take_values(text(:group%last), at, &
             input_variables(v), values(v), last, failure)
          if (allocated(failure)) then
@@ -99,7 +99,7 @@ contains
    end subroutine keep
 
    !> The variable whose name is at a position.
-   pure subroutine take_variable(text, g, at, v, failure)
+   pure subroutine read_variable(text, g, at, v, failure)
       character(len=*), intent(in) :: text   !< up to the slash of the group
       integer, intent(in) :: g               !< position of the group in `input_groups`
       integer, intent(inout) :: at           !< at the name; on return, after it
@@ -120,7 +120,7 @@ contains
          if (input_variables(v)%name == name) return
       end do
       failure = unknown_variable(trim(input_groups(g)%name), name)
-   end subroutine take_variable
+   end subroutine read_variable
 
    !> A group gives what it needs with what it gives, by the rules of the schema.
    pure subroutine check_rules(group, g, words, error)
@@ -280,13 +280,13 @@ contains
          end if
          if (count == size(groups)) call resize(groups, 2*count)
          count = count + 1
-         call take_group(file, text, at, line, groups(count), error)
+         call read_group(file, text, at, line, groups(count), error)
       end do
       call resize(groups, count)
    end subroutine split_groups
 
    !> Read one group up to its closing slash.
-   subroutine take_group(file, text, at, line, group, error)
+   subroutine read_group(file, text, at, line, group, error)
       character(len=*), intent(in) :: file, text  !< path, for messages; text of the input
       integer, intent(inout) :: at, line  !< position in the text, line number
       type(group_type), intent(out) :: group  !< its name and position
@@ -298,15 +298,15 @@ contains
       length = max(0, verify(lower_case(text(at + 1:min(len(text), at + 64))), name_characters) - 1)
       group%name = lower_case(text(at + 1:at + length))
       group%place = file//', group &'//group%name//' (line '//to_text(line)//')'
-      call find_close(text, at, group%last, lines)
+      call find_slash(text, at, group%last, lines)
       if (group%last == 0) call fail(error, error_input, file//': group &'//group%name// &
          ' (line '//to_text(line)//') has no closing slash, or a quote in it stays open')
       at = group%last + 1
       line = line + lines
-   end subroutine take_group
+   end subroutine read_group
 
    !> Position of the slash that closes the group at `first`; 0 if the next group begins before.
-   pure subroutine find_close(text, first, last, lines)
+   pure subroutine find_slash(text, first, last, lines)
       character(len=*), intent(in) :: text  !< of the input
       integer, intent(in) :: first  !< position of its &
       integer, intent(out) :: last, lines  !< position of its slash; line ends up to there
@@ -335,7 +335,7 @@ contains
          end select
       end do
       last = 0
-   end subroutine find_close
+   end subroutine find_slash
 
    !> Reserve space for groups without copying their contents.
    subroutine resize(groups, n)

@@ -51,7 +51,7 @@ contains
       integer :: next, repeats
       logical :: is_due
 
-      call take_part(text, at, variable, part, failure)
+      call read_part(text, at, variable, part, failure)
       last = at - 1
       next = 0
       is_due = .true.   ! a comma here leaves a value out
@@ -63,9 +63,9 @@ contains
             at = at + 1
          else
             if (is_assigned(text, at)) exit
-            call take_repeats(text, at, variable, repeats, failure)
+            call read_repeats(text, at, variable, repeats, failure)
             if (allocated(failure)) exit
-            if (index(ends, text(at:at)) == 0) call take_item(text, at, variable, &
+            if (index(ends, text(at:at)) == 0) call read_item(text, at, variable, &
                part_type(part%first + next*part%step, part%step, merge(repeats, 0, next + repeats &
                <= part%count)), value, failure)
             next = next + repeats
@@ -77,7 +77,7 @@ contains
    end subroutine take_values
 
    !> The part of a list that is named after a variable, as (2) or (3:6), and the equals sign.
-   pure subroutine take_part(text, at, variable, part, failure)
+   pure subroutine read_part(text, at, variable, part, failure)
       character(len=*), intent(in) :: text         !< of the group
       integer, intent(inout) :: at                 !< behind the name; behind its equals sign then
       type(variable_type), intent(in) :: variable  !< of the schema
@@ -94,8 +94,8 @@ contains
          if (variable%size == 0) then
             part%count = 0
          else if (comma > 0 .and. variable%kind == 'points') then
-            call take_range(text(at + 1:at + comma - 2), 2, inner)
-            call take_range(text(at + comma:bracket - 1), variable%size/2, part)
+            call read_range(text(at + 1:at + comma - 2), 2, inner)
+            call read_range(text(at + comma:bracket - 1), variable%size/2, part)
             if (inner%count == 1) then
                part = part_type(2*part%first - 2 + inner%first, 2*part%step, part%count)
             else if (inner%count == 2 .and. (part%step == 1 .or. part%count == 1)) then
@@ -104,7 +104,7 @@ contains
                part%count = 0
             end if
          else
-            call take_range(text(at + 1:bracket - 1), variable%size, part)
+            call read_range(text(at + 1:bracket - 1), variable%size, part)
             ! Further values are stored in the positions after the named one.
             if (part%count == 1) part%count = variable%size - part%first + 1
          end if
@@ -113,10 +113,10 @@ contains
          at = bracket + 1
       end if
       at = at + index(text(at:), '=')
-   end subroutine take_part
+   end subroutine read_part
 
    !> A range 'first:last:step', or one position.
-   pure subroutine take_range(text, size, range)
+   pure subroutine read_range(text, size, range)
       character(len=*), intent(in) :: text     !< between brackets and commas
       integer, intent(in) :: size              !< of the list
       type(part_type), intent(out) :: range    !< none where it is no range within the list
@@ -138,7 +138,7 @@ contains
       range%count = 0
       if (any(status /= 0) .or. range%first < 1 .or. last > size .or. range%step < 1) return
       range%count = max(0, (last - range%first)/range%step + 1)
-   end subroutine take_range
+   end subroutine read_range
 
    !> A whole number; unchanged if nothing is given.
    pure subroutine whole(text, number, status)
@@ -155,7 +155,7 @@ contains
    end subroutine whole
 
    !> A repeat count before a value, as 20*; 1 without one.
-   pure subroutine take_repeats(text, at, variable, repeats, failure)
+   pure subroutine read_repeats(text, at, variable, repeats, failure)
       character(len=*), intent(in) :: text         !< of the group
       integer, intent(inout) :: at                 !< at the value; behind the count then
       type(variable_type), intent(in) :: variable  !< of the schema
@@ -172,10 +172,10 @@ contains
          trim(variable%name)//': '//text(at:at + min(length, 20))//' is not a number of values '// &
          'that it can have'
       at = at + length + 1
-   end subroutine take_repeats
+   end subroutine read_repeats
 
    !> One value, put into positions of the list.
-   pure subroutine take_item(text, at, variable, places, value, failure)
+   pure subroutine read_item(text, at, variable, places, value, failure)
       character(len=*), intent(in) :: text         !< of the group
       integer, intent(inout) :: at                 !< at the value; on return, after it
       type(variable_type), intent(in) :: variable  !< of the schema
@@ -199,7 +199,7 @@ contains
                ' must stand in quotes'
          end if
       else
-         call take_number(text, at, variable%kind == 'logical', number, fits)
+         call read_number(text, at, variable%kind == 'logical', number, fits)
          if (fits) then
             call put_number(value, places, number)
          else
@@ -208,7 +208,7 @@ contains
                variable%kind == 'logical'))
          end if
       end if
-   end subroutine take_item
+   end subroutine read_item
 
    !> A text in quotes, in which doubled ones represent one, or one that begins with a digit.
    pure subroutine take_word(text, at, word)
@@ -240,7 +240,7 @@ contains
    end subroutine take_word
 
    !> A number, or a logical value as 0 or 1.
-   pure subroutine take_number(text, at, logical_wanted, number, fits)
+   pure subroutine read_number(text, at, logical_wanted, number, fits)
       character(len=*), intent(in) :: text    !< of the group
       integer, intent(inout) :: at            !< at the value; on return, after it
       logical, intent(in) :: logical_wanted   !< .true. or T, .false. or F
@@ -263,7 +263,7 @@ contains
          if (.not. fits) call parse_unusual(lower_case(text(at:last)), number, fits)
       end if
       if (fits) at = last + 1
-   end subroutine take_number
+   end subroutine read_number
 
    !> Numbers in forms that only Fortran writes, infinities and NaN.
    pure subroutine parse_unusual(word, number, fits)

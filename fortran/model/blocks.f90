@@ -171,7 +171,7 @@ contains
       has_memory = size(blocks%memory, 3) > 0
    end function has_memory
 
-   !> The bodies of all blocks forget: strains count from the present ones.
+   !> Reset the bodies of all blocks: strains count from the present ones.
    pure subroutine begin_memory(blocks)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
 

@@ -45,7 +45,7 @@ contains
       kept = number(model%fixed_points%block) > 0
       column%fixed_points = pack(model%fixed_points, kept)
       column%fixed_points%block = number(column%fixed_points%block)
-      call take_boundaries(column, model%boundaries, number)
+      call add_dashpots(column, model%boundaries, number)
       column%ties = field%tie
       if (allocated(model%stress_gradient)) column%stress_gradient = &
          model%stress_gradient(:, field%block)
@@ -85,11 +85,11 @@ contains
       blocks%body = model%blocks%body(list)
       welds = welds_within(model%welds, number, of_vertex)
       call set_welds(blocks, welds)
-      call take_joined(blocks, model%blocks, number)
+      call copy_joined(blocks, model%blocks, number)
    end subroutine take_blocks
 
    !> Pairs of cells of the column that do not touch each other as blocks do.
-   pure subroutine take_joined(blocks, before, number)
+   pure subroutine copy_joined(blocks, before, number)
       type(blocks_type), intent(inout) :: blocks  !< of the column
       type(blocks_type), intent(in) :: before     !< of the model
       integer, intent(in) :: number(:)            !< [blocks of the model] in the column, or 0
@@ -107,10 +107,10 @@ contains
          end associate
          blocks%joined_first(number(b) + 1) = size(blocks%joined) + 1
       end do
-   end subroutine take_joined
+   end subroutine copy_joined
 
    !> Dashpots below the column.
-   pure subroutine take_boundaries(column, boundaries, number)
+   pure subroutine add_dashpots(column, boundaries, number)
       type(model_type), intent(inout) :: column            !< receives them
       type(boundary_type), intent(in) :: boundaries(:)     !< of the model
       integer, intent(in) :: number(:)                     !< [blocks] in the column, or 0
@@ -130,7 +130,7 @@ contains
          own%piece = pack(own%piece, kept)
          column%boundaries = [column%boundaries, own]
       end do
-   end subroutine take_boundaries
+   end subroutine add_dashpots
 
    !> Copy a stage without objects that the column does not have.
    pure type(stage_type) function column_stage(stage, block, kept) result(own)

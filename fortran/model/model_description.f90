@@ -40,7 +40,7 @@ contains
             peak(curve%acceleration)//' m/s², PGV '//peak(curve%velocity)//' m/s, PGD '// &
             peak(curve%displacement)//' m; '
          if (any(curve%removed > 0.0_wp)) then
-            words = words//'drift removal took up to '//short_text(curve%removed(1))// &
+            words = words//'drift removal changed it by up to '//short_text(curve%removed(1))// &
                ' m/s and '//short_text(curve%removed(2))//' m; '
          else
             words = words//'no drift removed; '
@@ -49,7 +49,7 @@ contains
             short_text(curve%displacement(size(curve%displacement)))//' m'//after(curve, &
             as_body_force)
          if (abs(curve%cut_velocity) > 0.0_wp) words = words//' (its last two samples move at '// &
-            short_text(curve%cut_velocity)//" m/s: after_end = 'continue' goes on with it)"
+            short_text(curve%cut_velocity)//" m/s: after_end = 'continue' keeps this velocity)"
       end associate
    end function motion_words
 

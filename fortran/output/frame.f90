@@ -59,13 +59,13 @@ contains
          case (out_frame_base)
             call append_numbers(journal, simulation%maxima%base%displacement, 2, error)
          case (out_block_coordinates)
-            call append_places(journal, blocks%position, origin, error)
+            call append_positions(journal, blocks%position, origin, error)
          case (out_block_rates)
             call append_numbers(journal, blocks%velocity, size(blocks%velocity), error)
          case (out_block_stress)
             call append_numbers(journal, block_stress(elements, blocks), 3*blocks%n, error)
          case (out_vertices)
-            call append_places(journal, blocks%vertex, origin, error)
+            call append_positions(journal, blocks%vertex, origin, error)
          case (out_block_stress_error)
             call append_numbers(journal, stress_error(elements, blocks), blocks%n, error)
          case (out_block_plastic_strain)
@@ -78,7 +78,7 @@ contains
    end subroutine append_variable
 
    !> Columns whose first two numbers are a position from the engine's origin.
-   subroutine append_places(journal, columns, origin, error)
+   subroutine append_positions(journal, columns, origin, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       real(wp), intent(in) :: columns(:,:)  !< [≤ 6, columns] m, …
       real(wp), intent(in) :: origin(2)  !< origin of the positions, m
@@ -96,7 +96,7 @@ contains
          end do
          call append_numbers(journal, part, rows*n, error)
       end do
-   end subroutine append_places
+   end subroutine append_positions
 
    !> A column of the contacts.
    subroutine append_column(journal, simulation, variable, error)

@@ -117,7 +117,7 @@ contains
       end associate
       call tell_movement(verdict, simulation)
       call tabulate(verdict, simulation)
-      call add_doubts(verdict%doubts, standing_doubts(simulation))
+      call add_doubts(verdict%doubts, remaining_doubts(simulation))
       call doubt_state(simulation, verdict%doubts)
       if (comes_suddenly(simulation%model)) call add_doubt(verdict%doubts, 'start', &
          'gravity came on suddenly in the first step (settle = .true. begins at rest)')
@@ -127,7 +127,7 @@ contains
 
    !> Doubts of the check before the run, without those that the run has answered: nothing rings at
    !> rest, and the first mode assumes joints that stay closed.
-   pure function standing_doubts(simulation) result(standing)
+   pure function remaining_doubts(simulation) result(standing)
       type(simulation_type), intent(in) :: simulation    !< at its present time
       type(doubt_type), allocatable :: standing(:)
       logical :: at_rest, loose, answered
@@ -145,7 +145,7 @@ contains
             if (.not. (answered .and. doubt%of_check)) call add_doubts(standing, [doubt])
          end associate
       end do
-   end function standing_doubts
+   end function remaining_doubts
 
    !> One sentence: movement of blocks, events of contacts and bonds, and why the run has ended
    !> early.
@@ -468,8 +468,8 @@ contains
       character(len=:), allocatable :: text
 
       text = ''
-      if (share > much_above) text = '; '//to_text(nint(100*share))//' % more above, of '// &
-         'contacts that ring or hit'
+      if (share > much_above) text = '; '//to_text(nint(100*share))// &
+         ' % more at higher frequencies, of contacts that ring or hit'
    end function above_text
 
    !> The name of a measured point in the form of attribute names, or its number.

@@ -163,19 +163,19 @@ contains
       character(len=:), allocatable :: text
       integer :: i
 
-      text = wrapped(lines%happened//'.', 0, screen_width)//told_doubts(lines%doubts, .true.)
+      text = wrapped(lines%happened//'.', 0, screen_width)//screen_doubts(lines%doubts, .true.)
       if (size(lines%figures) > 0) text = text//new_line('a')// &
          padded(padded(padded('', columns(1))//'largest', columns(2))//'at the end', columns(3))// &
          'where, when'//new_line('a')
       do i = 1, size(lines%figures)
          text = text//figure_text(lines%figures(i))
       end do
-      text = text//told_doubts(lines%doubts, .false.)
+      text = text//screen_doubts(lines%doubts, .false.)
       text = text(:len(text) - 1)
    end function screen_text
 
    !> Doubts for a screen: those of the check of the model, or the others.
-   pure function told_doubts(doubts, of_check) result(text)
+   pure function screen_doubts(doubts, of_check) result(text)
       type(doubt_type), intent(in) :: doubts(:)  !< of both
       logical, intent(in) :: of_check            !< those of the check
       character(len=:), allocatable :: text
@@ -188,7 +188,7 @@ contains
       end do
       if (of_check .and. text /= '') text = text//check_says_more//new_line('a')
       if (text /= '') text = new_line('a')//text
-   end function told_doubts
+   end function screen_doubts
 
    !> A line of the table for a screen.
    pure function figure_text(figure) result(text)

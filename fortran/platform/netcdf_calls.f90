@@ -166,7 +166,7 @@ contains
    !> Write names, whose ends readers can see; bytes that are no text (UTF-8) become question marks.
    subroutine put_names(dataset, variable, names, otherwise)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      character(len=*), intent(in) :: variable  !< of the file, of the dimension `name_length` first
+      character(len=*), intent(in) :: variable  !< of the file, dimension `name_length` first
       character(len=*), intent(in) :: names(:)  !< [names] blank-padded
       character(len=*), intent(in), optional :: otherwise !< for a blank one, and its number
       character(len=name_length) :: ended(names_at_once), name

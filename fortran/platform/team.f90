@@ -15,7 +15,7 @@ module dda_team
    private
    public :: begin_team, adjust_team, largest_team, team_words
 
-   real(wp), parameter :: between = 0.3_wp        !< s between looks: many turns
+   real(wp), parameter :: between = 0.3_wp        !< s between checks: many turns
    real(wp), parameter :: bearable = 0.25_wp      !< processors that may be lost
    real(wp), parameter :: first_pause = 5.0_wp    !< s before the whole team is tried again
    real(wp), parameter :: longest_pause = 64.0_wp !< s; it doubles with each try that fails

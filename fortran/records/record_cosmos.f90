@@ -87,7 +87,7 @@ contains
          call read_header(reader, lowered, 'integer-header values', list)
       else if (index(lowered, 'real-header values') > 0) then
          call read_header(reader, lowered, 'real-header values', list)
-         call take_reals(list, state)
+         call read_header_reals(list, state)
       else if (index(lowered, 'comment line') > 0 .and. index(lowered, 'follow') > 0) then
          call announced(reader, lowered, 'comment lines', count)
          call skip_comments(reader, count, '')
@@ -182,7 +182,7 @@ contains
    end subroutine read_section
 
    !> Time step and duration among the reals; unknown ones are negative.
-   pure subroutine take_reals(list, state)
+   pure subroutine read_header_reals(list, state)
       type(sample_list_type), intent(in) :: list  !< of the header
       type(state_type), intent(inout) :: state  !< of the reader
       real(wp), parameter :: largest = 1.0e9_wp
@@ -193,7 +193,7 @@ contains
       ! Milliseconds in the file; division keeps 5 ms the same number as 0.005.
       state%time_step = min(list%values(step_at), largest)/1000.0_wp
       state%duration = min(list%values(duration_at), largest)
-   end subroutine take_reals
+   end subroutine read_header_reals
 
    !> Read the numbers that a line announces.
    subroutine read_header(reader, lowered, what, list)

@@ -19,7 +19,7 @@ module dda_record_format
 
 contains
 
-   !> Find the format; it is an error if no line gives it away.
+   !> Find the format; it is an error if no line identifies it.
    subroutine detect(reader, format)
       type(line_reader_type), intent(inout) :: reader         !< at the start of the file, and after
       character(len=:), allocatable, intent(out) :: format    !< 'smc', 'at2', …
@@ -35,14 +35,14 @@ contains
          call next_line(reader, text, found)
          if (.not. found) exit
          if (reader%line == 1) first = text
-         format = told_by(text, lower_case(text), first, reader%line)
+         format = identified_by(text, lower_case(text), first, reader%line)
          if (format == '' .and. open) call look_for_columns(without_comment(text), heading, open, &
             format)
       end do
       call rewind_lines(reader)
       if (format /= '') return
       call next_line(reader, text, found)
-      call fail_at(reader, 'a file that begins like this is of no known format; name one of '// &
+      call fail_at(reader, 'the format is not recognised; name one of '// &
          names)
    end subroutine detect
 
@@ -62,8 +62,8 @@ contains
       heading = heading_columns(text)
    end subroutine look_for_columns
 
-   !> The format that a line of a header gives away, blank if it does not.
-   pure function told_by(text, lowered, first, line) result(format)
+   !> The format that a line of a header identifies; blank if none.
+   pure function identified_by(text, lowered, first, line) result(format)
       !> line as it is, and in lower case; first line of the file
       character(len=*), intent(in) :: text, lowered, first
       integer, intent(in) :: line  !< its number
@@ -79,7 +79,7 @@ contains
       if (index(lowered, '(format v') > 0) format = 'cosmos'
       if (index(text, 'Origin Time') == 1) format = 'knet'
       if (index(text, 'EVENT_NAME:') == 1) format = 'esm'
-   end function told_by
+   end function identified_by
 
    !> Number of numbers in a line; 0 if it has anything else.
    pure integer function row_length(text) result(numbers)

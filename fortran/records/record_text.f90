@@ -39,7 +39,7 @@ contains
       do
          call next_line(reader, text, found)
          if (.not. found) exit
-         call take_line(reader, without_comment(text), column)
+         call read_line(reader, without_comment(text), column)
       end do
       call finish(reader, record, column)
    end subroutine read_text
@@ -53,7 +53,7 @@ contains
    end function without_comment
 
    !> The names of the columns, or numbers.
-   subroutine take_line(reader, text, column)
+   subroutine read_line(reader, text, column)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text  !< line of the file, without comment
       type(column_type), intent(inout) :: column  !< of samples, so far
@@ -62,7 +62,7 @@ contains
       if (.not. column%begun) column%columns = heading_columns(text)
       if (column%begun .or. column%columns == 0) call take_row(reader, text, column)
       column%begun = .true.
-   end subroutine take_line
+   end subroutine read_line
 
    !> Number of columns that a line names; 0 if it is no heading.  Names do not begin like numbers;
    !> units in brackets do not count.
@@ -117,12 +117,12 @@ contains
          ' number(s), but the lines above have '//to_text(column%columns))
       if (column%values%count >= most_samples) call fail_at(reader, 'more than '// &
          to_text(most_samples)//' samples are not read')
-      if (row%count == 2) call take_time(reader, row%values(1), column)
+      if (row%count == 2) call check_time(reader, row%values(1), column)
       call append(column%values, row%values(row%count))
    end subroutine take_row
 
    !> Times must rise by one and the same step.
-   subroutine take_time(reader, time, column)
+   subroutine check_time(reader, time, column)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       real(wp), intent(in) :: time  !< s
       type(column_type), intent(inout) :: column  !< of samples, so far
@@ -143,7 +143,7 @@ contains
             ' s: the times are not evenly spaced, or have too few digits')
       end if
       column%last = time
-   end subroutine take_time
+   end subroutine check_time
 
    !> Time step and samples from the column.
    subroutine finish(reader, record, column)

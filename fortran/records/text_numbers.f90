@@ -66,7 +66,7 @@ contains
       position = at
       if (.not. present(commas)) return
       at = position + blanks(text, position)
-      if (commas .and. stands(text, at, ',')) position = at + 1
+      if (commas .and. is_one_of(text, at, ',')) position = at + 1
    end subroutine next_number
 
    !> A value as a count, −1 if it is negative, broken or beyond any count.
@@ -107,13 +107,13 @@ contains
       type(scan_type), intent(out) :: scan  !< sign and mantissa
       logical :: after_point
 
-      scan%negative = stands(text, at, '-')
-      if (stands(text, at, signs)) at = at + 1
+      scan%negative = is_one_of(text, at, '-')
+      if (is_one_of(text, at, signs)) at = at + 1
       after_point = .false.
       do
-         if (stands(text, at, digits)) then
+         if (is_one_of(text, at, digits)) then
             call take_digit(scan, iachar(text(at:at)) - iachar('0'), after_point)
-         else if (stands(text, at, '.') .and. .not. after_point) then
+         else if (is_one_of(text, at, '.') .and. .not. after_point) then
             after_point = .true.
          else
             exit
@@ -151,20 +151,20 @@ contains
       logical :: negative
 
       complete = .true.
-      if (.not. stands(text, at, 'EeDd')) return
-      negative = stands(text, at + 1, '-')
-      at = at + merge(2, 1, stands(text, at + 1, signs))
-      complete = stands(text, at, digits)
+      if (.not. is_one_of(text, at, 'EeDd')) return
+      negative = is_one_of(text, at + 1, '-')
+      at = at + merge(2, 1, is_one_of(text, at + 1, signs))
+      complete = is_one_of(text, at, digits)
       power = 0
-      do while (stands(text, at, digits))
+      do while (is_one_of(text, at, digits))
          power = min(10*power + iachar(text(at:at)) - iachar('0'), capped)
          at = at + 1
       end do
       scan%power = scan%power + merge(-power, power, negative)
    end subroutine scan_exponent
 
-   !> One of some characters stands at a position.
-   pure function stands(text, at, characters) result(is)  ! total
+   !> The character at a position is one of some.
+   pure function is_one_of(text, at, characters) result(is)  ! total
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(in) :: at  !< position in the text
       character(len=*), intent(in) :: characters  !< looked for
@@ -172,7 +172,7 @@ contains
 
       is = .false.
       if (at <= len(text)) is = index(characters, text(at:at)) > 0
-   end function stands
+   end function is_one_of
 
    !> A number may end before this character.
    pure function ends_number(text, at, joined, commas) result(ends)
@@ -181,9 +181,9 @@ contains
       logical, intent(in), optional :: joined, commas  !< as of `next_number`
       logical :: ends
 
-      ends = at > len(text) .or. stands(text, at, ' '//tab)
-      if (present(joined)) ends = ends .or. (joined .and. stands(text, at, signs))
-      if (present(commas)) ends = ends .or. (commas .and. stands(text, at, ','))
+      ends = at > len(text) .or. is_one_of(text, at, ' '//tab)
+      if (present(joined)) ends = ends .or. (joined .and. is_one_of(text, at, signs))
+      if (present(commas)) ends = ends .or. (commas .and. is_one_of(text, at, ','))
    end function ends_number
 
    !> The value of a scanned number, rounded correctly.

@@ -35,7 +35,7 @@ contains
 
       allocate (report)
       call add_notes(report, model_notes(model))
-      call take_lines(simulation, report)
+      call add_lines(simulation, report)
    end subroutine doubt_as_read
 
    !> Warn and fail lines of the check, as doubts of a run that begins.
@@ -53,12 +53,12 @@ contains
       call check_model(simulation, report, error, &
          budget=max(least_budget, run_steps(simulation%model)))
       if (stop_requested()) return  ! the run reports it
-      call take_lines(simulation, report)
+      call add_lines(simulation, report)
       if (allocated(error)) call add_doubt(simulation%doubts, '', error%message, .true.)
    end subroutine doubt_as_begun
 
    !> Lines of a report that are not ok, in brief; bending is reported at the end of the run.
-   pure subroutine take_lines(simulation, report)
+   pure subroutine add_lines(simulation, report)
       type(simulation_type), intent(inout) :: simulation  !< gets them
       type(report_type), intent(in) :: report             !< of the check
       integer :: i
@@ -69,6 +69,6 @@ contains
             call add_doubts(simulation%doubts, [line%brief])
          end associate
       end do
-   end subroutine take_lines
+   end subroutine add_lines
 
 end module dda_model_doubts

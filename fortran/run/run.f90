@@ -121,7 +121,7 @@ contains
       else
          call begin_first_stage(run%simulation, error)
          if (.not. allocated(error)) call begin_files(run, error)
-         run%notice = 'there is no checkpoint of '//model%output%file//': begun at the start'
+         run%notice = 'there is no checkpoint of '//model%output%file//': starting at time 0'
       end if
       if (allocated(error)) call close_files(run)
    end subroutine resume_run

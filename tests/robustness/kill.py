@@ -104,7 +104,7 @@ def case(program, folder, chance, tally, signals, reference) -> None:
         status, said = attempt(program, command, folder, chance, tally.whole, signals, kill)
         if command == "resume":
             tally.resumes += 1
-            tally.anew += "begun at the start" in said
+            tally.anew += "starting at time 0" in said
         if status == 0:
             break
         tally.cases += command == "run"

@@ -21,7 +21,7 @@ module dda_ordering
    integer, parameter :: dissection_from = 20000
 
    interface
-      !> SuiteSparse: approximate minimum degree; 0-based, 0 or 1 when well.
+      !> SuiteSparse: approximate minimum degree; 0-based, 0 or 1 on success.
       integer(c_int) function amd_order(n, start, index, order, control, info) &
          bind(c, name='amd_order')
          import :: c_int, c_ptr, c_double
@@ -32,7 +32,7 @@ module dda_ordering
          real(c_double), intent(out) :: info(*)  !< [20] statistics
       end function amd_order
 
-      !> METIS 5: nested dissection; 0-based, 1 when well.
+      !> METIS 5: nested dissection; 0-based, 1 on success.
       integer(c_int) function metis_node_nd(n, start, index, weight, options, order, permuted) &
          bind(c, name='METIS_NodeND')
          import :: c_int, c_int32_t, c_ptr

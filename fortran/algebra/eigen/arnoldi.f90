@@ -61,8 +61,8 @@ contains
       type(iteration_type) :: iteration
 
       if (count < 1 .or. count >= n) then
-         call fail(error, error_solver, to_text(count)// &
-            ' eigenvalues cannot be found of a problem of size '//to_text(n))
+         call fail(error, error_solver, 'a problem of size '//to_text(n)// &
+            ' does not have '//to_text(count)//' eigenvalues for this method')
          return
       end if
       call prepare(iteration, n, count, tolerance)
@@ -169,7 +169,7 @@ contains
          residuals(i) = norm2(image - values(i)*vectors(:, i))/scale
          if (residuals(i) <= slack*tolerance + rounding*max(1.0_wp, abs(values(1))/scale)) cycle
          call fail(error, error_solver, 'eigenvalue '//to_text(i)//' of '//to_text(size(values))// &
-            ' has a relative residual of '//to_text(residuals(i))//', asked were '// &
+            ' has a relative residual of '//to_text(residuals(i))//', allowed '// &
             to_text(tolerance))
          return
       end do

@@ -20,7 +20,7 @@ module dda_arpack
          character(len=2), intent(in) :: which  !< 'LA': algebraically largest
          !> tolerance, vectors, workspace
          real(wp), intent(inout) :: tol, resid(*), v(ldv, *), workd(*), workl(*)
-         integer, intent(inout) :: iparam(*), ipntr(*), info  !< options, pointers, 0 when well
+         integer, intent(inout) :: iparam(*), ipntr(*), info  !< options, pointers, 0 on success
       end subroutine dsaupd
 
       !> Eigenvalues and vectors from a finished iteration; arguments from `bmat` on as it left
@@ -37,7 +37,7 @@ module dda_arpack
          character(len=2), intent(in) :: which  !< 'LA': algebraically largest
          !> tolerance, vectors, workspace
          real(wp), intent(inout) :: tol, resid(*), v(ldv, *), workd(*), workl(*)
-         integer, intent(inout) :: iparam(*), ipntr(*), info  !< options, pointers, 0 when well
+         integer, intent(inout) :: iparam(*), ipntr(*), info  !< options, pointers, 0 on success
       end subroutine dseupd
    end interface
 

@@ -470,7 +470,7 @@ class _Run:
         return found
 
     def _relaxed(self, i: int) -> float:
-        """What the body of a linear layer leaves of its modulus to the branch beside it."""
+        """Fraction of the modulus of a linear layer that its body leaves to the branch."""
         ratio = _own_ratio(i, self.column)
         if ratio == 0:
             return 1.0

@@ -307,7 +307,7 @@ class _Programme:
         return wrench / self.unit / np.column_stack([np.ones((len(self.radii), 2)), self.radii])
 
     def _set_load(self, name: str) -> None:
-        """The loads of a name grow, and are not dead."""
+        """Loads of this name grow; the others are dead loads."""
         live = np.zeros_like(self.dead)
         for group in self.scene.groups.get("load", []):
             if str(group.get("name", "")).strip() == name:

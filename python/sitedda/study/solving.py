@@ -155,14 +155,14 @@ def solve_for(
     found.shrink(tolerance)
     value, jump = found.settle(jumps)
     half = max(value - found.low, found.high - value)
-    doubt = "" if task == "run" and not callable(model) else "the bar is of the bracket alone"
+    doubt = "" if task == "run" and not callable(model) else "the bar has only the bracket"
     error = 0.0
     if jump:
         doubt = ""
     elif not doubt and accuracy:
         error, doubt = trials.error_at(value)
     elif not doubt:
-        doubt = "the bar is of the bracket alone: accuracy counts time step and penalty"
+        doubt = "the bar has only the bracket: accuracy = true adds time step and penalty"
     bar, tried = half + abs(error / found.slope), tuple(trials.done.items())
     return Root(
         parameter, trials.name, target, value, bar, found.low, found.high, trials.done[value],
@@ -303,10 +303,10 @@ class _Trials:
         wanted = {self.name: self.wanted.function or self.wanted.name}
         figures = accuracy(InputOfRun(self.file, text), wanted, workers=1).figures
         if self.name not in figures:
-            return 0.0, "the bar is of the bracket alone: the result has none"
+            return 0.0, "the bar has only the bracket: the result has none"
         figure = figures[self.name]
         if not math.isfinite(figure.bar):
-            return 0.0, f"the bar is of the bracket alone: {self.name} {figure.doubt}"
+            return 0.0, f"the bar has only the bracket: {self.name} {figure.doubt}"
         return abs(figure.run - figure.finest) + figure.bar, figure.doubt
 
 

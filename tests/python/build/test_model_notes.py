@@ -129,7 +129,7 @@ ODD = {
     ),
     "water below all": (
         [*pile(), group("water", surface=[-2.0, -3.0, 2.0, -3.0])],
-        r"&water wets nothing: it lies below the model",
+        r"&water has no effect: it lies below the model",
     ),
     "soft bed": (
         [

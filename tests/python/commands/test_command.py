@@ -395,14 +395,14 @@ def test_a_batch_log_is_alive_and_in_order(native, write_input, tmp_path):
             stderr=subprocess.STDOUT,
         )
     deadline = time.monotonic() + DEADLINE
-    while not log.read_text().endswith("begun at the start\n"):
+    while not log.read_text().endswith("starting at time 0\n"):
         assert running.poll() is None and time.monotonic() < deadline, log.read_text()
         time.sleep(0.02)
     running.send_signal(signal.SIGINT)
     assert running.wait(timeout=DEADLINE) == 6
     lines = log.read_text().splitlines()
     assert lines[0].startswith("analysis: ") and "interrupted" in lines[-1]
-    assert "begun at the start" in "\n".join(lines[:-1])
+    assert "starting at time 0" in "\n".join(lines[:-1])
 
 
 def test_help_of_the_executable_names_every_option(native):

@@ -411,7 +411,7 @@ def test_a_journal_that_has_lost_something_is_refused(two_checkpoints):
 
 def test_without_a_checkpoint_a_run_begins_at_the_start(program, write_input, tmp_path):
     done = program.ok("resume", write_input(tower(steps=20)), "-q", folder=tmp_path)
-    assert "no checkpoint of tower.nc: begun at the start" in done.stdout
+    assert "no checkpoint of tower.nc: starting at time 0" in done.stdout
     assert (tmp_path / "tower.nc").exists()
 
 
@@ -428,7 +428,7 @@ def test_a_complete_output_is_not_run_again(program, write_input, tmp_path):
     assert not [name for name in left if name.startswith("tower.nc.")], left
     other = write_input(tower(steps=21))
     done = program("resume", other, "-q", folder=tmp_path)
-    assert "begun at the start" in done.stdout and "is complete" not in done.stdout
+    assert "starting at time 0" in done.stdout and "is complete" not in done.stdout
     assert output.read_bytes() != before[0]
 
 

@@ -138,7 +138,7 @@ def test_back_analysis_of_a_sliding_block(seed):
     assert found.low <= found.value <= found.high
     assert abs(found.value - friction) <= found.bar + 1e-3 * friction
     if seed < 2:
-        assert "bracket alone" not in found.doubt
+        assert "only the bracket" not in found.doubt
 
 
 @pytest.mark.parametrize(
