@@ -13,17 +13,7 @@ import sitedda
 from sitedda.engine import reduced_group
 from sitedda.output.scene import Scene
 from sitedda.vtk import contacts_of
-from sitedda_evidence.model import (
-    block,
-    contact,
-    control,
-    held,
-    history,
-    joint,
-    material,
-    rectangle,
-    residual,
-)
+from sitedda_evidence import model as nml
 from sitedda_evidence.validation.cohesive import (
     GRAVITY,
     HEIGHT,
@@ -47,7 +37,7 @@ def test_bounds_are_close_at_the_step_that_check_names(length, energy, softening
     file.write_text(text(10))
     words = " ".join(str(sitedda.check(file)).split())
     step = float(re.search(r"up to ([0-9.Ee+-]+) s bounds", words)[1])
-    lower, upper = bracket_of(history(text(int(0.2 / step) + 1)))
+    lower, upper = bracket_of(nml.history(text(int(0.2 / step) + 1)))
     assert lower < energy * HEIGHT < upper
     assert upper - lower < 0.1 * energy * HEIGHT
 
@@ -105,14 +95,14 @@ def test_the_law_unloads_to_the_origin_and_closes_in_full():
     values = "values = " + ", ".join(repr(float(v)) for v in way[:101])
     start = text.index("values", text.index("&motion"))
     end = text.index("/", start)
-    data = history(text[:start] + values + text[end:])
+    data = nml.history(text[:start] + values + text[end:])
     damage = data.contact_damage.values
     frame = data.contact_frame.values
     assert (np.diff(damage[::3]) >= 0).all() and 0.0 < damage[-1] < 1.0
     last = frame == frame.max()
     pressed = data.contact_normal_force.values[last] / data.contact_length.values[last]
     assert pressed == pytest.approx(-2e12 * data.contact_gap.values[last], rel=1e-2)
-    assert residual(data) < 1e-6
+    assert nml.residual(data) < 1e-6
 
 
 def test_strength_is_divided_and_openings_stay():
@@ -148,19 +138,17 @@ def test_safety_of_a_glued_block(energy, tmp_path):
 
     def turned(*shape: float) -> list[tuple[float, float]]:
         c, s = np.cos(angle), np.sin(angle)
-        return [(x * c + y * s, y * c - x * s) for x, y in rectangle(*shape)]
+        return [(x * c + y * s, y * c - x * s) for x, y in nml.rectangle(*shape)]
 
-    text = "".join(
-        (
-            control(1e-3, 100, (0.0, -GRAVITY), settle=True),
-            contact(1e9),
-            material("rock", 2500.0, 1e11),
-            joint("j", 30.0, law="cohesive", cohesion=glue, tensile_strength=glue,
+    text = nml.text(
+        nml.control(1e-3, 100, (0.0, -GRAVITY), settle=True),
+        nml.contact(1e9),
+        nml.material("rock", 2500.0, 1e11),
+        nml.joint("j", 30.0, law="cohesive", cohesion=glue, tensile_strength=glue,
                   fracture_energy=energy / 10, shear_fracture_energy=energy,
                   normal_stiffness_per_area=1e9),
-            held("base", turned(-1, -1, length + 2, 1), "rock", "j"),
-            block("top", turned(0, 0, length, height), "rock", "j"),
-        )
+        nml.held("base", turned(-1, -1, length + 2, 1), "rock", "j"),
+        nml.block("top", turned(0, 0, length, height), "rock", "j"),
     )  # fmt: skip
     weight = 2500.0 * GRAVITY * length * height
     held_back = glue * length + weight * np.cos(angle) * np.tan(np.radians(30.0))

@@ -8,38 +8,29 @@ that began with a penetration that it never built up would show there.
 import numpy as np
 import pytest
 
-from sitedda_evidence.model import (
-    GRAVITY,
-    contact,
-    control,
-    group,
-    history,
-    material,
-    rectangle,
-    simulation,
-)
+from sitedda_evidence import model as nml
 
 DENSITY, YOUNG, PENALTY = 2500.0, 1e10, 1e9
-STONE = material("stone", DENSITY, YOUNG, 0.2)
+STONE = nml.material("stone", DENSITY, YOUNG, 0.2)
 
 
 def block(outline, name: str, the_material: str = "stone") -> str:
     """A block of the dry joint."""
-    return group(
+    return nml.group(
         "block", name=name, vertices=np.asarray(outline), material=the_material, joint="dry"
     )
 
 
 def held(x: float, y: float) -> str:
     """A fixed point."""
-    return group("fixed_point", x=x, y=y)
+    return nml.group("fixed_point", x=x, y=y)
 
 
 def floor(count: int, length: float, fixed: bool = True) -> str:
     """Blocks side by side, tops at y = 0."""
     text = ""
     for i in range(count):
-        text += block(rectangle(i * length, -0.5, length, 0.5), f"floor_{i}")
+        text += block(nml.rectangle(i * length, -0.5, length, 0.5), f"floor_{i}")
         if fixed:
             text += held(i * length + 0.1, -0.4) + held((i + 1) * length - 0.1, -0.4)
             text += held((i + 0.5) * length, -0.1)
@@ -50,16 +41,16 @@ def floor(count: int, length: float, fixed: bool = True) -> str:
 def test_block_slides_across_joints(friction):
     """A block crosses the joints of a floor of eight blocks: it neither sinks nor hops."""
     text = (
-        control(1e-3, 1500)
-        + contact(PENALTY)
+        nml.control(1e-3, 1500)
+        + nml.contact(PENALTY)
         + STONE
-        + material("moving", DENSITY, YOUNG, 0.2, velocity=(3.0, 0.0, 0.0))
-        + group("joint", name="dry", friction_angle=friction)
+        + nml.material("moving", DENSITY, YOUNG, 0.2, velocity=(3.0, 0.0, 0.0))
+        + nml.group("joint", name="dry", friction_angle=friction)
         + floor(8, 0.7)
-        + block(rectangle(0.1, 0.0, 1.0, 0.5), "slider", "moving")
+        + block(nml.rectangle(0.1, 0.0, 1.0, 0.5), "slider", "moving")
     )
-    settled = DENSITY * 0.5 * GRAVITY / 2 / PENALTY  # m: the weight on two contacts
-    with simulation(text) as run:
+    settled = DENSITY * 0.5 * nml.GRAVITY / 2 / PENALTY  # m: the weight on two contacts
+    with nml.simulation(text) as run:
         start, lowest, highest = run.coordinates[-1, :2].copy(), 0.0, -1.0
         while not run.done:
             run.advance(10)
@@ -69,7 +60,7 @@ def test_block_slides_across_joints(friction):
         moved = run.coordinates[-1, 0] - start[0]
         turned = abs(run.coordinates[-1, 2])
     mu = np.tan(np.radians(friction))
-    expected = 4.5 if friction == 0 else 9.0 / (2 * mu * GRAVITY)
+    expected = 4.5 if friction == 0 else 9.0 / (2 * mu * nml.GRAVITY)
     assert moved == pytest.approx(expected, rel=2e-3)
     kinetic = 0.5 * DENSITY * 0.5 * 9.0
     assert -1e-5 * kinetic < energies["geometric"] < 1e-9 * kinetic
@@ -81,14 +72,14 @@ def test_block_slides_across_joints(friction):
 
 def test_corner_passes_a_corner():
     """Two blocks graze corner on corner at all heights: no hit gives more energy than there was."""
-    text = control(2e-3, 400, gravity=(0.0, 0.0)) + contact(1e10)
-    text += group("joint", name="dry", friction_angle=30.0)
-    text += material("left", DENSITY, YOUNG, 0.2, velocity=(4.0, 0.0, 0.0))
-    text += material("right", DENSITY, YOUNG, 0.2, velocity=(-4.0, 0.0, 0.0))
+    text = nml.control(2e-3, 400, gravity=(0.0, 0.0)) + nml.contact(1e10)
+    text += nml.group("joint", name="dry", friction_angle=30.0)
+    text += nml.material("left", DENSITY, YOUNG, 0.2, velocity=(4.0, 0.0, 0.0))
+    text += nml.material("right", DENSITY, YOUNG, 0.2, velocity=(-4.0, 0.0, 0.0))
     for i, overlap in enumerate((-1e-3, 0.0, 1e-4, 1e-3, 4e-3, 1e-2, 3e-2)):
-        text += block(rectangle(-1.6, 3.0 * i, 1.0, 1.0), f"left_{i}", "left")
-        text += block(rectangle(0.6, 3.0 * i + 1.0 - overlap, 1.0, 1.0), f"right_{i}", "right")
-    data = history(text)
+        text += block(nml.rectangle(-1.6, 3.0 * i, 1.0, 1.0), f"left_{i}", "left")
+        text += block(nml.rectangle(0.6, 3.0 * i + 1.0 - overlap, 1.0, 1.0), f"right_{i}", "right")
+    data = nml.history(text)
     kinetic = float(data.energy_initial[-1])
     total = sum(data[f"energy_{term}"] for term in ("kinetic", "strain", "contact"))
     assert float(total.max()) <= kinetic * (1 + 1e-6)
@@ -98,15 +89,15 @@ def test_corner_passes_a_corner():
 def test_corner_at_the_foot_of_a_stair():
     """A block at the foot of a stair rests on its tread alone; the tread below does not lift it."""
     stair = [[0, 0], [3, 0], [3, 1], [2, 1], [2, 2], [1, 2], [1, 3], [0, 3]]
-    text = control(1e-3, 500) + contact(PENALTY) + STONE
-    text += group("joint", name="dry", friction_angle=30.0)
-    text += block(stair, "stair") + block(rectangle(1.0, 2.0, 0.8, 0.8), "upper")
-    text += block(rectangle(2.0, 1.0, 0.8, 0.8), "lower")
+    text = nml.control(1e-3, 500) + nml.contact(PENALTY) + STONE
+    text += nml.group("joint", name="dry", friction_angle=30.0)
+    text += block(stair, "stair") + block(nml.rectangle(1.0, 2.0, 0.8, 0.8), "upper")
+    text += block(nml.rectangle(2.0, 1.0, 0.8, 0.8), "lower")
     text += held(0.3, 0.3) + held(2.7, 0.3) + held(0.3, 2.7)
-    with simulation(text) as run:
+    with nml.simulation(text) as run:
         run.advance(500)
         contacts = run.contacts
-        assert abs(run.energies["geometric"]) < 1e-6 * DENSITY * 0.64 * GRAVITY
+        assert abs(run.energies["geometric"]) < 1e-6 * DENSITY * 0.64 * nml.GRAVITY
         assert np.abs(run.rates[1:, :2]).max() < 0.05
         assert contacts["gap"].min() > -1e-4
 
@@ -114,20 +105,20 @@ def test_corner_at_the_foot_of_a_stair():
 @pytest.mark.parametrize("stiffness", [2e10, 2e11])
 def test_strong_shaking(stiffness):
     """A wall whose bricks lift, rock and slide: the geometry gives nothing to the springs."""
-    text = control(2e-3, 500, time_step_control="adaptive", least_time_step=1e-6)
-    text += contact(stiffness) + STONE + group("joint", name="dry", friction_angle=35.0)
-    text += group("layers", name="base", left=-0.5, bottom=-0.5, width=5.0, thickness=0.5)
-    text += group(
+    text = nml.control(2e-3, 500, time_step_control="adaptive", least_time_step=1e-6)
+    text += nml.contact(stiffness) + STONE + nml.group("joint", name="dry", friction_angle=35.0)
+    text += nml.group("layers", name="base", left=-0.5, bottom=-0.5, width=5.0, thickness=0.5)
+    text += nml.group(
         "wall", name="brick", left=0.0, bottom=0.0, brick_length=1.0, brick_height=0.5, bricks=4,
         courses=5,
     )  # fmt: skip
     motion = 0.05 * np.sin(2 * np.pi * 2 * np.arange(0, 0.51, 0.05))
-    text += group(
+    text += nml.group(
         "motion", name="shake", quantity="displacement", time_step=0.05, values=[*motion, 0, 0]
     )
     for x, y in ((0.0, -0.25), (4.0, -0.25), (2.0, -0.4)):
-        text += group("fixed_point", x=x, y=y, motion_x="shake")
-    data = history(text)
+        text += nml.group("fixed_point", x=x, y=y, motion_x="shake")
+    data = nml.history(text)
     work = float(abs(data.energy_input).max())
     assert float(data.energy_geometric.max()) < 1e-4 * work
     assert float(np.diff(data.energy_geometric).max()) < 1e-4 * work

@@ -4,16 +4,7 @@
 import numpy as np
 import pytest
 
-from sitedda_evidence.model import (
-    GRAVITY,
-    contact,
-    control,
-    group,
-    material,
-    rectangle,
-    simulation,
-    turned,
-)
+from sitedda_evidence import model as nml
 
 DENSITY, YOUNG = 2500.0, 1e10
 TOLERANCE = 1e-10  # m
@@ -21,31 +12,33 @@ TOLERANCE = 1e-10  # m
 
 def block(name: str, outline) -> str:
     """A block of the only material and joint."""
-    return group("block", name=name, vertices=np.asarray(outline), material="stone", joint="dry")
+    return nml.group(
+        "block", name=name, vertices=np.asarray(outline), material="stone", joint="dry"
+    )
 
 
 def pile(blocks: int, friction: float = 30.0) -> str:
     """Unit squares on a fixed base."""
-    text = material("stone", DENSITY, YOUNG, 0.2) + group(
+    text = nml.material("stone", DENSITY, YOUNG, 0.2) + nml.group(
         "joint", name="dry", friction_angle=friction
     )
-    text += block("base", rectangle(-1, -1, 3, 1))
-    text += "".join(group("fixed_point", x=x, y=-0.5) for x in (-0.5, 1.5))
-    return text + "".join(block(f"b{i}", rectangle(0.1 * i, i, 1, 1)) for i in range(blocks))
+    text += block("base", nml.rectangle(-1, -1, 3, 1))
+    text += "".join(nml.group("fixed_point", x=x, y=-0.5) for x in (-0.5, 1.5))
+    return text + "".join(block(f"b{i}", nml.rectangle(0.1 * i, i, 1, 1)) for i in range(blocks))
 
 
 def slid(rules: str, friction: float, young: float) -> float:
     """How far a block slides in 0.5 s on a slope of 30°, m."""
     slope = np.radians(30.0)
-    text = control(1e-3, 500) + rules
-    text += material("stone", DENSITY, young, 0.0)
-    text += group("joint", name="dry", friction_angle=friction)
-    text += block("base", turned(rectangle(-2, -1, 10, 1), -slope))
+    text = nml.control(1e-3, 500) + rules
+    text += nml.material("stone", DENSITY, young, 0.0)
+    text += nml.group("joint", name="dry", friction_angle=friction)
+    text += block("base", nml.turned(nml.rectangle(-2, -1, 10, 1), -slope))
     for x, y in ((-1.5, -0.5), (7.5, -0.5)):
-        place = turned([[x, y]], -slope)[0]
-        text += group("fixed_point", x=place[0], y=place[1])
-    text += block("slider", turned(rectangle(0, 0, 1, 0.5), -slope))
-    with simulation(text) as run:
+        place = nml.turned([[x, y]], -slope)[0]
+        text += nml.group("fixed_point", x=place[0], y=place[1])
+    text += block("slider", nml.turned(nml.rectangle(0, 0, 1, 0.5), -slope))
+    with nml.simulation(text) as run:
         start = run.coordinates[1, :2].copy()
         run.advance(500)
         return np.hypot(*(run.coordinates[1, :2] - start))
@@ -54,36 +47,36 @@ def slid(rules: str, friction: float, young: float) -> float:
 def exact_slide(friction: float) -> float:
     """The same of a rigid block without penalty, ½ g (sin 30° − cos 30° tan φ) t², m."""
     slope = np.radians(30.0)
-    return 0.125 * GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(friction)))
+    return 0.125 * nml.GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(friction)))
 
 
 @pytest.mark.parametrize("penalty", [YOUNG / 25, YOUNG, 300 * YOUNG])
 def test_penetration_tolerance(penalty):
     """At any penalty, contacts penetrate by no more than asked; forces are those of statics."""
-    text = control(5e-3, 400, dynamic_factor=0.0) + pile(3)
-    text += contact(penalty, penetration_tolerance=TOLERANCE)
-    with simulation(text) as run:
+    text = nml.control(5e-3, 400, dynamic_factor=0.0) + pile(3)
+    text += nml.contact(penalty, penetration_tolerance=TOLERANCE)
+    with nml.simulation(text) as run:
         run.advance(400)
         contacts = run.contacts
         supports = run.energies["support"]
     closed = contacts["state"] > 0
     assert np.abs(contacts["gap"][closed]).max() <= TOLERANCE
     assert supports > 0
-    weight = DENSITY * GRAVITY
+    weight = DENSITY * nml.GRAVITY
     assert contacts["normal_force"][closed].sum() == pytest.approx(6 * weight, rel=1e-6)
 
 
 def test_same_as_stiff_penalty():
     """The motion of a block that slides off with the multiplier is that of a stiff spring."""
     for penalty, more in ((1e14, {}), (1e10, {"penetration_tolerance": 1e-9})):
-        travelled = slid(contact(penalty, **more), 20.0, 1e13)
+        travelled = slid(nml.contact(penalty, **more), 20.0, 1e13)
         assert travelled == pytest.approx(exact_slide(20.0), rel=1e-4)
 
 
 @pytest.mark.parametrize(("friction", "slides"), [(40.0, False), (20.0, True)])
 def test_original_rules(friction, slides):
     """By the original's rules a block on a slope of 30° holds at 40° and slides at 20°."""
-    moved = slid(contact(1e9, contact_rules="original"), friction, YOUNG)
+    moved = slid(nml.contact(1e9, contact_rules="original"), friction, YOUNG)
     if slides:
         assert moved == pytest.approx(exact_slide(friction), rel=5e-2)
     else:
@@ -94,9 +87,9 @@ def test_original_rules(friction, slides):
 def test_the_original_closes_what_overlaps_by_a_share_of_the_model(depth, closes):
     """s₀ = 2·10⁻⁴ of half of the model's size, 1.5 m: less keeps its velocity for the step."""
     overlap, gap, speed = depth * 2e-4 * 1.5, 1e-5, 0.1
-    text = control((gap + overlap) / speed, 1, gravity=(0.0, 0.0)) + pile(0)
-    text += contact(1e9, contact_rules="original") + block("b", rectangle(0, gap, 1, 1))
-    with simulation(text) as run:
+    text = nml.control((gap + overlap) / speed, 1, gravity=(0.0, 0.0)) + pile(0)
+    text += nml.contact(1e9, contact_rules="original") + block("b", nml.rectangle(0, gap, 1, 1))
+    with nml.simulation(text) as run:
         rates = np.zeros_like(run.rates)
         rates[1, 1] = -speed
         run.rates = rates
@@ -107,8 +100,8 @@ def test_the_original_closes_what_overlaps_by_a_share_of_the_model(depth, closes
 
 def test_rates_set_from_outside():
     """Energy that new rates bring is input; before the first step it is part of the first state."""
-    text = control(1e-3, 100, gravity=(0.0, 0.0)) + contact(1e9) + pile(1)
-    with simulation(text) as run:
+    text = nml.control(1e-3, 100, gravity=(0.0, 0.0)) + nml.contact(1e9) + pile(1)
+    with nml.simulation(text) as run:
         rates = np.zeros_like(run.rates)
         rates[1, 1] = 2.0
         run.rates = rates

@@ -4,20 +4,7 @@
 import numpy as np
 import pytest
 
-from sitedda_evidence.model import (
-    block,
-    contact,
-    control,
-    group,
-    held,
-    history,
-    joint,
-    material,
-    measured,
-    motion,
-    rectangle,
-    residual,
-)
+from sitedda_evidence import model as nml
 
 GRAVITY, LOAD = 10.0, 1e6  # m/s², N/m: of a block of 1 m x 1 m, so that the stress is 1 MPa
 YIELDING = {
@@ -36,19 +23,19 @@ def driven(
 ):
     """History of a block that follows displacements (m), one a step, along its joint."""
     text = (
-        control(step, len(way) - 1, (0.0, -GRAVITY), settle=True, integration="theta"),
-        contact(1e10),
-        material("rock", 2500.0, 1e15),
-        material("load", LOAD / GRAVITY, 1e15),
-        joint("j", 30.0, **law),
-        held("base", rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
-        block("top", rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
-        motion("drive", way, step, "displacement"),
-        group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
-        measured("top", (0.5, 0.0), "top"),
-        group("output", block_interval=every),
+        nml.control(step, len(way) - 1, (0.0, -GRAVITY), settle=True, integration="theta"),
+        nml.contact(1e10),
+        nml.material("rock", 2500.0, 1e15),
+        nml.material("load", LOAD / GRAVITY, 1e15),
+        nml.joint("j", 30.0, **law),
+        nml.held("base", nml.rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
+        nml.block("top", nml.rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
+        nml.motion("drive", way, step, "displacement"),
+        nml.group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
+        nml.measured("top", (0.5, 0.0), "top"),
+        nml.group("output", block_interval=every),
     )
-    return history("".join(text))
+    return nml.history("".join(text))
 
 
 def shear_and_slip(data) -> tuple[np.ndarray, np.ndarray]:
@@ -96,7 +83,7 @@ def test_a_yielding_joint_passes_its_peak():
     assert force.max() == pytest.approx(0.9320e6, rel=1e-3)
     for place, stress in ((1e-3, 0.8364e6), (5e-3, 0.6082e6), (20e-3, 0.5774e6)):
         assert np.interp(place, slip, force) == pytest.approx(stress, rel=1e-3)
-    assert residual(data) < 1e-6
+    assert nml.residual(data) < 1e-6
     assert (data.contact_state.values[-2:] == 1).all()  # it slides
 
 
@@ -113,7 +100,7 @@ def test_a_yielding_joint_is_elastic_at_a_reversal():
     expected = yielding_stress(every_step - every_step[0])[at]
     assert np.abs(force - expected).max() < 3e-3 * expected.max()
     assert force.min() < -0.65e6
-    assert residual(data) < 1e-6
+    assert nml.residual(data) < 1e-6
 
 
 def steady(velocity: float, b: float, friction: float = np.tan(np.pi / 6)) -> float:
@@ -156,21 +143,21 @@ def test_friction_follows_a_step_of_the_velocity(b):
     assert force[late] == pytest.approx(expected * LOAD, rel=1e-3)
     assert force[-1] == pytest.approx(steady(fast, b) * LOAD, rel=1e-3)
     assert (force[-1] > force[time < changes][-1]) == (b < A)
-    assert residual(data) < 1e-6
+    assert nml.residual(data) < 1e-6
 
 
 def on_an_incline(angle: float, steps: int, **law):
     """History of a block that is let go on a plane."""
     text = (
-        control(1e-3, steps, GRAVITY * np.array([np.sin(angle), -np.cos(angle)])),
-        contact(1e10),
-        material("rock", 2500.0, 1e15),
-        joint("j", 30.0, **law),
-        held("base", rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
-        block("top", rectangle(0.0, 0.0, 1.0, 0.2), "rock", "j"),
-        measured("top", (0.5, 0.1), "top"),
+        nml.control(1e-3, steps, GRAVITY * np.array([np.sin(angle), -np.cos(angle)])),
+        nml.contact(1e10),
+        nml.material("rock", 2500.0, 1e15),
+        nml.joint("j", 30.0, **law),
+        nml.held("base", nml.rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
+        nml.block("top", nml.rectangle(0.0, 0.0, 1.0, 0.2), "rock", "j"),
+        nml.measured("top", (0.5, 0.1), "top"),
     )
-    return history("".join(text))
+    return nml.history("".join(text))
 
 
 @pytest.mark.parametrize(("b", "slope"), [(0.0, 0.62), (0.006, 0.60)])
@@ -181,7 +168,7 @@ def test_a_block_on_an_incline_reaches_its_velocity(b, slope):
     assert slope == pytest.approx(steady(velocity, b), rel=1e-5)
     found = REFERENCE * np.exp((slope - np.tan(np.pi / 6)) / (A - b))
     assert velocity == pytest.approx(found, rel=1e-3)
-    assert residual(data) < 1e-6
+    assert nml.residual(data) < 1e-6
 
 
 def test_friction_that_weakens_with_velocity_runs_away():
@@ -198,20 +185,20 @@ def test_a_spring_slider_sticks_and_slips_below_its_critical_stiffness(share, st
     start = steady(velocity, b) * LOAD
     way = velocity * step * steps * np.linspace(0.0, 1.2, 13)  # it goes on at the end
     text = (
-        control(step, steps, (0.0, -GRAVITY), settle=True, integration="theta"),
-        contact(1e10),
-        material("rock", 2500.0, 1e15),
-        material("load", LOAD / GRAVITY, 1e15),
-        joint("j", 30.0, **rate_state(b), initial_age=SLIP / velocity),
-        held("base", rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
-        block("top", rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
-        held("driver", rectangle(2.0, 0.1, 0.5, 0.5), "rock", "j", motion_x="drive"),
-        motion("drive", way, step * steps / 10, "displacement"),
-        group("bolt", name="spring", **{"from": (0.5, 0.3), "to": (2.25, 0.3)},
+        nml.control(step, steps, (0.0, -GRAVITY), settle=True, integration="theta"),
+        nml.contact(1e10),
+        nml.material("rock", 2500.0, 1e15),
+        nml.material("load", LOAD / GRAVITY, 1e15),
+        nml.joint("j", 30.0, **rate_state(b), initial_age=SLIP / velocity),
+        nml.held("base", nml.rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
+        nml.block("top", nml.rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
+        nml.held("driver", nml.rectangle(2.0, 0.1, 0.5, 0.5), "rock", "j", motion_x="drive"),
+        nml.motion("drive", way, step * steps / 10, "displacement"),
+        nml.group("bolt", name="spring", **{"from": (0.5, 0.3), "to": (2.25, 0.3)},
               from_block="top", to_block="driver", axial_stiffness=spring, pretension=start),
-        measured("top", (0.5, 0.0), "top"),
+        nml.measured("top", (0.5, 0.0), "top"),
     )  # fmt: skip
-    data = history("".join(text))
+    data = nml.history("".join(text))
     speed = data.velocity.sel(point="top", axis="x").values
     last = speed[len(speed) * 3 // 4 :]
     if stable:

@@ -5,21 +5,7 @@ import numpy as np
 import pytest
 
 import sitedda
-from sitedda_evidence.model import (
-    block,
-    contact,
-    control,
-    group,
-    held,
-    history,
-    joint,
-    material,
-    measured,
-    motion,
-    rectangle,
-    residual,
-    simulation,
-)
+from sitedda_evidence import model as nml
 
 GRAVITY, DENSITY, WIDTH = 10.0, 2500.0, 2.0  # m/s², kg/m³, m
 WEIGHT = DENSITY * WIDTH * GRAVITY  # N/m, of a block of 2 m x 1 m
@@ -29,17 +15,17 @@ ROUGH = {"law": "barton_bandis", "jrc": 10.0, "jcs": 1e8}
 def pressed(stress: float, *more: str, cuts: int = 1, width: float = WIDTH, **law) -> str:
     """A block that presses with a stress (Pa) on a joint; the base is cut into `cuts` blocks."""
     text = [
-        control(1e-3, 1, gravity=(0.0, -GRAVITY), settle=True),
-        contact(1e12),
-        material("rock", DENSITY, 1e14),
-        material("load", stress / GRAVITY, 1e14),
-        joint("j", 30.0, **law),
-        block("top", rectangle(0.0, 0.0, width, 1.0), "load", "j"),
-        measured("top", (width / 2, 0.5), "top"),
+        nml.control(1e-3, 1, gravity=(0.0, -GRAVITY), settle=True),
+        nml.contact(1e12),
+        nml.material("rock", DENSITY, 1e14),
+        nml.material("load", stress / GRAVITY, 1e14),
+        nml.joint("j", 30.0, **law),
+        nml.block("top", nml.rectangle(0.0, 0.0, width, 1.0), "load", "j"),
+        nml.measured("top", (width / 2, 0.5), "top"),
     ]
     edges = np.linspace(0.0, width, cuts + 1)
     text += [
-        held(f"base{i}", rectangle(a, -1.0, b - a, 1.0), "rock", "j")
+        nml.held(f"base{i}", nml.rectangle(a, -1.0, b - a, 1.0), "rock", "j")
         for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True))
     ]
     return "".join((*text, *more))
@@ -51,20 +37,18 @@ def sheared(slip: float, density: float = DENSITY, back: bool = False, **law) ->
     way = slip * share**3 * (10 - 15 * share + 6 * share**2)
     if back:
         way = np.concatenate([way, way[-2::-1]])
-    return "".join(
-        (
-            control(2e-3, 1100 if back else 600, (0.0, -GRAVITY), settle=True, integration="theta"),
-            contact(1e10),
-            material("rock", 2500.0, 1e14),
-            material("top", density, 1e14),
-            joint("j", law.pop("friction_angle", 30.0), **law),
-            held("base", rectangle(-2.0, -1.0, 8.0, 1.0), "rock", "j"),
-            block("top", rectangle(0.0, 0.0, WIDTH, 1.0), "top", "j"),
-            motion("drive", way, 5e-3, "displacement"),
-            group("fixed_point", x=WIDTH / 2, y=0.0, block="top", direction="x", motion_x="drive"),
-            measured("top", (WIDTH / 2, 0.5), "top"),
-            group("output", block_interval=100),
-        )
+    return nml.text(
+        nml.control(2e-3, 1100 if back else 600, (0.0, -GRAVITY), settle=True, integration="theta"),
+        nml.contact(1e10),
+        nml.material("rock", 2500.0, 1e14),
+        nml.material("top", density, 1e14),
+        nml.joint("j", law.pop("friction_angle", 30.0), **law),
+        nml.held("base", nml.rectangle(-2.0, -1.0, 8.0, 1.0), "rock", "j"),
+        nml.block("top", nml.rectangle(0.0, 0.0, WIDTH, 1.0), "top", "j"),
+        nml.motion("drive", way, 5e-3, "displacement"),
+        nml.group("fixed_point", x=WIDTH / 2, y=0.0, block="top", direction="x", motion_x="drive"),
+        nml.measured("top", (WIDTH / 2, 0.5), "top"),
+        nml.group("output", block_interval=100),
     )
 
 
@@ -77,7 +61,7 @@ def last(data, name: str) -> np.ndarray:
 @pytest.mark.parametrize("stress", [1e6, 5e6, 10e6])
 def test_hyperbolic_closure(stress):
     """δ = σ/(k_ni + σ/V_m), with k_ni and V_m from the index values."""
-    with simulation(pressed(stress, **ROUGH, compressive_strength=1e8)) as run:
+    with nml.simulation(pressed(stress, **ROUGH, compressive_strength=1e8)) as run:
         run.advance(1)
         contacts = run.contacts
     stiffness = (-7.15 + 1.75 * 10 + 0.02 * 100 / 0.2) * 1e9
@@ -90,7 +74,7 @@ def test_hyperbolic_closure(stress):
 @pytest.mark.parametrize("cuts", [1, 2, 5])
 def test_stiffness_of_the_joint(cuts):
     """Closure σ/k whatever the number of corners; the contacts' lengths add up to the joint's."""
-    with simulation(pressed(1e6, cuts=cuts, normal_stiffness_per_area=1e9)) as run:
+    with nml.simulation(pressed(1e6, cuts=cuts, normal_stiffness_per_area=1e9)) as run:
         run.advance(1)
         contacts = run.contacts
     closed = contacts["normal_force"] > 1.0
@@ -102,7 +86,7 @@ def test_stiffness_of_the_joint(cuts):
 @pytest.mark.parametrize("stress", [1e6, 5e6, 10e6])
 def test_rough_strength(stress):
     """τ = σ tan(φ_r + JRC log₁₀(JCS/σ)) while it slides, contact by contact."""
-    data = history(sheared(5e-3, stress / GRAVITY, **ROUGH, compressive_strength=1e8))
+    data = nml.history(sheared(5e-3, stress / GRAVITY, **ROUGH, compressive_strength=1e8))
     middle = (data.contact_frame == 3) & (data.contact_state == 1)
     force, shear, length = (
         data[f"contact_{name}"].values[middle.values]
@@ -112,19 +96,19 @@ def test_rough_strength(stress):
     assert len(force) == 2
     assert np.abs(shear) == pytest.approx(force * np.tan(angle), rel=1e-6)
     assert force.sum() == pytest.approx(stress * WIDTH, rel=1e-3)
-    assert residual(data) < 1e-6
+    assert nml.residual(data) < 1e-6
 
 
 @pytest.mark.parametrize("limit", [None, 0.01])
 def test_dilation(limit):
     """The block is lifted by slip · tan ψ, up to the limiting slip, and friction pays for it."""
     law = {"law": "mohr_coulomb", "dilation_angle": 8.0, "dilation_slip": limit}
-    data = history(sheared(0.02, **{k: v for k, v in law.items() if v}))
+    data = nml.history(sheared(0.02, **{k: v for k, v in law.items() if v}))
     slip = last(data, "slip_path")
     lift = float(data.displacement.sel(point="top")[-1, 1])
     expected = np.tan(np.radians(8.0)) * np.minimum(slip, limit or np.inf)
     assert lift == pytest.approx(expected, rel=1e-6)
-    assert residual(data) < 1e-6
+    assert nml.residual(data) < 1e-6
     assert float(data.energy_dilation[-1]) == pytest.approx(WEIGHT * lift, rel=1e-3)
     assert float(data.energy_gravity[-1]) == pytest.approx(WEIGHT * lift, rel=1e-6)
 
@@ -139,7 +123,7 @@ def test_weakening():
         "residual_cohesion": 5e3,
         "weakening_slip": 0.01,
     }
-    data = history(sheared(0.02, **law))
+    data = nml.history(sheared(0.02, **law))
     peak, rest = (
         WEIGHT * np.tan(np.radians(angle)) + WIDTH * cohesion
         for angle, cohesion in ((40.0, 2e4), (20.0, 5e3))
@@ -148,7 +132,7 @@ def test_weakening():
     work = 0.5 * (peak + rest) * 0.01 + rest * (slip - 0.01)
     assert float(data.energy_friction[-1]) == pytest.approx(work, rel=2e-3)
     assert last(data, "weakened") == pytest.approx(1.0)
-    assert residual(data) < 1e-6
+    assert nml.residual(data) < 1e-6
 
 
 def test_sudden_loss():
@@ -162,22 +146,22 @@ def test_sudden_loss():
         "residual_cohesion": 5e3,
         "residual_tensile_strength": 2e3,
     }
-    data = history(sheared(0.02, **law))
+    data = nml.history(sheared(0.02, **law))
     rest = WEIGHT * np.tan(np.radians(20.0)) + WIDTH * 5e3
     slip = last(data, "slip_path").mean()
     assert float(data.energy_friction[-1]) == pytest.approx(rest * slip, rel=1e-4)
     assert float(data.energy_fracture[-1]) > 0
     assert last(data, "weakened") == pytest.approx(1.0)
     assert last(data, "bonded").all()
-    assert residual(data) < 1e-6
+    assert nml.residual(data) < 1e-6
 
 
 @pytest.mark.parametrize("law", ["coulomb", "mohr_coulomb"])
 def test_laws_that_say_the_same(law):
     """Coulomb by the plain way, by a law with nothing of its own, and by stiffness per area."""
-    plain = history(sheared(0.02))
+    plain = nml.history(sheared(0.02))
     same = {"law": law, "normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 4e9}
-    other = history(sheared(0.02, **same))
+    other = nml.history(sheared(0.02, **same))
     for name in ("displacement", "energy_friction", "energy_contact"):
         scale = float(np.abs(plain[name]).max())
         assert np.abs(plain[name] - other[name]).max() < 1e-9 * scale
@@ -199,16 +183,16 @@ def shaken_wall(stiffness: float, **law) -> str:
     """Bricks whose joints, also those between bricks of a course, open, close and slip."""
     ground = 0.3 * np.sin(2 * np.pi * np.arange(61) / 100)
     groups = [
-        control(1e-3, 40, (0.0, -GRAVITY), settle=True),
-        contact(stiffness),
-        material("rock", DENSITY, 5e9),
-        joint("j", law.pop("friction_angle", 30.0), **law),
-        block("base", rectangle(-1.0, -1.0, 10.0, 1.0), "rock", "j"),
-        group("wall", brick_length=1.0, brick_height=0.5, bricks=8, courses=8),
-        motion("ground", ground, 1e-3, "velocity"),
-        *(group("fixed_point", x=x, y=-0.5, motion_x="ground") for x in (0.5, 7.5)),
-        measured("top", (4.0, 3.75), ""),
-        group("output", block_interval=10),
+        nml.control(1e-3, 40, (0.0, -GRAVITY), settle=True),
+        nml.contact(stiffness),
+        nml.material("rock", DENSITY, 5e9),
+        nml.joint("j", law.pop("friction_angle", 30.0), **law),
+        nml.block("base", nml.rectangle(-1.0, -1.0, 10.0, 1.0), "rock", "j"),
+        nml.group("wall", brick_length=1.0, brick_height=0.5, bricks=8, courses=8),
+        nml.motion("ground", ground, 1e-3, "velocity"),
+        *(nml.group("fixed_point", x=x, y=-0.5, motion_x="ground") for x in (0.5, 7.5)),
+        nml.measured("top", (4.0, 3.75), ""),
+        nml.group("output", block_interval=10),
     ]
     return "".join(groups)
 
@@ -218,8 +202,8 @@ def shaken_wall(stiffness: float, **law) -> str:
 def test_a_shaken_wall(law, points):
     """Forces are continuous as contacts open, close and slip: all laws converge, as Coulomb's."""
     options = SHAKEN[law] | {"normal_stiffness_per_area": 2e9, "contact_points": points}
-    data = history(shaken_wall(1e9, **options))
-    assert residual(data) < 1e-6
+    data = nml.history(shaken_wall(1e9, **options))
+    assert nml.residual(data) < 1e-6
     # 5 or 6 of a step; where cohesion softens 22, where friction falls at once 93.
     assert int(data.iterations.max()) <= {"cohesive": 40, "brittle": 150}.get(law, 10)
     assert float(data.energy_friction[-1]) > 0

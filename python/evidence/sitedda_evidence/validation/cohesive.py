@@ -3,21 +3,8 @@
 
 import numpy as np
 
+from .. import model as nml
 from ..case import Outcome, at_most, case, curves, relative, true
-from ..model import (
-    block,
-    contact,
-    control,
-    group,
-    held,
-    history,
-    joint,
-    material,
-    measured,
-    motion,
-    rectangle,
-    residual,
-)
 
 GRAVITY = 10.0  # m/s²
 HEIGHT = 0.1  # m, of the bar
@@ -40,22 +27,24 @@ def bar(steps: int, pull: float, length: float = 0.5, **law) -> str:
         "fracture_energy": 60.0,
         "normal_stiffness_per_area": 2e12,
     } | law
-    return "".join(
-        (
-            control(0.2 / steps, steps, (0.0, 0.0), integration="midpoint"),
-            contact(1e10),
-            material("rock", 2500.0, 2e10),
-            joint("j", 30.0, **law),
-            held(
-                "left", rectangle(-half, 0, half, HEIGHT), "rock", "j", [(-half, 0), (-half, 0.1)]
-            ),
-            block("right", rectangle(0, 0, half, HEIGHT), "rock", "j"),
-            motion("drive", pull * RISE, 2e-3, "displacement"),
-            group("fixed_point", x=half, y=0.0, block="right", motion_x="drive"),
-            group("fixed_point", x=half, y=HEIGHT, block="right", motion_x="drive"),
-            measured("end", (half, HEIGHT / 2), "right"),
-            group("output", block_interval=1),
-        )
+    return nml.text(
+        nml.control(0.2 / steps, steps, (0.0, 0.0), integration="midpoint"),
+        nml.contact(1e10),
+        nml.material("rock", 2500.0, 2e10),
+        nml.joint("j", 30.0, **law),
+        nml.held(
+            "left",
+            nml.rectangle(-half, 0, half, HEIGHT),
+            "rock",
+            "j",
+            [(-half, 0), (-half, 0.1)],
+        ),
+        nml.block("right", nml.rectangle(0, 0, half, HEIGHT), "rock", "j"),
+        nml.motion("drive", pull * RISE, 2e-3, "displacement"),
+        nml.group("fixed_point", x=half, y=0.0, block="right", motion_x="drive"),
+        nml.group("fixed_point", x=half, y=HEIGHT, block="right", motion_x="drive"),
+        nml.measured("end", (half, HEIGHT / 2), "right"),
+        nml.group("output", block_interval=1),
     )
 
 
@@ -70,20 +59,18 @@ def triplet(steps: int, slip: float, **law) -> str:
         "normal_stiffness_per_area": 1e11,
         "shear_stiffness_per_area": 1e11,
     } | law
-    return "".join(
-        (
-            control(0.4 / steps, steps, (0.0, -GRAVITY), settle=True, integration="theta"),
-            contact(1e10),
-            material("rock", 2500.0, 1e14),
-            material("load", 1e6 / GRAVITY, 1e14),
-            joint("j", 30.0, **law),
-            held("base", rectangle(-1.0, -1.0, 3.0, 1.0), "rock", "j"),
-            block("top", rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
-            motion("drive", slip * RISE, 4e-3, "displacement"),
-            group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
-            measured("top", (0.5, 0.0), "top"),
-            group("output", block_interval=1),
-        )
+    return nml.text(
+        nml.control(0.4 / steps, steps, (0.0, -GRAVITY), settle=True, integration="theta"),
+        nml.contact(1e10),
+        nml.material("rock", 2500.0, 1e14),
+        nml.material("load", 1e6 / GRAVITY, 1e14),
+        nml.joint("j", 30.0, **law),
+        nml.held("base", nml.rectangle(-1.0, -1.0, 3.0, 1.0), "rock", "j"),
+        nml.block("top", nml.rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
+        nml.motion("drive", slip * RISE, 4e-3, "displacement"),
+        nml.group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
+        nml.measured("top", (0.5, 0.0), "top"),
+        nml.group("output", block_interval=1),
     )
 
 
@@ -109,7 +96,7 @@ def spent_within(name: str, data, energy: float, width: float | None) -> list:
         true(f"{name}: within the bounds of its run", True, lower < energy < upper
              and lower < spent < upper),
         at_most(f"{name}: width of the bounds", (upper - lower) / energy, width),
-        at_most(f"{name}: residual of the energy audit", residual(data), 1e-6),
+        at_most(f"{name}: residual of the energy audit", nml.residual(data), 1e-6),
     ]  # fmt: skip
 
 
@@ -123,7 +110,7 @@ def cohesive_bar(short: bool) -> Outcome:
     """Linear and exponential softening, coarse and fine steps; a long bar that snaps."""
     rows, lines = [], []
     for steps, softening, width in PULLED:
-        data = history(bar(steps, 8e-5 if softening == "linear" else 8e-4, softening=softening))
+        data = nml.history(bar(steps, 8e-5 if softening == "linear" else 8e-4, softening=softening))
         force, name = of_frames(data, "normal_force"), f"{steps} steps, {softening}"
         last = data.contact_frame.values == data.contact_frame.values.max()
         whole = (data.contact_damage.values[last] == 1.0).all()
@@ -135,7 +122,7 @@ def cohesive_bar(short: bool) -> Outcome:
             *spent_within(name, data, 60.0 * HEIGHT, width),
         ]
         lines.append((data.frame_time.values, force / HEIGHT / 1e6, {"label": name}))
-    data = history(bar(4000, 4e-4, length=2.0))
+    data = nml.history(bar(4000, 4e-4, length=2.0))
     lost, spent = 2e6**2 * 2.0 / (2 * 2e10) * HEIGHT, data.energy_fracture.values
     peak = int(data.energy_strain.values.argmax())
     broken = np.flatnonzero(spent > 0.999 * spent[-1])[0]
@@ -145,7 +132,7 @@ def cohesive_bar(short: bool) -> Outcome:
         relative("2 m: stored at T", lost, float(data.energy_strain.max()), 1e-2, "J/m"),
         relative("2 m: fracture energy", 60.0 * HEIGHT, spent[-1], 1e-3, "J/m"),
         relative("2 m: into motion", lost - 60.0 * HEIGHT, moving - given, 2e-2, "J/m"),
-        at_most("2 m: residual of the energy audit", residual(data), 1e-6),
+        at_most("2 m: residual of the energy audit", nml.residual(data), 1e-6),
     ]
     return Outcome(rows, curves("time (s)", "stress (MPa)", *lines))
 
@@ -160,7 +147,9 @@ def cohesive_triplet(short: bool) -> Outcome:
     """A block under 1 MPa, c = 1 MPa, G_II = 100 N/m, φ = 30°."""
     rows, lines, friction = [], [], np.tan(np.radians(30.0))
     for softening in ("linear", "exponential"):
-        data = history(triplet(2000, 4e-4 if softening == "linear" else 2e-3, softening=softening))
+        data = nml.history(
+            triplet(2000, 4e-4 if softening == "linear" else 2e-3, softening=softening)
+        )
         shear, normal = of_frames(data, "shear_force"), of_frames(data, "normal_force")
         work = friction * 1e6 * float(data.contact_slip_path[-3:].mean())
         spent, paid = float(data.energy_fracture[-1]), float(data.energy_friction[-1])

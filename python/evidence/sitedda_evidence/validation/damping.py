@@ -13,8 +13,8 @@ from sitedda.output.response import amplifications
 from sitedda.report.style import COLORS, canvas
 from sitedda.site.column import Column, Layer
 
+from .. import model as nml
 from ..case import Outcome, Row, absolute, at_most, case, relative
-from ..model import block, contact, control, group, joint, motion, rectangle, residual, simulation
 from .integration import PENALTY, ROCK, WIDTH, column_text, recorded
 
 DENSITY = 2000.0  # kg/m³
@@ -84,19 +84,17 @@ def _swing(frequency: float, damping: dict) -> tuple[np.ndarray, np.ndarray, flo
     """Times (s) and shear strain of a free block of 1 m × 1 m, and the energy that is left over."""
     shear = (2 * np.pi * frequency) ** 2 * DENSITY / 24
     step, steps = 1 / (400 * frequency), 2800
-    text = "".join(
-        (
-            control(step, steps, gravity=(0, 0), integration="midpoint"),
-            contact(40 * shear),
-            group(
-                "material", density=DENSITY, young_modulus=2 * shear, poisson_ratio=0.0, **damping
-            ),
-            joint("none", 30.0),
-            block("square", rectangle(0, 0, 1, 1)),
-        )
+    text = nml.text(
+        nml.control(step, steps, gravity=(0, 0), integration="midpoint"),
+        nml.contact(40 * shear),
+        nml.group(
+            "material", density=DENSITY, young_modulus=2 * shear, poisson_ratio=0.0, **damping
+        ),
+        nml.joint("none", 30.0),
+        nml.block("square", nml.rectangle(0, 0, 1, 1)),
     )
     strain = [0.0]
-    with simulation(text) as free:
+    with nml.simulation(text) as free:
         rates = np.zeros((1, 6))
         rates[0, 5] = 1e-6 * frequency
         free.rates = rates
@@ -184,7 +182,7 @@ def _with_body(text: str, **variables: float) -> str:
 def _peaks(ratio: float, step: float):
     """Peaks by `transfer` and by time stepping, energy left over, and the stepped curve."""
     text = column_text(15, ROCK, (step, round(60 / step)), recorded(), integration="midpoint")
-    text = text.replace(contact(PENALTY * ROCK[1]), contact(1.5e12))  # that of Table I
+    text = text.replace(nml.contact(PENALTY * ROCK[1]), nml.contact(1.5e12))  # that of Table I
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "case.nml"
         file.write_text(_damped(text, ratio))
@@ -194,7 +192,7 @@ def _peaks(ratio: float, step: float):
     found = amplifications(history)[0]
     peak = (float(curve.max()), float(fine[curve.argmax()]))
     stepped = (found.peak.amplitude, found.peak.frequency)
-    return peak, stepped, residual(history), (found.frequency, found.ratio)
+    return peak, stepped, nml.residual(history), (found.frequency, found.ratio)
 
 
 def _beside_shake(ratio: float, layers: int):
@@ -227,12 +225,14 @@ def _uniform_column(damping, **options) -> Column:
 
 def _stiff_stack(layers: int, **body: float):
     """Transfer function of Table I's rock in so many layers with stiff joints, at `FREQUENCIES`."""
-    still = motion("shaking", np.zeros(3), 1.0)
+    still = nml.motion("shaking", np.zeros(3), 1.0)
     text = column_text(15, ROCK, (1e-4, 10), still, integration="midpoint")
-    old = group("layers", name="layer", width=WIDTH, thickness=1.0, count=15)
-    new = group("layers", name="layer", width=WIDTH, thickness=HEIGHT / layers, count=layers)
+    old = nml.group("layers", name="layer", width=WIDTH, thickness=1.0, count=15)
+    new = nml.group("layers", name="layer", width=WIDTH, thickness=HEIGHT / layers, count=layers)
     young = ROCK[1]
-    text = text.replace(old, new).replace(contact(PENALTY * young), contact(STIFF_JOINTS * young))
+    text = text.replace(old, new).replace(
+        nml.contact(PENALTY * young), nml.contact(STIFF_JOINTS * young)
+    )
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "case.nml"
         file.write_text(_with_body(text, **body))

@@ -8,8 +8,8 @@ from scipy.spatial import ConvexHull, cKDTree
 
 from sitedda.report.style import BLUE, GROUND, ORANGE, RED, bare, canvas, draw_blocks
 
+from .. import model as nml
 from ..case import Outcome, Table, at_most, case, true
-from ..model import STIFF, block, contact, control, held, joint, material, rectangle, simulation
 from .stability import centre_and_area
 
 DENSITY, YOUNG, PENALTY, TIME_STEP = 2500.0, 1e9, 1e9, 5e-4  # kg/m³, Pa, N/m, s
@@ -108,18 +108,16 @@ def packing(short: bool) -> Outcome:
 def pile_text(count: int, columns: int, duration: float, **more) -> str:
     """The input: polygons above an open box; `more` goes to ``&control``."""
     width, height = columns * SPACING, (count // columns + 2) * SPACING
-    return "".join(
-        (
-            control(TIME_STEP, round(duration / TIME_STEP), **more),
-            contact(PENALTY),
-            material("wall", DENSITY, STIFF),
-            material("stone", DENSITY, YOUNG, 0.2),
-            joint("dry", 30.0),
-            held("floor", rectangle(-0.5, -0.5, width + 1.0, 0.5), "wall"),
-            held("left", rectangle(-0.5, 0.0, 0.5, height), "wall"),
-            held("right", rectangle(width, 0.0, 0.5, height), "wall"),
-            *(block(f"p{i}", s, "stone") for i, s in enumerate(polygons(count, columns))),
-        )
+    return nml.text(
+        nml.control(TIME_STEP, round(duration / TIME_STEP), **more),
+        nml.contact(PENALTY),
+        nml.material("wall", DENSITY, nml.STIFF),
+        nml.material("stone", DENSITY, YOUNG, 0.2),
+        nml.joint("dry", 30.0),
+        nml.held("floor", nml.rectangle(-0.5, -0.5, width + 1.0, 0.5), "wall"),
+        nml.held("left", nml.rectangle(-0.5, 0.0, 0.5, height), "wall"),
+        nml.held("right", nml.rectangle(width, 0.0, 0.5, height), "wall"),
+        *(nml.block(f"p{i}", s, "stone") for i, s in enumerate(polygons(count, columns))),
     )
 
 
@@ -129,7 +127,7 @@ def _dropped_packing(count: int, columns: int, duration: float) -> dict:
     found: dict = {
         key: [] for key in ("time", "kinetic", "total", "work", "balance", "depth", "marks")
     }
-    with simulation(pile_text(count, columns, duration)) as pile:
+    with nml.simulation(pile_text(count, columns, duration)) as pile:
         start = pile.polygons
         while not pile.done:
             pile.advance(round(0.05 / TIME_STEP))

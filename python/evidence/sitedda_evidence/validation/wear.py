@@ -3,21 +3,8 @@
 
 import numpy as np
 
+from .. import model as nml
 from ..case import Outcome, at_most, case, curves, relative, true
-from ..model import (
-    block,
-    contact,
-    control,
-    group,
-    held,
-    history,
-    joint,
-    material,
-    measured,
-    motion,
-    rectangle,
-    residual,
-)
 
 GRAVITY = 10.0  # m/s²
 CYCLE, EVERY = 2000, 10  # steps of a cycle, and between two samples of its motion
@@ -31,20 +18,18 @@ def worn(cycles: float = 2.25) -> str:
     phase = 2 * np.pi * np.linspace(0.0, cycles, count // EVERY + 1)
     law = {"law": "plesha", "asperity_angle": 15.0, "asperity_wear": 5e-6}
     law |= {"normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 1e10}
-    return "".join(
-        (
-            control(2e-3, count, (0.0, -GRAVITY), settle=True, integration="theta"),
-            contact(1e10),
-            material("rock", 2500.0, 1e15),
-            material("load", 1e6 / GRAVITY, 1e15),
-            joint("j", 30.0, **law),
-            held("base", rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
-            block("top", rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
-            motion("drive", 5e-3 * np.sin(phase), EVERY * 2e-3, "displacement"),
-            group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
-            measured("top", (0.5, 0.5), "top"),
-            group("output", block_interval=CYCLE // 4),
-        )
+    return nml.text(
+        nml.control(2e-3, count, (0.0, -GRAVITY), settle=True, integration="theta"),
+        nml.contact(1e10),
+        nml.material("rock", 2500.0, 1e15),
+        nml.material("load", 1e6 / GRAVITY, 1e15),
+        nml.joint("j", 30.0, **law),
+        nml.held("base", nml.rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
+        nml.block("top", nml.rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
+        nml.motion("drive", 5e-3 * np.sin(phase), EVERY * 2e-3, "displacement"),
+        nml.group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
+        nml.measured("top", (0.5, 0.5), "top"),
+        nml.group("output", block_interval=CYCLE // 4),
     )
 
 
@@ -56,7 +41,7 @@ def worn(cycles: float = 2.25) -> str:
 )
 def asperities(short: bool) -> Outcome:
     """Force and angle at the peaks of three cycles, the climb to the first."""
-    data = history(worn())
+    data = nml.history(worn())
     frame = data.contact_frame.values
     shear = np.abs(np.bincount(frame, data.contact_shear_force.values))[1::4]
     off = np.bincount(frame, data.contact_weakened.values)[1::4] / np.bincount(frame)[1::4]
@@ -69,6 +54,6 @@ def asperities(short: bool) -> Outcome:
     rows += [
         relative("climb to the first peak", 1.297e-3, lift[CYCLE // 4] - lift[0], 1e-3, "m"),
         true("friction only takes", True, bool(np.diff(lost).min() >= -1e-15 * lost[-1])),
-        at_most("residual of the energy audit", residual(data), 1e-6),
+        at_most("residual of the energy audit", nml.residual(data), 1e-6),
     ]
     return Outcome(rows, curves("time (s)", "climb (mm)", (data.time, 1e3 * (lift - lift[0]), {})))
