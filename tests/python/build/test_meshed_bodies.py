@@ -4,7 +4,6 @@
 import numpy as np
 import pytest
 import shapely
-from scipy.linalg import eigh
 from scipy.sparse.linalg import eigsh, splu
 from strain_points import Body, displacement
 from test_meshing import CELLS, SHAPES, circle, part
@@ -157,88 +156,3 @@ def test_order_on_cells_fitted_to_a_hole(cells):
     (Of a hole with many short sides each side has a cell of its own, long and narrow.)"""
     coarse, fine = (kirsch_error(0.5 / part, 12 * part, cells, None) for part in (1, 4))
     assert np.log2(coarse / fine) / 2 > 1.8
-
-
-def rectangles(x, y):
-    """Cells between lines."""
-    pairs = [(pair_x, pair_y) for pair_y in zip(y, y[1:], strict=False)
-             for pair_x in zip(x, x[1:], strict=False)]  # fmt: skip
-    return [np.array([[a, c], [b, c], [b, d], [a, d]]) for (a, b), (c, d) in pairs]
-
-
-def lowest(polygons, count):
-    body = Body(polygons, plane_strain=False)
-    stiffness, mass = body.stiffness(), body.mass()
-    if 6 * len(polygons) < 1200:
-        return eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True)[:count]
-    return np.sort(eigsh(stiffness, count, mass, sigma=-1e-3, return_eigenvectors=False))
-
-
-def bricks(courses, ratio):
-    """Of a plate of 2 by 1: half a brick is where every other course begins."""
-    high, found = 1 / courses, []
-    for course in range(courses):
-        inner = np.arange(1, 2 / (ratio * high) + 1) - 0.5 * (course % 2)
-        x = [0.0, *(ratio * high * inner[ratio * high * inner < 2 - 1e-9]), 2.0]
-        found += rectangles(x, [course * high, (course + 1) * high])
-    return found
-
-
-SLIVER = np.array([0.0, *(np.arange(12) + 1e-3), 12.0]) / 12
-LONG_SLIVER = np.array([0.0, *(np.arange(24) + 1e-3), 24.0]) / 12
-PLATES = {
-    "squares": (rectangles(np.linspace(0, 2, 25), np.linspace(0, 1, 13)), 0.01),
-    "5:1": (rectangles(np.linspace(0, 2, 25), np.linspace(0, 1, 61)), 0.01),
-    "bricks": (bricks(12, 2.5), 0.025),
-    "slivers": (rectangles(LONG_SLIVER, SLIVER), 0.01),
-    "polygons": (mesh_body([part([0, 0, 2, 0, 2, 1, 0, 1], 1 / 12)], "voronoi").polygons, 0.02),
-    "4 faces on 40": (
-        rectangles(np.linspace(0, 2, 9), np.linspace(0, 0.5, 7))
-        + rectangles(np.linspace(0, 2, 81), np.linspace(0.5, 1, 7)),
-        0.02,
-    ),
-}
-
-
-@pytest.fixture(scope="module")
-def plate():
-    return lowest(rectangles(np.linspace(0, 2, 65), np.linspace(0, 1, 33)), 23)
-
-
-@pytest.mark.parametrize("name", PLATES)
-def test_no_spurious_mode_among_the_first_twenty(name, plate):
-    """Three zero modes; then the twenty of a free plate of 2:1 in a finer mesh, and no others."""
-    polygons, bound = PLATES[name]
-    found = lowest(polygons, 23)
-    assert abs(found[:3]).max() < 1e-9 * found[3]
-    np.testing.assert_allclose(np.sqrt(found[3:]), np.sqrt(plate[3:]), rtol=bound)
-
-
-# Of ω/k over the speed, in per cent, by the cells in a wave, at 0°, 22.5° and 45° to the rows.
-CELLS_IN_A_WAVE = (8, 12, 20)
-SLOWER = {
-    "S": [[-1.39, -0.59, -0.21], [-0.91, -0.39, -0.14], [-0.44, -0.19, -0.07]],
-    "P": [[-1.28, -0.57, -0.21], [-2.03, -0.89, -0.32], [-2.78, -1.22, -0.44]],
-}
-
-
-@pytest.mark.parametrize("wave", SLOWER)
-def test_waves_through_squares_are_as_slow_as_they_should_be(wave):
-    """Bloch waves, ν = ¼: 1.1 times the table at most; the next branch beyond six times S."""
-    lines = np.arange(6.0)
-    body = Body(rectangles(lines, lines))
-    middle = slice(72, 78)  # of the 13th cell
-    stiffness, mass = (m[middle].toarray() for m in (body.stiffness(), body.mass()))
-    ways = body.centres - body.centres[12]
-    speed = np.sqrt(body.matrix[2, 2] if wave == "S" else body.matrix[0, 0])
-    for angle, row in zip(np.radians([0, 22.5, 45]), SLOWER[wave], strict=True):
-        along = np.array([np.cos(angle), np.sin(angle)])
-        for cells, slower in zip(CELLS_IN_A_WAVE, row, strict=True):
-            k = 2 * np.pi / cells
-            phase = np.repeat(np.exp(1j * k * (ways @ along)), 6)
-            folded = (stiffness * phase).reshape(6, 25, 6).sum(axis=1)
-            values = eigh(folded, mass[:, middle], eigvals_only=True)
-            found = np.sqrt(values) / (k * speed)
-            assert abs(found[0 if wave == "S" else 1] - 1) <= 1.1e-2 * abs(slower) + 5e-5
-            if wave == "S" and cells == 12:
-                assert found[2] > 6.0
