@@ -66,6 +66,10 @@ LIBRARIES = [
     "xarray",
 ]  # fmt: skip
 PRECIOUS = b"somebody's own file\n"
+INPUTS, OUTPUTS = (
+    HERE.parents[1] / "inputs",
+    "outputs/",
+)  # the latter: of `good_files`, not laid out
 SIDE_FILES = ("journal", "writing", "partial", "checkpoint", "checkpoint.previous",
               "checkpoint.coming")  # fmt: skip
 STATUSES = range(8)
@@ -158,7 +162,20 @@ def good_files(folder: Path) -> dict[str, bytes]:
     found["s.toml"] = STUDY.encode()
     found |= good_store(folder)
     found["mine.txt"] = PRECIOUS
-    return found
+    return found | good_outputs(folder)
+
+
+def good_outputs(folder: Path) -> dict[str, bytes]:
+    """Outputs with bolts and stages, with joints and a motion, with boundaries, below OUTPUTS."""
+    roof = sitedda.Model.read(INPUTS / "tunnel_roof_bolted.nml")
+    roof["stage"][1](steps=20)
+    roof.output(block_interval=10)
+    roof.run(output=folder / "roof.nc")
+    wall = {"duration": 0.1, "output.block_interval": 20}
+    sitedda.run(INPUTS / "wall.nml", output=folder / "wall.nc", changes=wall)
+    sitedda.run(INPUTS / "ridge.nml", output=folder / "ridge.nc", duration=0.2)
+    return {f"{OUTPUTS}{name}": (folder / f"{name}.nc").read_bytes()
+            for name in ("good", "roof", "wall", "ridge")}  # fmt: skip
 
 
 def good_store(folder: Path) -> dict[str, bytes]:
@@ -256,13 +273,14 @@ def hostile_output(case: Case, chance: random.Random, good: dict) -> None:
     """A damaged output, or one that lies, to every command that shows one."""
     with tempfile.TemporaryDirectory() as folder:
         file, new = Path(folder) / "o.nc", Path(folder) / "n.nc"
-        file.write_bytes(good["good.nc"])
+        file.write_bytes(good[chance.choice([name for name in good if name.startswith(OUTPUTS)])])
         damaged(chance, file, new)
         case.files["good.nc"] = new.read_bytes()
     case.words = chance.choices(
         [
             ["draw", "good.nc", "-o", "x.png"],
             ["draw", "good.nc", "-o", "x.png", "--contacts", "force", "--color", "stress"],
+            ["draw", "good.nc", "-o", "x.png", "--contacts", "slip"],
             ["view", "good.nc", "--no-open", "-o", "x.html"],
             ["report", "good.nc", "-o", "x.html"],
             ["movie", "good.nc", "-q", "-o", "x.gif", "--seconds", "0.1"],
@@ -270,7 +288,7 @@ def hostile_output(case: Case, chance: random.Random, good: dict) -> None:
             ["site", "good.nc", "-o", "x.png"],
             ["surface", "good.nc", "-o", "x.png"],
         ],
-        [3, 3, 6, 1, 1, 3, 1, 2],
+        [3, 3, 3, 6, 1, 1, 3, 1, 2],
     )[0]
 
 
@@ -428,7 +446,8 @@ class Yard:
         (self.above / "victim").write_bytes(PRECIOUS)
         (self.above / "folder").mkdir()
         (self.above / "folder" / "inside").write_bytes(PRECIOUS)
-        for name, data in (self.good | case.files).items():
+        good = {n: data for n, data in self.good.items() if not n.startswith(OUTPUTS)}
+        for name, data in (good | case.files).items():
             above = str(self.above).encode()
             data = data.replace(b"{above}", above) if name == "m.nml" else data
             (self.here / name).parent.mkdir(parents=True, exist_ok=True)

@@ -1,54 +1,13 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Damage outputs of runs in many ways and give them to every command that reads one.
+"""Outputs of runs, damaged in many ways: `attack.py --kinds output` gives them to the commands."""
 
-usage: python tests/robustness/damaged_outputs.py [--cases N] [--seed S] [--first I]
-
-The rest of an output is shown, or refused in one sentence that names the file; an exception of
-another kind, a crash or a hang ends the study with status 1.
-"""
-
-import contextlib
-import os
-import random
-import shutil
-import signal
-import sys
-import tempfile
-import traceback
-import warnings
 from pathlib import Path
 
 import netCDF4
 import numpy as np
-from options import asked
 
-INPUTS = Path(__file__).parents[2] / "inputs"
-LONGEST = 60  # s for one case
 NUMBERS = (-1, 0, 1, 7, 2**31 - 1, -(2**31))
 REALS = (float("nan"), float("inf"), -1.0, 0.0, 1e300, 1e36, -1e12)
-
-
-def outputs(folder: Path) -> list[Path]:
-    """Outputs with bolts and stages, with joints and a motion, with boundaries."""
-    import sitedda
-    import sitedda.facade.page
-    import sitedda.movie
-    import sitedda.site.picture
-    import sitedda.view
-    import sitedda.vtk  # noqa: F401 - once, for all cases
-    from sitedda.model import Model
-
-    roof = Model.read(INPUTS / "tunnel_roof_bolted.nml")
-    roof["stage"][1](steps=20)
-    roof.output(block_interval=10)
-    roof.run(output=folder / "roof.nc")
-    wall = {"duration": 0.1, "output.block_interval": 20}
-    sitedda.run(INPUTS / "wall.nml", output=folder / "wall.nc", changes=wall)
-    ridge = Model.read(INPUTS / "ridge.nml")
-    ridge.control(duration=0.2)
-    ridge.run(output=folder / "ridge.nc")
-    return [folder / f"{name}.nc" for name in ("roof", "wall", "ridge")]
 
 
 def rewrite(source: Path, target: Path, change) -> None:
@@ -187,83 +146,3 @@ def damaged(chance, source: Path, target: Path) -> str:
     except RuntimeError:  # netCDF cannot write that
         return flip(chance, source, target)
     return words[0]
-
-
-def show(file: Path) -> None:
-    """Everything that reads an output, each as far as it comes."""
-    from sitedda.program import main
-
-    out = file.with_suffix("")
-    commands = (
-        ["draw", file, "-o", f"{out}.png", "--dpi", "30", "--contacts", "force"],
-        ["draw", file, "-o", f"{out}.slip.png", "--dpi", "30", "--contacts", "slip"],
-        ["view", file, "-o", f"{out}.html", "--no-open"],
-        ["report", file, "-o", f"{out}.report.html"],
-        ["export", file, "--vtk", f"{out}_vtk"],
-        ["movie", file, "-q", "-o", f"{out}.gif", "--seconds", "0.1"],
-        ["surface", file, "-o", f"{out}.surface.png", "--lowest", "6"],
-        ["site", file, "-o", f"{out}.site.png"],
-    )
-    for words in commands:
-        print(words[0], end=": ", flush=True)
-        status = main([str(word) for word in words])
-        print("" if status in (0, 1, 5) else f"status {status}")
-
-
-def outcome(file: Path, log: Path) -> str:
-    """What is wrong with how a damaged file is met; blank if nothing is."""
-    child = os.fork()
-    if child == 0:
-        signal.alarm(LONGEST)
-        code = 0
-        with log.open("w") as stream:
-            os.dup2(stream.fileno(), 1)
-            os.dup2(stream.fileno(), 2)
-            try:
-                warnings.simplefilter("ignore")
-                show(file)
-            except BaseException:
-                traceback.print_exc()
-                code = 1
-            with contextlib.suppress(Exception):
-                sys.stdout.flush()
-        os._exit(code)
-    _, status = os.waitpid(child, 0)
-    if os.WIFSIGNALED(status):
-        return f"signal {os.WTERMSIG(status)}"
-    said = log.read_text(errors="replace")
-    if os.WEXITSTATUS(status) or "Traceback" in said:
-        return said[-1500:]
-    return next((line for line in said.splitlines() if ": status" in line), "")
-
-
-def main() -> int:
-    """Run the cases and count what came of them."""
-    options = asked(__doc__, cases=1000, seed=1, first=0)
-    failures = 0
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch)
-        good = outputs(folder)
-        for source in good:
-            if words := outcome(source, folder / "log"):
-                raise SystemExit(f"{source.name} is whole, and yet: {words}")
-        for i in range(options.first, options.first + options.cases):
-            chance = random.Random(f"{options.seed} {i}")
-            case = folder / "case"
-            case.mkdir()
-            source = chance.choice(good)
-            what = damaged(chance, source, case / source.name)
-            wrong = outcome(case / source.name, folder / "log")
-            if sys.stderr.isatty():
-                done = i - options.first + 1
-                print(f"\r{done} of {options.cases}", end="\r", file=sys.stderr, flush=True)
-            if wrong:
-                failures += 1
-                print(f"case {i}: {source.name}, {what}: {wrong}", flush=True)
-            shutil.rmtree(case)
-    print(f"seed {options.seed}: {options.cases - failures} of {options.cases} as they should be")
-    return int(failures > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

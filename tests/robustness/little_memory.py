@@ -5,15 +5,14 @@
 usage: python tests/robustness/little_memory.py [--limits N] [--least MB] [--most MB]
 """
 
-import resource
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
+from memory_limits import MEBI, limited
 from options import asked
 
 INPUTS = Path(__file__).parents[2] / "inputs"
@@ -23,21 +22,13 @@ COMMANDS = {
     "view": ["view", "column.nml", "--no-open"],
     "draw": ["draw", "column.nml"],
 }
-LONGEST = 30  # s of the processor
 
 
 def outcome(words: list[str], megabytes: int, folder: Path) -> str:
     """What is wrong with how a command ends; blank if nothing is."""
-
-    def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_AS, (megabytes * 2**20, megabytes * 2**20))
-        resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST))
-
     program = Path(sys.executable).with_name("sitedda")
-    done = subprocess.run([program, *words], cwd=folder, capture_output=True, text=True,
-                          preexec_fn=limit, timeout=40 * LONGEST)  # fmt: skip
-    lines = done.stderr.splitlines()
-    if done.returncode == 0 or (done.returncode == 7 and len(lines) == 1):
+    done = limited(program, megabytes * MEBI, *words, folder=folder)
+    if done.returncode == 0 or (done.returncode == 7 and len(done.stderr.splitlines()) == 1):
         return ""
     return f"status {done.returncode}: {done.stderr[-500:]}"
 
