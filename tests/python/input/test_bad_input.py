@@ -82,7 +82,7 @@ def more(case: str, group: str, /, *words: str, **values):
 
 
 CASES = [
-    # What issue 2 lists
+    # The most frequent ones
     more("unknown group", "blok", "no such group", "&block", x=1.0),
     bad("unknown variable", "control", "time_stop", time_stop=1.0),
     bad("missing record", "motion", "gone.smc", values=None, file="gone.smc"),
@@ -102,6 +102,18 @@ CASES = [
     bad("Poisson", "material", "poisson_ratio", "0.5", poisson_ratio=0.5),
     bad("Poisson missing", "material", "poisson_ratio", poisson_ratio=None),
     bad("no stiffness", "material", "young_modulus", young_modulus=0.0),
+    bad("stiffness missing", "material", "young_modulus is missing", young_modulus=None),
+    bad("friction missing", "joint", "friction_angle", friction_angle=None),
+    bad("tension", "joint", "tensile_strength = -5", tensile_strength=-5.0),
+    bad("time step missing", "control", "time_step is missing", time_step=None),
+    bad("no room to move", "control", "ratio = 0", max_displacement_ratio=0.0),
+    bad("step control", "control", "'often'", time_step_control="often"),
+    bad("endless gravity", "control", "gravity", gravity=[0.0, 1e40]),
+    bad("shear springs", "contact", "shear_ratio = -2", shear_ratio=-2.0),
+    bad("one iteration", "contact", "max_iterations = 1", max_iterations=1),
+    bad("any force", "contact", "force_tolerance = 1", force_tolerance=1.0),
+    bad("no supports", "contact", "fixed_point_ratio = 0", fixed_point_ratio=0.0),
+    bad("frames", "output", "block_interval = -1", block_interval=-1),
     bad("friction", "joint", "friction_angle", "90", friction_angle=90.0),
     flowing("friction without a direct effect", "direct_effect is missing", direct_effect=None),
     flowing("a state without a distance", "state_distance is missing", evolution_effect=0.01),
@@ -258,6 +270,9 @@ CASES = [
     bad("solver", "control", "solver", "'magic'", solver="magic"),
     bad("layers", "layers", "thickness", "-1", thickness=-1.0),
     bad("no layers", "layers", "count", "0", count=0),
+    bad("no width", "layers", "width is missing", width=None),
+    more("no drums", "drums", "height = 0", width=1.0, height=0.0),
+    more("no bricks", "wall", "brick_height", brick_length=1.0),
     # Names
     bad("material name", "layers", "material", "'gold'", material="gold"),
     bad("joint name", "layers", "joint", "'glue'", joint="glue"),
@@ -270,6 +285,10 @@ CASES = [
     more("two titles", "run", "only once", title="b"),
     bad("point twice", "measured_point", "twice", name="surface"),
     bad("nameless", "measured_point", "name", name=None),
+    bad("nameless motion", "motion", "name is missing", name=None),
+    more("joint twice", "joint", "twice", name="bedding", friction_angle=3.0),
+    bad("half a place", "fixed_point", "y is missing", y=None),
+    bad("direction", "fixed_point", "direction = 'z'", direction="z"),
     # Shapes
     shaped("two corners", [[0.0, 0.0, 1.0, 0.0]], "2", "at least 3"),
     shaped("no corners", [[]], "vertices"),
@@ -287,6 +306,9 @@ CASES = [
     bad("quantity", "motion", "'jerk'", quantity="jerk"),
     bad("unit", "motion", "'gal'", unit="gal"),
     bad("motion step", "motion", "time_step", "-0.01", time_step=-0.01),
+    bad("no motion step", "motion", "time_step", time_step=None),
+    bad("taper", "motion", "taper = 2", taper=2.0),
+    bad("drift", "motion", "drift_order = 7", drift_order=7),
     bad("value", "motion", "values", "NaN", values=[0.0, np.nan, 1.0]),
     bad("gap in values", "motion", "values", "Inf", values=[0.0, np.inf, 1.0]),
     refused(
