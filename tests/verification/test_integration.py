@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Members of the time integration, and supports that do not ring, on whole runs.
 
-Their energy and transfer functions, and the DDA member, are validation cases.
+Their energy and transfer functions, their peaks, and the DDA member are validation cases.
 """
 
 from pathlib import Path
@@ -15,39 +15,7 @@ from sitedda.response import amplifications
 from sitedda_evidence.validation.integration import soil_column_text
 
 INPUTS = Path(__file__).parents[2] / "inputs"
-SITE = INPUTS / "layered_site.nml"
 LISTENED = 45.0  # s: ten after the end of the record, when all has died out
-# --- The peak that is printed ---------------------------------------------------------------------
-
-
-def peaks_of(file, **changes) -> tuple:
-    """The peak of a run, and that of the exact discrete transfer function: Hz and amplitude."""
-    run = amplifications(sitedda.run(file, **changes).history)[0].peak
-    near = np.linspace(run.frequency - 0.1, run.frequency + 0.1, 401)
-    curve = abs(sitedda.transfer(file, near, **changes))
-    best = int(np.argmax(curve))
-    assert 0 < best < near.size - 1, "the maximum lies elsewhere"
-    return run.frequency, run.amplitude, near[best], curve[best]
-
-
-@pytest.mark.parametrize("integration", ["theta", "backward_euler"])
-def test_the_peak_of_another_member_is_that_of_its_transfer_function(integration):
-    changes = {"integration": integration, "time_step": 2e-3, "steps": round(LISTENED / 2e-3)}
-    frequency, amplitude, *exact = peaks_of(SITE, **changes)
-    print(f"{integration}: {amplitude:.4f} at {frequency:.4f} Hz, exact {exact}")
-    assert abs(frequency - exact[0]) <= 2e-3
-    assert amplitude == pytest.approx(exact[1], rel=1e-4)
-
-
-def test_a_damping_ratio_at_a_frequency_is_what_the_peak_shows():
-    """5 % at 13.9 Hz with steps of 2 ms: the peak of 1/(cos) with that loss, as of the twin."""
-    wanted = {"integration": "theta", "damping_ratio": 0.05, "damping_frequency": 13.9}
-    changes = wanted | {"time_step": 2e-3, "steps": 20000}
-    frequency, amplitude, *exact = peaks_of(SITE, **changes)
-    assert amplitude == pytest.approx(exact[1], rel=1e-4)
-    assert amplitude == pytest.approx(2 / (np.pi * 0.05), rel=0.02)  # first mode of a layer
-    assert abs(frequency - exact[0]) <= 2e-3
-
 
 # --- Supports -------------------------------------------------------------------------------------
 

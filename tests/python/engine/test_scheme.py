@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The closed forms of the time integration against steps that are taken one by one."""
+"""Closed forms of the time integration as Python has them; `tests/fortran/test_scheme.f90` is of
+the forms themselves."""
 
 import numpy as np
 import pytest
@@ -16,68 +17,11 @@ MEMBERS = {
     "theta": (0.75, 0.75),
     "backward_euler": (1.0, 1.0),
 }
-OMEGA = 10.0  # rad/s
-
-
-def step_matrix(theta: float, chi: float, turn: float) -> np.ndarray:
-    """One step of x'' + ω² x = 0 in (x, v Δt), solved for the end: docs/method.md."""
-    before = np.array([[1.0, 1 - chi], [-(1 - theta) * turn**2, 1.0]])
-    after = np.array([[1.0, -chi], [theta * turn**2, 1.0]])
-    return np.linalg.solve(after, before)
 
 
 @pytest.mark.parametrize("name", MEMBERS)
 def test_the_members_by_name(name):
     assert (Scheme.named(name).theta, Scheme.named(name).chi) == MEMBERS[name]
-
-
-@pytest.mark.parametrize("name", MEMBERS)
-@pytest.mark.parametrize("turn", [0.05, 0.5, 3.0, 5.0, 100.0, 1e4])
-def test_roots_are_the_eigenvalues_of_a_step(name, turn):
-    found = Scheme.named(name).vibration(OMEGA / (2 * np.pi), turn / OMEGA)
-    expected = np.linalg.eigvals(step_matrix(*MEMBERS[name], turn))
-    order = np.argsort(-abs(expected)) if np.isreal(expected).all() else np.argsort(-expected.imag)
-    roots = found.roots if np.isreal(expected).all() else sorted(found.roots, key=lambda z: -z.imag)
-    assert_allclose(roots, expected[order], rtol=1e-6, atol=1e-7)
-
-
-@pytest.mark.parametrize("name", MEMBERS)
-def test_damping_and_period_of_a_free_vibration(name):
-    turn = 0.3
-    root = np.linalg.eigvals(step_matrix(*MEMBERS[name], turn))[0]
-    found = Scheme.named(name).vibration([OMEGA / (2 * np.pi)], turn / OMEGA)
-    logarithm = np.log(root)
-    assert_allclose(found.damping, -logarithm.real / abs(logarithm), rtol=1e-10, atol=1e-14)
-    assert_allclose(found.elongation, turn / abs(logarithm.imag) - 1, rtol=1e-9)
-
-
-def test_a_velocity_that_changes_its_sign_lasts_as_its_root_says():
-    root = np.linalg.eigvals(step_matrix(1.0, 0.5, 30.0)).min()
-    assert root < 0
-    found = Scheme().vibration(OMEGA / (2 * np.pi), 30.0 / OMEGA)
-    assert_allclose(found.ringing, -1 / np.log(-root), rtol=1e-9)
-    assert found.damping == 1.0 and found.elongation == -1.0
-    assert Scheme().vibration(OMEGA / (2 * np.pi), 0.1 / OMEGA).ringing == 0.0
-    # the midpoint rule loses nothing: rounding may leave a huge number, or infinity
-    assert Scheme.named("midpoint").vibration(OMEGA / (2 * np.pi), 30.0 / OMEGA).ringing > 1e12
-
-
-@pytest.mark.parametrize("name", MEMBERS)
-def test_steady_vibration_is_that_of_forced_steps(name):
-    """x'' + 2hx' + ω²x = a e^{iωt} with force at t₀ + θΔt, until the start has died out."""
-    (theta, chi), step, frequency = MEMBERS[name], 0.01, 7.0
-    factors = Scheme.named(name).steady(frequency, step)
-    square, dashpot, end = OMEGA**2, 3.0, 500.0  # stiffness at θ, dashpot on d/Δt, spring at end
-    angle = 2j * np.pi * frequency * step
-    x, v = 0.0, 0.0
-    for n in range(4000):
-        mass = 1 / (chi * step**2)
-        load = np.exp(angle * (n + theta)) - square * x - end * x + v / (chi * step)
-        d = load / (mass + theta * square + dashpot / step + end)
-        x, v = x + d, d / (chi * step) - (1 / chi - 1) * v
-    impedance = factors.inertia + square + dashpot * factors.mean_dashpot
-    expected = factors.load / (impedance + end * factors.end_stiffness)
-    assert_allclose(x / np.exp(angle * 4000), expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("name", MEMBERS)
@@ -118,14 +62,6 @@ def test_damping_of_the_dda_member_is_the_known_closed_form():
     expected = np.tan(np.pi * frequency * 1e-3) / (np.pi * 1e-3)
     assert_allclose(scheme_frequency(frequency, 1e-3), expected, rtol=1e-12)
     assert scheme_frequency(0.0, 1e-3) == 0.0 == scheme_damping(0.0, 1e-3)
-
-
-def test_damping_of_all_members_is_half_the_loss_factor():
-    tau = np.tan(np.pi * 14.0 * 5e-3)
-    for name, (theta, chi) in MEMBERS.items():
-        modulus = (1 + 1j * (2 * theta - 1) * tau) * (1 + 1j * (2 * chi - 1) * tau)
-        ratio = modulus.imag / modulus.real / 2
-        assert scheme_damping(14.0, 5e-3, name) == pytest.approx(ratio, rel=1e-12, abs=1e-15)
     assert scheme_damping(80.0, 5e-3, "backward_euler") == np.inf  # no positive real part
 
 
