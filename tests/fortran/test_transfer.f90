@@ -14,7 +14,7 @@ module test_transfer
    use dda_stages, only: begin_simulation
    use dda_time_step, only: advance
    use dda_transfer, only: transfer_type, transfer_peak_type, prepare_transfer, transfer_at, &
-      transfer_peak
+      undamped_transfer_at, transfer_peak
    use check_models, only: layered_site, brick_wall, linear_of
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
@@ -139,6 +139,9 @@ contains
       call check_close(peak%amplitude, largest, 'second peak', relative=1.0e-6_wp)
       call transfer_peak(transfer, 16.0_wp, 18.0_wp, peak)
       call check(.not. peak%inside, 'the flank of a peak is not a peak')
+      call transfer_peak(transfer, 10.0_wp, 20.0_wp, peak)
+      call check(abs(undamped_transfer_at(transfer, peak%frequency)) > 2*peak%amplitude, &
+         'higher without damping')
    end subroutine peak_against_a_fine_grid
 
    !> A wall answers as a direct solution of all its equations does.

@@ -522,7 +522,7 @@ def test_a_time_step_that_has_shrunk_is_resumed(write_input, tmp_path, same_bits
     same_bits(tmp_path / "whole.nc", tmp_path / "parts.nc")
 
 
-# --- Stopped on request ----------------------------------------------------------------------------
+# --- Stopped on request --------------------------------------------------------------------------
 
 
 def catches(process: int, number: signal.Signals) -> bool:
