@@ -330,9 +330,9 @@ pint and UDUNITS read it, and its `long_name`.
 
 def page(schema: Schema) -> str:
     """The page of the handbook."""
-    text = PAGE + "## Dimensions\n\n| dimension | length | content |\n|---|---|---|\n"
+    text = PAGE + "## Dimensions\n\n| dimension | content |\n|---|---|\n"
     for name, (length, words) in schema.dimensions.items():
-        text += f"| `{name}` | {length} | {words} |\n"
+        text += f"| `{name}` | {f'{length}: ' if length.isdigit() else ''}{words} |\n"
     text += "\n## Variables\n"
     for family, when in schema.families.items():
         own = [one for one in schema.variables if one.family == family]

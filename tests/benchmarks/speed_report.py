@@ -57,7 +57,7 @@ def text(machine: str, results: list[dict]) -> str:
     good = [result for result in results if "error" not in result]
     engine = [result for result in good if result["solver_asked"] == "auto"]
     parts = [HEAD, f"Machine: {machine}.", SUMMARY, summary_table(engine), MEANING]
-    parts += [growth_line(engine), rivals_table(engine), sor_table(good), disturbances(good)]
+    parts += [growth_line(engine), rivals_table(engine), disturbances(good)]
     failed = [f"- {name(result)}: {result['error']}" for result in results if "error" in result]
     if failed:
         parts.append("Not measured:\n\n" + "\n".join(failed))
@@ -135,33 +135,6 @@ def rivals_table(results: list[dict]) -> str:
     heads = ["model, penalty, time step", "state", "engine, ms", "numpy + scipy, ms",
              "its iterations", "times", "differ by"]  # fmt: skip
     return AGAINST_PLAIN + table(heads, rows)
-
-
-def sor_table(results: list[dict]) -> str:
-    """The engine's solve against SOR, one thread, quiet."""
-    rows = []
-    for other in results:
-        if other["solver_asked"] != "sor":
-            continue
-        for result in results:
-            if (name(result), result["threads"]) != (name(other), 1):
-                continue
-            if result["solver_asked"] == "auto":
-                own, theirs = solve_time(result), solve_time(other)
-                sweeps = other["quiet"]["counts"]["solver_iterations"]
-                rows.append(row(name(result), f"{1e3 * own:.3g}", f"{1e3 * theirs:.3g}",
-                                f"{theirs / own:.0f}", f"{sweeps:.0f}"))  # fmt: skip
-    if not rows:
-        return ""
-    heads = ["model, penalty, time step", "solve, ms", "SOR, ms", "times", "sweeps"]
-    return "One solve of a quiet step against SOR:\n\n" + table(heads, rows)
-
-
-def solve_time(result: dict) -> float:
-    """Seconds of one solve of the quiet phase, the factor included."""
-    quiet = result["quiet"]
-    spent = quiet["phases"]["solve"] + quiet["phases"]["factorise"]
-    return spent / quiet["counts"]["solves"]
 
 
 def growth_line(results: list[dict]) -> str:
