@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The value of a parameter at which a result of a run has a target value: back-analysis.
+"""Values of parameters at which results of a run have target values: back-analysis.
 
-A bracket is shrunk by the method ITP (Oliveira and Takahashi 2020, ACM Transactions on Mathematical
-Software 47, 5), which never needs more runs than bisection and usually half of them.
+For one parameter a bracket is shrunk by the method ITP (Oliveira and Takahashi 2020, ACM
+Transactions on Mathematical Software 47, 5), which never needs more runs than bisection and usually
+half of them.  Several are found by `solving_systems.py`.
 """
 
 import math
@@ -97,26 +98,27 @@ class Root:
 
 def solve_for(
     model,
-    parameter: str,
-    result: str | Callable,
-    target: float,
+    parameter: str | Sequence[str],
+    result,
+    target: float | Sequence[float],
     *,
-    between: Sequence[float],
+    between: Sequence,
     tolerance: float = 1e-3,
     task: str | Callable = "run",
     accuracy: bool = True,
     jumps: bool = False,
     changes: Mapping | None = None,
     **more,
-) -> Root:
-    """Find the value of a parameter at which a result has a target value.
+):
+    """Find the value of a parameter at which a result has a target value, or several of each.
 
     Parameters
     ----------
     model : path, Model or callable
         Model to run; or a function of the parameter that returns a number.
     parameter : str
-        Variable to change, such as ``joint[plane].friction_angle``.
+        Variable to change, such as ``joint[plane].friction_angle``.  A sequence of them needs as
+        many results, targets and ranges; a function then returns as many numbers.
     result : str or callable
         A number of the run, see `sitedda.study.measure`, or a function of a `sitedda.Run`; of a
         task one of its numbers.
@@ -133,44 +135,51 @@ def solve_for(
         The bar counts the errors of the result by time step and penalty, from runs with smaller
         steps at the root (`sitedda.accuracy`); of a task or a function it does not.
     jumps : bool
-        If the result jumps past the target, the jump is the root.
+        If the result jumps past the target, the jump is the root; of one parameter alone.
     changes, **more
         Variables to change in the input first, see `Simulation`.
+
+    Returns
+    -------
+    Root or Roots
+        Roots of several parameters.
 
     Raises
     ------
     NoRootError
         If there is none; its ``mode`` says why: 'outside' (all results lie on one side of the
-        target), 'flat' (the parameter does not change the result), 'jump' (the result jumps past
-        it), 'fails' (a run within the bracket cannot be carried out), 'no number'.
+        target; of several, no values within the ranges were found), 'flat' (the parameter does not
+        change the result), 'dependent' (the results do not change independently), 'jump' (the
+        result jumps past it), 'fails' (a run within the bracket cannot be carried out), 'no
+        number'.
     InputError
         If an argument cannot be used.
     """
-    low, high = _bracket(between)
     TOLERANCE.check("tolerance", tolerance)
+    changes = dict(changes or {}) | more
+    if not isinstance(parameter, str):
+        from .solving_systems import solve_system
+
+        return solve_system(model, parameter, result, target, between, tolerance, task, accuracy,
+                            changes)  # fmt: skip
+    low, high = bracket_of(between)
     target = FINITE.check("target", target)
-    trials = _Trials(model, parameter, result, target, task, dict(changes or {}) | more)
+    trials = Trials(model, [parameter], [result], task, changes)
+    trials.target = target
     found = _Bracket(trials, tolerance * max(abs(low), abs(high), abs(high - low)))
     crossings = found.find(low, high)
     found.shrink(tolerance)
     value, jump = found.settle(jumps)
     half = max(value - found.low, found.high - value)
-    doubt = "" if task == "run" and not callable(model) else "the bar has only the bracket"
-    error = 0.0
-    if jump:
-        doubt = ""
-    elif not doubt and accuracy:
-        error, doubt = trials.error_at(value)
-    elif not doubt:
-        doubt = "the bar has only the bracket: accuracy = true adds time step and penalty"
-    bar, tried = half + abs(error / found.slope), tuple(trials.done.items())
+    error, doubt = ([0.0], "") if jump else trials.errors_at((value,), accuracy)
+    bar, tried = half + abs(error[0] / found.slope), trials.tried()
     return Root(
-        parameter, trials.name, target, value, bar, found.low, found.high, trials.done[value],
+        parameter, trials.name, target, value, bar, found.low, found.high, trials(value) + target,
         found.slope, crossings, jump, tried, doubt,
     )  # fmt: skip
 
 
-def _bracket(between) -> tuple[float, float]:
+def bracket_of(between) -> tuple[float, float]:
     """Two different numbers in order."""
     try:
         low, high = sorted(FINITE.check("between", value) for value in between)
@@ -206,7 +215,7 @@ class SolveFor:
 
     def checked(self) -> "SolveFor":
         """Itself, if a search could begin with it."""
-        _bracket(self.between)
+        bracket_of(self.between)
         TOLERANCE.check("tolerance", self.tolerance)
         FINITE.check("target", self.target)
         if not isinstance(self.parameter, str) or not isinstance(self.result, str):
@@ -217,25 +226,28 @@ class SolveFor:
 
     def check(self, file) -> None:
         """Check that an input has parameter and result, before the search is begun."""
-        trials = _Trials(file, self.parameter, self.result, self.target, self.task, {})
+        trials = Trials(file, [self.parameter], [self.result], self.task, {})
         text = changed_input(trials.text, {self.parameter: self.between[0]}, file=file)
         if self.task == "run":
-            check_names(InputOfRun(trials.file, text), [trials.wanted])
+            check_names(InputOfRun(trials.file, text), trials.wanted)
 
     def __call__(self, file) -> dict:
         """Numbers of the root of an input, see `Root.to_dict`."""
         return solve_for(Path(file), **vars(self)).to_dict()
 
 
-class _Trials:
-    """Results of one model, by the value of its parameter."""
+class Trials:
+    """Results of one model, by the values of its parameters."""
 
-    def __init__(self, model, parameter: str, result, target: float, task, changes: Mapping):
-        self.model, self.parameter, self.target = model, parameter, target
+    target = 0.0  # of a single result
+
+    def __init__(self, model, parameters: Sequence, results: Sequence, task, changes: Mapping):
+        self.model, self.parameters, self.parameter = model, list(parameters), parameters[0]
         self.task = task_of(task)
-        self.wanted = self._quantity(result)
-        self.name = self.wanted.label
-        self.done: dict[float, float] = {}
+        self.wanted = [self._quantity(one) for one in results]
+        self.names = [one.label for one in self.wanted]
+        self.name = self.names[0]
+        self.done: dict[tuple, tuple] = {}
         if not callable(model):
             with opened_input(model) as (file, text):
                 text = with_files(text, lambda group: _whole_name(group, file), file)
@@ -249,65 +261,98 @@ class _Trials:
         return wanted[0]
 
     def __call__(self, value: float) -> float:
-        """The result less the target."""
-        value = float(value)
-        if value not in self.done:
-            self.done[value] = self._checked(value)
-        return self.done[value] - self.target
+        """The first result less its target, of one parameter."""
+        return self.results((float(value),))[0] - self.target
 
-    def _checked(self, value: float) -> float:
-        where = f"{self.parameter} = {value:.6g}"
+    def results(self, values: tuple) -> tuple:
+        """All results, at values of the parameters."""
+        if values not in self.done:
+            self.done[values] = self._checked(values)
+        return self.done[values]
+
+    def tried(self) -> tuple:
+        """Values of one parameter that were tried, and results."""
+        return tuple((value[0], found[0]) for value, found in self.done.items())
+
+    def _checked(self, values: tuple) -> tuple:
+        pairs = zip(self.parameters, values, strict=True)
+        where = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
         try:
-            found = self._measured(value)
+            found = self._measured(values)
         except (InterruptedRun, InputError):
             raise
         except SiteddaError as error:
             raise self.failure("fails", f"the run with {where} fails: {error}") from error
-        if not math.isfinite(found):
-            raise self.failure("no number", f"{self.name} is not a number with {where}")
+        for name, one in zip(self.names, found, strict=True):
+            if not math.isfinite(one):
+                raise self.failure("no number", f"{name} is not a number with {where}")
         return found
 
     def failure(self, mode: str, words: str, low=math.nan, high=math.nan) -> NoRootError:
         """The error of a search that has not found a root."""
-        return NoRootError(f"no root: {words}", mode, (low, high), tuple(self.done.items()))
+        tried = self.tried() if len(self.parameters) == 1 else tuple(self.done.items())
+        return NoRootError(f"no root: {words}", mode, (low, high), tried)
 
-    def _measured(self, value: float) -> float:
+    def _measured(self, values: tuple) -> tuple:
         if callable(self.model):
-            name = next(iter(short_names([self.parameter]).values()))
-            return self._number(returned(self.name, self.model(**{name: value})))
-        text = changed_input(self.text, {self.parameter: value}, file=self.file)
+            names = short_names(self.parameters).values()
+            found = self.model(**dict(zip(names, values, strict=True)))
+            if len(self.names) > 1 and not isinstance(found, Mapping):
+                found = self._of_sequence(found)
+            return self._numbers(returned(self.name, found))
+        changes = dict(zip(self.parameters, values, strict=True))
+        text = changed_input(self.text, changes, file=self.file)
         with tempfile.TemporaryDirectory(prefix="sitedda-solve-") as folder:
             if callable(self.task):
                 file = Path(folder) / "model.nml"
                 file.write_text(text, "utf-8", "surrogateescape")
-                return self._number(returned(self.name, self.task(file)))
+                return self._numbers(returned(self.name, self.task(file)))
             output = Path(folder) / "out.nc"
             _run(InputOfRun(self.file, text), output)
-            numbers, _ = measure(output, [self.wanted], [])
-        return self._number(numbers)
+            numbers, _ = measure(output, self.wanted, [])
+        return self._numbers(numbers)
 
-    def _number(self, values: Mapping) -> float:
+    def _of_sequence(self, found) -> dict:
+        try:
+            return dict(zip(self.names, found, strict=True))
+        except (TypeError, ValueError):
+            raise InputError(f"the function must return {len(self.names)} numbers, for "
+                             f"{', '.join(self.names)}, not {found!r}") from None  # fmt: skip
+
+    def _numbers(self, values: Mapping) -> tuple:
+        return tuple(self._number(name, values) for name in self.names)
+
+    def _number(self, name: str, values: Mapping) -> float:
         numbers = {n: v for n, v in values.items() if isinstance(v, float | int)}
-        if self.name in numbers:
-            return float(numbers[self.name])
-        if len(numbers) == 1 and len(values) == 1:
+        if name in numbers:
+            return float(numbers[name])
+        if len(numbers) == len(values) == len(self.names) == 1:
             return float(next(iter(numbers.values())))
         known = f"; there are {', '.join(numbers)}" if numbers else ", as with .last or .largest"
-        raise InputError(f"result {self.name!r} is not one number{known}")
+        raise InputError(f"result {name!r} is not one number{known}")
 
-    def error_at(self, value: float) -> tuple[float, str]:
-        """Error of the result at a value by time step and penalty, and omitted errors."""
+    def errors_at(self, values: tuple, wanted: bool) -> tuple[list[float], str]:
+        """Errors of the results by time step and penalty, and omitted errors, in words."""
         from .error_bars import accuracy
 
-        text = changed_input(self.text, {self.parameter: value}, file=self.file)
-        wanted = {self.name: self.wanted.function or self.wanted.name}
-        figures = accuracy(InputOfRun(self.file, text), wanted, workers=1).figures
-        if self.name not in figures:
-            return 0.0, "the bar has only the bracket: the result has none"
-        figure = figures[self.name]
-        if not math.isfinite(figure.bar):
-            return 0.0, f"the bar has only the bracket: {self.name} {figure.doubt}"
-        return abs(figure.run - figure.finest) + figure.bar, figure.doubt
+        errors, alone = [0.0] * len(self.names), "the bar has only the bracket"
+        if self.task != "run" or callable(self.model):
+            return errors, alone
+        if not wanted:
+            return errors, f"{alone}: accuracy = true adds time step and penalty"
+        changes = dict(zip(self.parameters, values, strict=True))
+        text = changed_input(self.text, changes, file=self.file)
+        asked = {one.label: one.function or one.name for one in self.wanted}
+        figures, doubts = accuracy(InputOfRun(self.file, text), asked, workers=1).figures, []
+        for i, name in enumerate(self.names):
+            if name not in figures:
+                doubts.append(f"{alone}: the result has none")
+            elif not math.isfinite(figures[name].bar):
+                doubts.append(f"{alone}: {name} {figures[name].doubt}")
+            else:
+                errors[i] = abs(figures[name].run - figures[name].finest) + figures[name].bar
+                doubts.append(figures[name].doubt)
+        return errors, "; ".join(filter(None, doubts))
 
 
 def _whole_name(group, file: Path) -> str:
@@ -330,7 +375,7 @@ def _run(source, output: Path) -> None:
 class _Bracket:
     """Values of the parameter between which the result crosses the target."""
 
-    def __init__(self, trials: _Trials, scale: float):
+    def __init__(self, trials: Trials, scale: float):
         self.trials = trials
         self.low = self.high = self.below = self.above = self.slope = math.nan
         self.scale = scale
@@ -356,7 +401,7 @@ class _Bracket:
 
     def _no_root(self, low: float, high: float) -> NoRootError:
         trials = self.trials
-        results = list(trials.done.values())
+        results = [found for _, found in trials.tried()]
         least, most = min(results), max(results)
         where = f"for {trials.parameter} from {low:g} to {high:g} ({len(results)} runs)"
         if most - least <= _FLAT * max(abs(least), abs(most)):

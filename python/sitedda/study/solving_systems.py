@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Values of several parameters at which as many results have target values.
+
+Least squares within the ranges (trust region reflective: Branch, Coleman and Li 1999, SIAM Journal
+on Scientific Computing 21, 1-23), with central differences; from the middle of the ranges, then
+from points nearer to their corners, until all results have their targets.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import islice, product
+
+import numpy as np
+
+from ..base.arguments import FINITE
+from ..base.errors import InputError
+from .solving import Trials, bracket_of
+
+_STARTS = 9  # points from which a search begins, at most
+_STEP = 5e-3  # of a range, of differences
+_SOLUTIONS = 40  # evaluations of a search, without those of differences
+_DEPENDENT = 1e-4  # ratio of singular values of scaled slopes that is error of differences
+
+
+@dataclass(frozen=True)
+class Roots:
+    """The values of several parameters at which as many results have their target values.
+
+    Attributes
+    ----------
+    parameters, results : tuple of str
+    target, value, bar, reached : ndarray, shape (n,)
+        Targets; values of the parameters, each taken to lie within its bar; the results there.
+        Bars are the last step of the search and errors of the results over the slopes.
+    slope : ndarray, shape (n, n)
+        Change of each result (row) with each parameter.
+    trials : tuple of (tuple, tuple)
+        Values that were tried, and the results, in order.
+    doubt : str
+        Errors that the bars omit; empty if there are none.
+    """
+
+    parameters: tuple[str, ...]
+    results: tuple[str, ...]
+    target: np.ndarray
+    value: np.ndarray
+    bar: np.ndarray
+    reached: np.ndarray
+    slope: np.ndarray
+    trials: tuple = field(repr=False)
+    doubt: str = ""
+
+    def __str__(self) -> str:
+        """The roots in a sentence, with doubts."""
+        from ..base.numbers import with_bar
+
+        values = zip(self.parameters, self.value, self.bar, strict=True)
+        found = ", ".join(f"{name} = {with_bar(v, bar)}" for name, v, bar in values)
+        wanted = zip(self.results, self.target, strict=True)
+        words = ", ".join(f"{name} = {value:g}" for name, value in wanted)
+        words = f"{found} for {words} ({len(self.trials)} runs)"
+        return words + (f"; {self.doubt}" if self.doubt else "")
+
+
+def solve_system(
+    model, parameters, results, target, between, tolerance: float, task, accuracy: bool, changes
+) -> Roots:
+    """`solve_for` of several parameters, with its arguments."""
+    lengths = []
+    for name, values in (("parameter", parameters), ("result", results), ("target", target),
+                         ("between", between)):  # fmt: skip
+        if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
+            raise InputError(f"{name} = {values!r}: give one for each of the parameters")
+        lengths.append(len(values))
+    if len(set(lengths)) > 1 or not lengths[0]:
+        raise InputError("give as many parameters as results, targets and ranges, not {}, {}, {} "
+                         "and {}".format(*lengths))  # fmt: skip
+    for name, names in (("parameter", parameters), ("result", results)):
+        if len(set(names)) < len(names):
+            raise InputError(f"{name} = {list(names)}: one of them is there twice")
+    aims = np.array([FINITE.check("target", value) for value in target])
+    ends = np.array([bracket_of(one) for one in between])
+    trials = Trials(model, parameters, results, task, changes)
+    if len(set(trials.names)) < len(trials.names):
+        raise InputError(f"two results are named {trials.names[0]!r}: name the functions")
+    search = _Search(trials, aims, ends, tolerance)
+    value, reached, slope, last = search.run()
+    errors, doubt = trials.errors_at(tuple(value.tolist()), accuracy)
+    bar = last + abs(np.linalg.inv(slope)) @ errors
+    return Roots(tuple(parameters), tuple(trials.names), aims, value, bar, reached, slope,
+                 tuple(trials.done.items()), doubt)  # fmt: skip
+
+
+class _Search:
+    """The search, in fractions u of the ranges of the parameters."""
+
+    def __init__(self, trials: Trials, aims: np.ndarray, ends: np.ndarray, tolerance: float):
+        self.trials, self.aims, self.low, self.width = trials, aims, ends[:, 0], np.ptp(ends, 1)
+        self.close = tolerance * abs(ends).max(1) / self.width
+
+    def run(self) -> tuple:
+        """Values, results, slopes and the last step of the parameters; or NoRootError."""
+        from scipy.optimize import least_squares
+
+        size, known, nearest = len(self.aims), False, None
+        starts = [np.full(size, 0.5), *map(np.array, product((0.2, 0.8), repeat=size))]
+        for start in islice(starts, _STARTS):
+            slopes = self._slopes(start)
+            scale = np.linalg.norm(slopes, axis=1)
+            if not scale.all() or not self._independent(slopes):
+                continue  # elsewhere they may be
+            known = True
+            found = least_squares(
+                lambda u, s=scale: self._off(u) / s, start, lambda u, s=scale: self._slopes(u) /
+                s[:, None], (0.0, 1.0), ftol=None, gtol=None, xtol=1e-2 * self.close.min(),
+                max_nfev=_SOLUTIONS,
+            )  # fmt: skip
+            slopes = self._slopes(found.x)
+            step = abs(np.linalg.lstsq(slopes, self._off(found.x), rcond=None)[0])
+            if self._independent(slopes) and np.all(step <= self.close):
+                reached = self._off(found.x) + self.aims
+                return self._at(found.x), reached, slopes / self.width, step * self.width
+            if nearest is None or found.cost < nearest.cost:
+                nearest = found
+        raise self._outside(nearest.x) if known else self._dependent()
+
+    def _at(self, u: np.ndarray) -> np.ndarray:
+        return self.low + u * self.width
+
+    def _off(self, u: np.ndarray) -> np.ndarray:
+        return np.array(self.trials.results(tuple(self._at(u).tolist()))) - self.aims
+
+    def _slopes(self, u: np.ndarray) -> np.ndarray:
+        """Changes of the results with u, each column over a step within the ranges."""
+        columns = []
+        for axis in np.eye(len(u)):
+            ends = [np.clip(u + sign * _STEP * axis, 0.0, 1.0) for sign in (1, -1)]
+            columns.append((self._off(ends[0]) - self._off(ends[1])) / ((ends[0] - ends[1]) @ axis))
+        return np.column_stack(columns)
+
+    def _independent(self, slopes: np.ndarray) -> bool:
+        """Whether each parameter and each result counts for itself."""
+        for axis in (1, 0):
+            size = np.linalg.norm(slopes, axis=axis, keepdims=True)
+            if not size.all():
+                return False
+            slopes = slopes / size
+        values = np.linalg.svd(slopes, compute_uv=False)
+        return bool(values[-1] > _DEPENDENT * values[0])
+
+    def _dependent(self):
+        slopes = self._slopes(np.full(len(self.aims), 0.5))
+        for axis, names in ((0, self.trials.parameters), (1, self.trials.names)):
+            for name, still in zip(names, ~slopes.any(axis), strict=True):
+                if still:
+                    words = "changes none of the results" if axis == 0 else "changes with none of them"
+                    return self.trials.failure("flat", f"{name} {words}")
+        names = " and ".join(self.trials.names)
+        return self.trials.failure("dependent", f"{names} do not change independently with "
+                                   f"{' and '.join(self.trials.parameters)}")  # fmt: skip
+
+    def _outside(self, u: np.ndarray):
+        there = zip(self.trials.parameters, self._at(u), strict=True)
+        where = ", ".join(f"{name} = {value:.6g}" for name, value in there)
+        got = zip(self.trials.names, self._off(u) + self.aims, self.aims, strict=True)
+        what = ", ".join(f"{name} = {value:.6g} (target {aim:g})" for name, value, aim in got)
+        return self.trials.failure("outside", f"none found within the ranges ({len(self.trials.done)}"
+                                   f" runs); nearest is {where}, with {what}")  # fmt: skip

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`solve_for` of several parameters: roots with closed forms, and systems that have none."""
+
+import math
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda import NoRootError, solve_for
+
+
+def circle(a, b):
+    """Sum of squares and difference, at scales that differ by 10^12."""
+    return a**2 + (b * 1e9) ** 2, 1e6 * (a - b * 1e9)
+
+
+def test_roots_of_functions():
+    found = solve_for(circle, ["a", "b"], ["radius", "off"], [25.0, 1e6],
+                      between=[(0, 10), (0, 2e-8)], tolerance=1e-6)  # fmt: skip
+    assert found.value == pytest.approx([4.0, 3e-9], rel=1e-6)
+    assert found.reached == pytest.approx([25.0, 1e6], rel=1e-6)
+    assert found.slope[0] == pytest.approx([8.0, 6e9], rel=1e-4)
+    assert np.all(found.bar <= 1e-6 * np.array([10, 2e-8]))
+    assert "a = 4" in str(found) and "radius = 25" in str(found)
+
+    def three(x, y, z):
+        return {"sum": x + y + z, "product": x * y * z, "other": x * y + math.exp(z)}
+
+    wanted = three(0.3, 1.2, 2.0)
+    found = solve_for(three, list("xyz"), list(wanted), list(wanted.values()),
+                      between=[(0, 1), (1, 3), (1.5, 4)], tolerance=1e-8)  # fmt: skip
+    assert found.value == pytest.approx([0.3, 1.2, 2.0], rel=1e-7)
+
+
+def test_a_root_that_the_middle_does_not_reach():
+    """From the middle of the ranges |f| falls towards a minimum that is no root."""
+
+    def hills(x, y):
+        return x**3 - 3 * x, y - x
+
+    found = solve_for(hills, ["x", "y"], ["f", "g"], [12.0, 0.5], between=[(-3, 4), (-4, 6)])
+    assert hills(*found.value) == pytest.approx([12.0, 0.5], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("function", "targets", "mode", "words"),
+    [
+        (lambda x, y: (x * x + y * y + 1, x - y), (0, 0), "outside", "nearest is x = "),
+        (lambda x, y: (x + y, x * y), (30, 1), "outside", r"f = .* \(target 30\)"),
+        (lambda x, y: (x + y, 2 * x + 2 * y), (1, 2), "dependent", "f and g do not change indep"),
+        (lambda x, y: (x * y + 1, (x * y + 1) ** 2), (1, 3), "dependent", "with x and y"),
+        (lambda x, y: (x, x**2 + 1), (0.5, 1), "flat", "y changes none"),
+        (lambda x, y: (x + y, 3.0), (0.5, 1), "flat", "g changes with none"),
+        (lambda x, y: (x, math.nan), (0.5, 1), "no number", "g is not a number with x = "),
+    ],
+)
+def test_systems_without_roots(function, targets, mode, words):
+    with pytest.raises(NoRootError, match=words) as failed:
+        solve_for(function, ["x", "y"], ["f", "g"], targets, between=[(-1, 2), (-2, 3)])
+    assert failed.value.mode == mode
+    assert mode == "no number" or len(failed.value.trials) > 4
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"target": [1.0]}, "results, targets and ranges, not 2, 2, 1 and 2"),
+        ({"target": 1.0}, "target = 1.0: give one for each"),
+        ({"result": "f"}, "result = 'f': give one for each"),
+        ({"parameter": ["x", "x"]}, "one of them is there twice"),
+        ({"parameter": []}, "not 0, 2, 2 and 2"),
+        ({"between": [(0, 1), (1, 1)]}, "must differ"),
+        ({"target": [1.0, math.inf]}, "target"),
+        ({"model": lambda x, y: x}, "must return 2 numbers, for f, g"),
+    ],
+)
+def test_arguments_that_cannot_be(changes, words):
+    asked = {"model": circle, "parameter": ["x", "y"], "result": ["f", "g"], "target": [1.0, 2.0],
+             "between": [(0, 1), (0, 1)]}  # fmt: skip
+    with pytest.raises(sitedda.InputError, match=words):
+        solve_for(**asked | changes)
+
+
+def test_friction_and_density_of_a_sliding_block():
+    """Newmark's block: its weight gives the density, its slip then the friction angle."""
+    gravity, push = 9.8, 2000.0
+    model = sitedda.Model("slider", time_step=1e-3, gravity=(0, -gravity))
+    model.contact(normal_stiffness=1e12)
+    model.material("rock", density=2000, young_modulus=1e11, poisson_ratio=0.2)
+    model.joint("plane", friction_angle=30)
+    model.block([-2, -1, 9, -1, 9, 0, -2, 0], name="floor")
+    model.block([0, 0, 2, 0, 2, 0.1, 0, 0.1], name="slider")
+    model.boundary(kind="fixed", blocks="floor", side="bottom")
+    model.load(1.0, 0.05, "slider", name="push", time=[0, 0.4], force_x=[push] * 2)
+    model.measured_joint("base", blocks="slider", against="floor")
+    model.stage("rest", "static")
+    model.stage("motion", duration=1.0, loads="push")
+    mass, brake = 0.2 * 2500.0, gravity * math.tan(math.radians(18.0))
+    slip = 0.5 * 0.4**2 * (push / mass - brake) * (push / mass) / brake
+    found = solve_for(
+        model, ["joint[plane].friction_angle", "material.density"],
+        ["joint_slip[base].last", "joint_normal_force[base].last"], [slip, mass * gravity],
+        between=[(10, 30), (2000, 3000)], tolerance=1e-4,
+    )  # fmt: skip
+    assert found.value == pytest.approx([18.0, 2500.0], rel=2e-3)
+    assert np.all(abs(found.value - [18.0, 2500.0]) <= found.bar + [0.01, 0.1])
