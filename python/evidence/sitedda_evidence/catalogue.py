@@ -9,7 +9,7 @@ from .case import PAPER, VALIDATION, Result
 
 __all__ = ["PAPER", "VALIDATION", "run_case"]
 
-for _name in ("cantilever", "shear_wave", "layers", "avdat", "discussion"):  # as printed
+for _name in ("cantilever", "shear_wave", "layers", "avdat", "discussion", "remarks"):  # as printed
     import_module(f"{paper.__name__}.{_name}")
 for _module in iter_modules(validation.__path__):
     import_module(f"{validation.__name__}.{_module.name}")

@@ -70,7 +70,7 @@ class Posterior:
             squares, y = np.linalg.eigh(stiffness)
         else:
             squares, y = np.linalg.eigvalsh(stiffness), None
-        squares = np.maximum(squares, 1e-300)
+        squares = np.maximum(squares, 1e-30)
         chosen = np.tile(self.seen.number, (len(x), 1))
         if np.any(self.seen.number < 0):
             for one, s, shapes, d in zip(chosen, squares, y, self._delta(x), strict=True):

@@ -17,7 +17,8 @@ _HOMES = {
         "dynamic_analysis": "Ida ida",
         "axes": "Points seeds",
         "records": "Record Records",
-        "solving": "Root solve_for", "solving_systems": "Roots",
+        "solving": "Root solve_for",
+        "solving_systems": "Roots",
         "sensitivity": "SobolIndices Tornado sobol_indices tornado",
         "fitted_motion": "asce7 eurocode8 eurocode8_2024 synthetic",
         "sampling": "latin_hypercube lognormal normal one_at_a_time read_points saltelli "

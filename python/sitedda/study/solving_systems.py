@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.arguments import FINITE
 from ..base.errors import InputError
-from .solving import Trials, bracket_of
+from .trials import Trials, bracket_of
 
 _STARTS = 9  # points from which a search begins, at most
 _STEP = 5e-3  # of a range, of differences
@@ -153,7 +153,9 @@ class _Search:
         for axis, names in ((0, self.trials.parameters), (1, self.trials.names)):
             for name, still in zip(names, ~slopes.any(axis), strict=True):
                 if still:
-                    words = "changes none of the results" if axis == 0 else "changes with none of them"
+                    words = (
+                        "changes none of the results" if axis == 0 else "changes with none of them"
+                    )
                     return self.trials.failure("flat", f"{name} {words}")
         names = " and ".join(self.trials.names)
         return self.trials.failure("dependent", f"{names} do not change independently with "
@@ -164,5 +166,6 @@ class _Search:
         where = ", ".join(f"{name} = {value:.6g}" for name, value in there)
         got = zip(self.trials.names, self._off(u) + self.aims, self.aims, strict=True)
         what = ", ".join(f"{name} = {value:.6g} (target {aim:g})" for name, value, aim in got)
-        return self.trials.failure("outside", f"none found within the ranges ({len(self.trials.done)}"
-                                   f" runs); nearest is {where}, with {what}")  # fmt: skip
+        runs = len(self.trials.done)
+        return self.trials.failure("outside", f"none found within the ranges ({runs} runs); "
+                                   f"nearest is {where}, with {what}")  # fmt: skip

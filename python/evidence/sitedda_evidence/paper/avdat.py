@@ -611,12 +611,6 @@ def _high_end(done: Outcome, found: dict) -> None:
                 "“not always obtained under the lower load values”", None,
                 (min(sizes), max(sizes)), "the column vibrates, by micrometres", 2)
         )  # fmt: skip
-    weight = _DENSITY * _GRAVITY * _WIDTH * _HEIGHT
-    slope = np.degrees(np.arctan(max(_LOADS["static"]) / weight))
-    done.notes.append(
-        "“Initial translation of the uppermost block” under the higher static loads bounds the"
-        f" friction angle, which is not printed: the top drum slides under 3 kN below {slope:.1f}°."
-    )
     done.notes.append(
         "The penalty that the paper finds best, 4e8 N/m or E L / 25, gives the model's first mode"
         f" {_leaning_frequency(4e8):.2f} Hz, in the field's second band. The first band asks for"

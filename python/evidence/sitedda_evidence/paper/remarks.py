@@ -1,0 +1,374 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Remarks of the paper without a figure or table of results: each answered by a short run."""
+
+from functools import cache
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+from scipy.signal import welch
+
+from sitedda.engine.checking import modes, transfer
+from sitedda.engine.signals import dominant_frequency
+from sitedda.facade.model import Model
+from sitedda.facade.run import run
+from sitedda.report.style import BLUE, RED, small_axes
+from sitedda.site.column import refined_peak
+
+from ..case import Outcome, Table, picture, reached, study
+from ..compared import Compared
+from ..runs import Task, input_file
+from . import shear_wave
+from .discrete import DiscreteModel
+
+_WIDTH, _HEIGHT, _DRUMS = 0.6, 0.39, 10  # of the column, m
+_YOUNG, _LAYER, _SPEED = 4.788e9, 15.0, 851.3  # Pa, m, m/s: of the layers, table I
+_SHAKE = (14.21, 28.93)  # Hz, amplification: printed for SHAKE
+_PRINTED_V = {1e8: (2.3, 2.4), 4e8: (4.2, 4.5), 1e9: (5.9, 6.3)}  # N/m: Hz, table V
+_RATIOS = (10, 12, 16, 20)  # wavelength over block size, section 2.2
+_PER_PERIOD = (20, 100)  # steps in a period, section 2.2
+_FRONT = (1e-4, 1e-5, 1e-6)  # s
+_BANDS = (3.4, 4.75)  # Hz, middles of the two bands of the field
+_NOISE = {"step": 2e-3, "steps": 30000}
+_RIGID = {"normal_stiffness": 1e12, "penetration_tolerance": 1e-10}
+
+
+def tasks(quick: bool = False) -> list[Task]:
+    """Runs of the study."""
+    waves = [(kind, ratio, 0.004 / n) for kind in "SP" for ratio in _RATIOS for n in _PER_PERIOD]
+    todo = [Task(("wave", *one), _wave, {"case": one}, 0.3) for one in waves]
+    todo += [Task(("wave", "S", 8, step), _wave, {"case": ("S", 8, step)}, 4.0) for step in _FRONT]
+    todo += [Task(("fine", k), _pushed, {"k": k}, 2.0) for k in _PRINTED_V]
+    todo += [Task(("bent", k), _bent, {"k": k}, 4.0) for k in (4e8, 1e9)]
+    todo += [Task(("noise", f), _noise, {"frequency": f}, 1.0) for f in _BANDS]
+    todo += [Task(("solver", one), _layers, {"solver": one}, 2.0) for one in ("direct", "sor")]
+    return [*todo, Task("rigid", _rigid, {}, 1.0)]
+
+
+# ---------------------------------------------------------------------------------------------
+# Runs
+# ---------------------------------------------------------------------------------------------
+
+
+def _wave(case: tuple) -> dict:
+    """The triangle of figure 8 as shear or pressure wave: its loss at M1, and ripple before it."""
+    kind, ratio, step = case
+    changes = shear_wave.wave_changes(("triangle", ratio, step, 100.0, 0.004))
+    if kind == "P":
+        young = 2643.0 * (ratio / 0.004) ** 2
+        changes |= {"fixed_point[*]": {"motion_x": "", "motion_y": "pulse"},
+                    "material": {"young_modulus": young, "poisson_ratio": 0.0},
+                    "contact": {"normal_stiffness": 100 * young}}  # fmt: skip
+    history = run(input_file("shear_wave.nml"), **changes).history
+    wave = history.displacement.sel(point="M1").isel(axis="SP".index(kind)).values / 1e-3
+    return {"loss": 1 - wave.max(), "ripple": -wave[: wave.argmax()].min()}
+
+
+def _pushed(k: float) -> float:
+    """Frequency of the column after a push, at a time step of 1e-4 s, Hz."""
+    return _free(1e-4, 5.0, {"normal_stiffness": k}, (0.5, 20.0))
+
+
+def _rigid() -> float:
+    """The same of joints that an augmented Lagrangian makes rigid."""
+    return _free(1e-4, 0.4, _RIGID, (5.0, 200.0))
+
+
+def _free(step: float, duration: float, contact: dict, band: tuple) -> float:
+    push = {"time": [0, 0, 0.02, 0.02], "force_x": [0.0, 1e3, 1e3, 0.0], "force_y": [0.0] * 4}
+    history = run(input_file("avdat.nml"), time_step=step, max_displacement_ratio=1e-3, settle=True,
+                  duration=duration, contact=contact, load=push).history  # fmt: skip
+    moved = history.displacement.sel(point="top").isel(axis=0).values
+    return float(dominant_frequency(moved[history.time.values > 0.021], step, band))
+
+
+def _column(stiffness: float, size: float = 0.0) -> Model:
+    """The column with joints of a stiffness (Pa/m), its drums meshed with a size (m)."""
+    model = Model("Avdat", time_step=_NOISE["step"], steps=_NOISE["steps"], gravity=(0, -9.81))
+    model.contact(normal_stiffness=4e8)
+    model.material("limestone", density=2250, young_modulus=17e9, poisson_ratio=0.22)
+    model.joint("dry", friction_angle=35, normal_stiffness_per_area=stiffness)
+    half = _WIDTH / 2
+    model.block([-1.5, -1, 1.5, -1, 1.5, 0, -1.5, 0], name="base")
+    for i in range(_DRUMS):
+        low, high = _HEIGHT * i, _HEIGHT * (i + 1)
+        model.block([-half, low, half, low, half, high, -half, high], name=f"drum_{i + 1}")
+    if size:
+        model.mesh(blocks="drum_*", size=size)
+    return model
+
+
+def _bent(k: float) -> tuple[float, float]:
+    """First frequency of drums that are one block each, and meshed with joints alike, Hz.
+
+    A joint of n + 1 contacts turns with K Σ sᵢ xᵢ², sᵢ their tributary lengths: K is such that this
+    is that of the contacts at both ends.
+    """
+    found = []
+    for parts in (1, 3):
+        x = np.linspace(-0.5, 0.5, parts + 1) * _WIDTH
+        turning = (_WIDTH / parts) * (np.sum(x**2) - x[0] ** 2)
+        model = _column(k * _WIDTH**2 / 2 / turning, _WIDTH / parts if parts > 1 else 0.0)
+        model.boundary(kind="fixed", blocks="base", side="bottom")
+        found.append(float(modes(model, 1).frequency[0]))
+    return found[0], found[1]
+
+
+def _noise(frequency: float) -> float:
+    """Peak of the spectrum of the top over that of the base, under noise of the base, Hz."""
+    model = _column(2.12e8 / (_WIDTH / 2) * (frequency / _BANDS[0]) ** 2)
+    values = np.random.default_rng(1).standard_normal(_NOISE["steps"]) * 1e-3
+    model.motion("noise", quantity="acceleration", unit="m/s2", time_step=_NOISE["step"],
+                 values=values.tolist())  # fmt: skip
+    model.boundary(kind="fixed", blocks="base", side="bottom", motion_x="noise")
+    model.measured_point("top", 0.0, (_DRUMS - 0.5) * _HEIGHT, f"drum_{_DRUMS}")
+    model.measured_point("base", 0.0, -0.5, "base")
+    model.control(settle=True)
+    moved = model.run().history.acceleration.isel(axis=0)
+    frequency, density = welch(moved.values.T, 1 / _NOISE["step"], nperseg=8192)
+    at = (frequency > 1) & (frequency < 10)
+    ratio = dict(zip(moved.point.values, np.sqrt(density[:, at]), strict=True))
+    return float(frequency[at][np.argmax(ratio["top"] / ratio["base"])])
+
+
+def _layers(solver: str) -> np.ndarray:
+    """Acceleration of the top layer of table I during 5 s, m/s²."""
+    history = run(input_file("layers_table1.nml"), solver=solver, steps=5000).history
+    return history.acceleration.sel(point="middle").isel(axis=0).values
+
+
+# ---------------------------------------------------------------------------------------------
+# Theory
+# ---------------------------------------------------------------------------------------------
+
+
+@cache
+def _peak(k: float):
+    """Peak of the exact transfer function of the layers of table I at a penalty."""
+    model = DiscreteModel.of(input_file("layers_table1.nml"), contact={"normal_stiffness": k})
+    return refined_peak(lambda f: model.transfer(f, 1e-3, "middle", "base", "displacement"),
+                        (11.0, 15.5), 30)  # fmt: skip
+
+
+def _material_peak(step: float):
+    """The same with 2.2 % of damping by the material and none by the scheme, at a time step."""
+    changes = {"time_step": step, "integration": "midpoint", "material.damping_ratio": 0.022,
+               "material.reference_frequency": 14.0}  # fmt: skip
+    return refined_peak(
+        lambda f: transfer(input_file("layers_table1.nml"), f, "middle", changes=changes),
+        (13.0, 15.5), 30,
+    )  # fmt: skip
+
+
+def _first(k: float) -> float:
+    """First frequency of the column, Hz."""
+    contact = {"normal_stiffness": k}
+    return float(DiscreteModel.of(input_file("avdat.nml"), contact=contact).frequencies[0])
+
+
+def _chain(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """K and M of equal masses on springs, the top mass half."""
+    size = len(stiffness)
+    matrix = np.diag(stiffness + np.append(stiffness[1:], 0.0))
+    matrix -= np.diag(stiffness[1:], 1) + np.diag(stiffness[1:], -1)
+    return matrix, np.diag(np.append(np.ones(size - 1), 0.5))
+
+
+def _non_classical() -> tuple[float, float]:
+    """Damping ratio of the first mode of soft layers of 10 % on stiff ones of 1 %: by its energies,
+    and by its complex eigenvalue."""
+    soft = np.arange(15) >= 10
+    parts = [_chain(np.where(soft == one, 0.1 if one else 1.0, 0.0)) for one in (False, True)]
+    stiffness, mass = parts[0][0] + parts[1][0], parts[0][1]
+    squares, shapes = eigh(stiffness, mass)
+    omega, shape = np.sqrt(squares[0]), shapes[:, 0]
+    damping = sum(2 * ratio / omega * k for ratio, (k, _) in zip((0.01, 0.1), parts, strict=True))
+    size = len(mass)
+    below = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    state = np.vstack([np.hstack([np.zeros((size, size)), np.eye(size)]), below])
+    roots = np.linalg.eigvals(state)
+    first = roots[roots.imag > 0][np.argmin(abs(roots[roots.imag > 0]))]
+    return float(shape @ damping @ shape / (2 * omega)), float(-first.real / abs(first))
+
+
+def _rebounds(omega: float) -> np.ndarray:
+    """Restitution of a mass on a penalty spring in steps of DDA, over times of impact in a step."""
+    found = []
+    for start in (np.arange(20) + 0.5) / 20:
+        gap, velocity = start, -1.0
+        for _ in range(100 + int(20 / omega)):
+            moved = velocity  # Δt = 1: free, then closed if it ends below
+            if gap + moved < 0:
+                moved = (2 * velocity - omega**2 * gap) / (2 + omega**2)
+            gap, velocity = gap + moved, 2 * moved - velocity
+            if gap > 0 and velocity > 0:
+                break
+        found.append(velocity)
+    return np.array(found)
+
+
+# ---------------------------------------------------------------------------------------------
+# Results
+# ---------------------------------------------------------------------------------------------
+
+
+@study("Remarks: what the paper says without showing it", tasks)
+def remarks(found: dict) -> Outcome:
+    """A row for each remark."""
+    done = Outcome()
+    _contacts(done, found)
+    _damping(done)
+    _waves(done, found)
+    _field(done, found)
+    done.pictures = [picture("remarks_rebound", "Restitution of a penalty contact over Ω = Δt"
+                             " √(k/m): mean and range over the time of impact within a step.",
+                             _draw_rebounds)]  # fmt: skip
+    return done
+
+
+def _contacts(done: Outcome, found: dict) -> None:
+    stiff = DiscreteModel.of(input_file("avdat.nml"), contact={"normal_stiffness": 1e14})
+    direct, sor = (found["solver", name] for name in ("direct", "sor"))
+    apart = float(abs(sor - direct).max() / abs(direct).max())
+    product = _YOUNG * _LAYER
+    crossing = np.exp(brentq(lambda log: _peak(np.exp(log) * product).amplitude - _SHAKE[1],
+                             np.log(15), np.log(80), xtol=1e-3))  # fmt: skip
+    low, high = _peak(10 * product), _peak(100 * product)
+    done.compared += [
+        Compared("first frequency of the column, joints made rigid by augmented Lagrange (Hz)",
+            "section 1", "“beyond the scope”", float(stiff.frequencies[0]), found["rigid"],
+            "only the shear of the drums is left: the penalty of Tables IV and V is the stiffness"
+            " of the joints, not a numerical parameter"),
+        Compared("layers, “SOR, factor 1.5” against the direct solver: largest difference",
+            "Table I", None, 0.0, apart, "of the acceleration of the top layer, 5 s", 2),
+        Compared("penalty over E L at which the amplification equals that of SHAKE", "section 5",
+            21.0, crossing, float(crossing), f"f rises from {low.frequency:.2f} to"
+            f" {high.frequency:.2f} Hz and A falls from {low.amplitude:.2f} to"
+            f" {high.amplitude:.2f} between 10 and 100 E L: an optimum by crossing, at"
+            f" {_peak(crossing * product).frequency:.2f} Hz", 3),
+    ]  # fmt: skip
+    done.rows += [
+        reached("Rigid joints leave the frequency of the drums' shear",
+                abs(found["rigid"] / stiff.frequencies[0] - 1) < 0.02, f"{found['rigid']:.1f} Hz"),
+        reached("SOR gives the motion of the direct solver", apart < 1e-4, f"{apart:.1e}"),
+    ]  # fmt: skip
+
+
+def _damping(done: Outcome) -> None:
+    stiffness, mass = _chain(np.ones(15))
+    chain = float(np.sqrt(eigh(stiffness, mass, eigvals_only=True)[0]))
+    kh = np.pi / 2 / 15
+    fine, coarse = (_material_peak(step) for step in (1e-3, 5e-3))
+    energies, exact = _non_classical()
+    done.compared += [
+        Compared("15 lumped masses: frequency below that of the wave equation (%)", "eq. 8", None,
+            100 * kh**2 / 24, 100 * (1 - chain / kh),
+            "(kh)²/24; SHAKE itself solves the wave equation with complex moduli", 3),
+        Compared("2.2 % by the material, table I, Δt = 1 ms: amplification", "section 2.1",
+            "“the best way”", None, fine.amplitude, f"at {fine.frequency:.3f} Hz, no damping by"
+            " the scheme"),
+        Compared("the same, Δt = 5 ms", "section 2.1", None, fine.amplitude, coarse.amplitude,
+            f"at {coarse.frequency:.3f} Hz: the step changes the frequency, not the damping"),
+        Compared("5 soft layers of 10 % on 10 stiff ones of 1 %: damping ratio of the first mode",
+            "section 2.1", "“non-classical”", exact, energies,
+            "theory: complex mode; beside it by the energies of the real mode, as `modes` has it"),
+    ]  # fmt: skip
+    done.rows.append(
+        reached("Damping by the material does not depend on the time step",
+                abs(coarse.amplitude / fine.amplitude - 1) < 0.02,
+                f"{fine.amplitude:.2f} and {coarse.amplitude:.2f}")
+    )  # fmt: skip
+
+
+def _waves(done: Outcome, found: dict) -> None:
+    cells = [
+        [f"1/{ratio}", *(f"{100 * found['wave', kind, ratio, 0.004 / n]['loss']:.1f}"
+                         for kind in "SP" for n in _PER_PERIOD)]
+        for ratio in _RATIOS
+    ]  # fmt: skip
+    heads = [f"{kind}, Δt = T/{n}" for kind in "SP" for n in _PER_PERIOD]
+    done.tables.append(Table("Section 2.2: loss of amplitude (%) at the recommended η and Δt",
+                             ["η", *heads], cells))  # fmt: skip
+    for step in _FRONT:
+        done.compared.append(
+            Compared(f"ripple at the wave front, λ/Δx = 8, Δt = {step:g} s (% of the amplitude)",
+                "section 2.2", "“pseudo high frequency oscillations”" if step == 1e-6 else None,
+                None, 100 * found["wave", "S", 8, step]["ripple"],
+                "dispersion by the blocks, which large steps damp", 3)
+        )  # fmt: skip
+    ripples = [found["wave", "S", 8, step]["ripple"] for step in _FRONT]
+    done.rows.append(reached("Small steps show the ripple of the blocks", ripples[0] < ripples[2],
+                             ", ".join(f"{100 * one:.2g} %" for one in ripples)))  # fmt: skip
+    for thickness in (0.5, 1.0, 3.0):
+        done.compared.append(
+            Compared(f"layers of {thickness:g} m at k = 1500 GN/m: first frequency (Hz)",
+                "section 2.2, k > 100 E", None, _joint_theory(thickness), _joints(thickness),
+                "v/4H over √(1 + GW/2k_sΔx): joints per metre count as the penalty does")
+        )  # fmt: skip
+
+
+def _joint_theory(thickness: float) -> float:
+    shear = _YOUNG / 2.5 * _LAYER / (2 * 1.5e12 / 2.5 * thickness)
+    return float(_SPEED / 60 / np.sqrt(1 + shear))
+
+
+def _joints(thickness: float) -> float:
+    count = round(15 / thickness)
+    changes = {"layers.layer": {"thickness": thickness, "count": count},
+               "measured_point.middle": {"y": 15 - thickness / 2, "block": f"layer_{count}"},
+               "measured_point.surface.block": f"layer_{count}"}  # fmt: skip
+    return float(modes(input_file("layers_table1.nml"), 1, changes=changes).frequency[0])
+
+
+def _field(done: Outcome, found: dict) -> None:
+    for k, printed in _PRINTED_V.items():
+        done.compared.append(
+            Compared(f"dominant frequency at k = {k:.0e} N/m, Δt = 1e-4 s (Hz)", "Table V, “not"
+                " shown”", printed, _first(k), found["fine", k],
+                "theory without the weight")
+        )  # fmt: skip
+    for k in (4e8, 1e9):
+        plain, meshed = found["bent", k]
+        done.compared.append(
+            Compared(f"drums that bend, k = {k:.0e} N/m: first frequency (Hz)", "Table V",
+                _PRINTED_V[k], None, meshed, f"meshed drums; {plain:.2f} with rigid sections", 3)
+        )  # fmt: skip
+    bands = ((3.0, 3.8), (4.2, 5.3))
+    for frequency, band, name in zip(_BANDS, bands, ("first", "second"), strict=True):
+        done.compared.append(
+            Compared(f"noise, a plane model of one direction: top over base, {name} band (Hz)",
+                "Fig. 19", band, None, found["noise", frequency],
+                "joints of 2.12e8 N/m" if name == "first" else "joints 1.95 times as stiff", 3)
+        )  # fmt: skip
+    drum = 2250 * 9.81 * _WIDTH * _HEIGHT
+    done.compared += [
+        Compared("static load of 3 kN slides the top drum below φ = (°)", "section 3.2",
+            "“initial translation”", float(np.degrees(np.arctan(3e3 / drum))),
+            float(np.degrees(np.arctan(3e3 / drum))), "φ is not printed", 3),
+        Compared("best penalty over Shi's of the rocking column [26]", "section 4",
+            8.3e7 / 1.8e9, None, f"Ω smaller by √({1.8e9 / 8.3e7:.1f}) ="
+            f" {np.sqrt(1.8e9 / 8.3e7):.1f}", "restitution depends on Ω = Δt √(k/m) (picture): a"
+            " fitted penalty fits the loss at impacts"),
+    ]  # fmt: skip
+    fine = max(abs(found["fine", k] / _first(k) - 1) for k in _PRINTED_V)
+    stiffer = all(found["bent", k][1] < found["bent", k][0] for k in (4e8, 1e9))
+    inside = all(low <= found["noise", f] <= high
+                 for f, (low, high) in zip(_BANDS, bands, strict=True))  # fmt: skip
+    done.rows += [
+        reached("Table V at 1e-4 s: frequencies of the theory", fine < 0.02, f"within {fine:.1e}"),
+        reached("Drums that bend lower the frequency", stiffer, "at both penalties"),
+        reached("Noise shows each direction in its band", inside,
+                ", ".join(f"{found['noise', f]:.2f} Hz" for f in _BANDS)),
+    ]  # fmt: skip
+
+
+def _draw_rebounds(drawing) -> None:
+    omega = np.geomspace(0.02, 30, 25)
+    values = np.array([_rebounds(one) for one in omega])
+    with small_axes(drawing, size=(5.8, 3.2)) as axis:
+        axis.fill_between(omega, values.min(1), values.max(1), color=BLUE, alpha=0.25, lw=0)
+        axis.semilogx(omega, values.mean(1), color=BLUE, label="mean; shaded: all times of impact")
+        small = omega[omega < 1]
+        axis.semilogx(small, np.exp(-np.pi * small / 4), "--", color=RED, label="exp(−πΩ/4)")
+        axis.set(xlabel="Ω = Δt √(k/m)", ylabel="restitution", ylim=(0, 1.05))
+        axis.legend()

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Results of one model at values of its parameters, for searches of roots."""
+
+import math
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ..base.arguments import FINITE
+from ..base.errors import InputError, InterruptedRun, NoRootError, SiteddaError
+from ..input.changes import changed_input, with_files
+from ..input.source import InputOfRun, opened_input
+from .axes import short_names
+from .quantities import Quantity, measure, quantities_of, returned
+from .tasks import task_of
+
+
+def bracket_of(between) -> tuple[float, float]:
+    """Two different numbers in order."""
+    try:
+        low, high = sorted(FINITE.check("between", value) for value in between)
+    except (TypeError, ValueError) as trouble:
+        if isinstance(trouble, InputError):
+            raise
+        raise InputError(f"between = {between!r} must be two numbers") from None
+    if low == high:
+        raise InputError(f"between = {between!r}: the two numbers must differ")
+    return low, high
+
+
+class Trials:
+    """Results of one model, by the values of its parameters."""
+
+    target = 0.0  # of a single result
+
+    def __init__(self, model, parameters: Sequence, results: Sequence, task, changes: Mapping):
+        self.model, self.parameters, self.parameter = model, list(parameters), parameters[0]
+        self.task = task_of(task)
+        self.wanted = [self._quantity(one) for one in results]
+        self.names = [one.label for one in self.wanted]
+        self.name = self.names[0]
+        self.done: dict[tuple, tuple] = {}
+        if not callable(model):
+            with opened_input(model) as (file, text):
+                text = with_files(text, lambda group: _whole_name(group, file), file)
+                self.text = changed_input(text, changes, file=file) if changes else text
+                self.file = Path(file)
+
+    def _quantity(self, result) -> Quantity:
+        wanted = quantities_of(result)
+        if len(wanted) != 1:
+            raise InputError(f"result = {result!r} must be one quantity")
+        return wanted[0]
+
+    def __call__(self, value: float) -> float:
+        """The first result less its target, of one parameter."""
+        return self.results((float(value),))[0] - self.target
+
+    def results(self, values: tuple) -> tuple:
+        """All results, at values of the parameters."""
+        if values not in self.done:
+            self.done[values] = self._checked(values)
+        return self.done[values]
+
+    def tried(self) -> tuple:
+        """Values of one parameter that were tried, and results."""
+        return tuple((value[0], found[0]) for value, found in self.done.items())
+
+    def _checked(self, values: tuple) -> tuple:
+        pairs = zip(self.parameters, values, strict=True)
+        where = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
+        try:
+            found = self._measured(values)
+        except (InterruptedRun, InputError):
+            raise
+        except SiteddaError as error:
+            raise self.failure("fails", f"the run with {where} fails: {error}") from error
+        for name, one in zip(self.names, found, strict=True):
+            if not math.isfinite(one):
+                raise self.failure("no number", f"{name} is not a number with {where}")
+        return found
+
+    def failure(self, mode: str, words: str, low=math.nan, high=math.nan) -> NoRootError:
+        """The error of a search that has not found a root."""
+        tried = self.tried() if len(self.parameters) == 1 else tuple(self.done.items())
+        return NoRootError(f"no root: {words}", mode, (low, high), tried)
+
+    def _measured(self, values: tuple) -> tuple:
+        if callable(self.model):
+            names = short_names(self.parameters).values()
+            found = self.model(**dict(zip(names, values, strict=True)))
+            if len(self.names) > 1 and not isinstance(found, Mapping):
+                found = self._of_sequence(found)
+            return self._numbers(returned(self.name, found))
+        changes = dict(zip(self.parameters, values, strict=True))
+        text = changed_input(self.text, changes, file=self.file)
+        with tempfile.TemporaryDirectory(prefix="sitedda-solve-") as folder:
+            if callable(self.task):
+                file = Path(folder) / "model.nml"
+                file.write_text(text, "utf-8", "surrogateescape")
+                return self._numbers(returned(self.name, self.task(file)))
+            output = Path(folder) / "out.nc"
+            _run(InputOfRun(self.file, text), output)
+            numbers, _ = measure(output, self.wanted, [])
+        return self._numbers(numbers)
+
+    def _of_sequence(self, found) -> dict:
+        try:
+            return dict(zip(self.names, found, strict=True))
+        except (TypeError, ValueError):
+            raise InputError(f"the function must return {len(self.names)} numbers, for "
+                             f"{', '.join(self.names)}, not {found!r}") from None  # fmt: skip
+
+    def _numbers(self, values: Mapping) -> tuple:
+        return tuple(self._number(name, values) for name in self.names)
+
+    def _number(self, name: str, values: Mapping) -> float:
+        numbers = {n: v for n, v in values.items() if isinstance(v, float | int)}
+        if name in numbers:
+            return float(numbers[name])
+        if len(numbers) == len(values) == len(self.names) == 1:
+            return float(next(iter(numbers.values())))
+        known = f"; there are {', '.join(numbers)}" if numbers else ", as with .last or .largest"
+        raise InputError(f"result {name!r} is not one number{known}")
+
+    def errors_at(self, values: tuple, wanted: bool) -> tuple[list[float], str]:
+        """Errors of the results by time step and penalty, and omitted errors, in words."""
+        from .error_bars import accuracy
+
+        errors, alone = [0.0] * len(self.names), "the bar has only the bracket"
+        if self.task != "run" or callable(self.model):
+            return errors, alone
+        if not wanted:
+            return errors, f"{alone}: accuracy = true adds time step and penalty"
+        changes = dict(zip(self.parameters, values, strict=True))
+        text = changed_input(self.text, changes, file=self.file)
+        asked = {one.label: one.function or one.name for one in self.wanted}
+        figures, doubts = accuracy(InputOfRun(self.file, text), asked, workers=1).figures, []
+        for i, name in enumerate(self.names):
+            if name not in figures:
+                doubts.append(f"{alone}: the result has none")
+            elif not math.isfinite(figures[name].bar):
+                doubts.append(f"{alone}: {name} {figures[name].doubt}")
+            else:
+                errors[i] = abs(figures[name].run - figures[name].finest) + figures[name].bar
+                doubts.append(figures[name].doubt)
+        return errors, "; ".join(filter(None, doubts))
+
+
+def _whole_name(group, file: Path) -> str:
+    """The name of a file of a group, from anywhere."""
+    name = group.values.get("file", "") if group.name != "output" else ""
+    return str((Path(file).parent / name).resolve()) if name else ""
+
+
+def _run(source, output: Path) -> None:
+    """Run a case to its end; a signal ends the search."""
+    from ..base.stop import SIGNALS, Stop
+    from ..engine.simulation import Simulation, run_to_end
+
+    with Stop(SIGNALS, program=True) as stop, Simulation(source, output) as simulation:
+        if not run_to_end(simulation, None, stop):
+            raise InterruptedRun("interrupted")
+        simulation.finish()
