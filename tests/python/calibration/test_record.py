@@ -99,7 +99,7 @@ def test_calibrate_from_miniseed(ambient, capsys, monkeypatch):
     for name, values in zip(record.names, record.values.T, strict=True):
         station, axis = name.split(".")
         header = {"station": station, "channel": f"HH{'EZ'['xy'.index(axis)]}"}
-        stream += obspy.Trace(values[7 * (axis == "y") :], header | {"delta": record.step})
+        stream += obspy.Trace(values[7 * (axis == "y") :].copy(), header | {"delta": record.step})
         stream[-1].stats.starttime += 7 * record.step * (axis == "y")  # it began later
     stream.write("record.mseed")
     read = Ambient.of("record.mseed")
