@@ -10,7 +10,7 @@ module dda_flow_groups
    use dda_kinds, only: wp
    use dda_flow_network, only: network_type
    use dda_lapack, only: dpotrf, dtrsm
-   use dda_linear_terms, only: linear_term_type, linear_terms_type, reserve_term, at_end, term_water
+   use dda_linear_terms, only: linear_terms_type, reserve_term, at_end, term_water
    implicit none
    private
    public :: group_type, set_groups, set_springs, add_springs, change_by, find_steady_heads
@@ -18,10 +18,11 @@ module dda_flow_groups
    !> Nodes that are solved together.
    type :: group_type
       integer, allocatable :: node(:)
-      integer, allocatable :: block(:)      !< beside them
-      real(wp), allocatable :: factor(:,:)  !< [nodes,nodes] L; of a single node M
-      real(wp), allocatable :: spring(:,:)  !< [6 × blocks,nodes] G; of a single node B
-      integer, allocatable :: entry(:,:)    !< [4,entries] channel, end, side, block of the group
+      ! Of more nodes than one
+      integer, allocatable :: block(:)        !< beside them
+      real(wp), allocatable :: factor(:,:)    !< [nodes,nodes] L; of a single node M
+      real(wp), allocatable :: spring(:,:,:)  !< [6,blocks,nodes] G
+      integer, allocatable :: place(:)        !< [blocks of the model] of each in `block`
    end type group_type
 
    !> of the conductance: of channels whose nodes are both above the water, in steady flow
@@ -60,11 +61,10 @@ contains
       end do
       allocate (groups(n))
       call take_nodes(owner, groups)
-      call list_entries(network, owner, groups)
       do i = 1, n
-         associate (nodes => size(groups(i)%node), blocks => size(groups(i)%block))
-            allocate (groups(i)%factor(nodes, nodes), groups(i)%spring(6*blocks, nodes), &
-               source=0.0_wp)
+         associate (nodes => size(groups(i)%node))
+            allocate (groups(i)%factor(nodes, nodes))
+            if (nodes > 1) call find_blocks(network, groups(i))
          end associate
       end do
    end subroutine set_groups
@@ -89,46 +89,24 @@ contains
       end do
    end subroutine take_nodes
 
-   !> Ends and sides of the channels at the nodes of each group, and their blocks.
-   pure subroutine list_entries(network, owner, groups)
-      type(network_type), intent(in) :: network     !< of the model
-      integer, intent(in) :: owner(:)               !< [nodes] group
-      type(group_type), intent(inout) :: groups(:)  !< of all nodes
-      integer :: count(size(groups)), pass, c, k, side, g
+   !> Blocks beside the nodes of a group, and memory for its springs.
+   pure subroutine find_blocks(network, group)
+      type(network_type), intent(in) :: network  !< of the model
+      type(group_type), intent(inout) :: group   !< with its nodes
+      integer :: place(maxval(network%block)), i, r
 
-      do pass = 1, 2
-         if (pass == 2) then
-            do g = 1, size(groups)
-               allocate (groups(g)%entry(4, count(g)), groups(g)%block(0))
-            end do
-         end if
-         count = 0
-         do c = 1, size(network%absent)
-            if (network%absent(c)) cycle
-            associate (channel => network%flow%channel(c))
-               do k = 1, 2
-                  g = owner(channel%node(k))
-                  do side = 1, 2
-                     count(g) = count(g) + 1
-                     if (pass == 2) call take(groups(g), count(g), [c, k, side], &
-                        channel%block(side))
-                  end do
-               end do
-            end associate
+      place = 0
+      allocate (group%block(0))
+      do i = 1, size(group%node)
+         do r = network%first(group%node(i)), network%first(group%node(i) + 1) - 1
+            if (place(network%block(r)) > 0) cycle
+            group%block = [group%block, network%block(r)]
+            place(network%block(r)) = size(group%block)
          end do
       end do
-
-   contains
-
-      !> Entry n of a group, and its block.
-      pure subroutine take(group, n, at, block)
-         type(group_type), intent(inout) :: group   !< with memory for it
-         integer, intent(in) :: n, at(3), block     !< number; channel, end, side; block there
-
-         if (.not. any(group%block == block)) group%block = [group%block, block]
-         group%entry(:, n) = [at, findloc(group%block, block, 1)]
-      end subroutine take
-   end subroutine list_entries
+      group%place = place
+      allocate (group%spring(6, size(group%block), size(group%node)))
+   end subroutine find_blocks
 
    !> Factor and springs of all groups: M = S + Δt H of free nodes; fixed ones do not yield.
    pure subroutine set_springs(network, conductance, fixed, groups)
@@ -140,7 +118,6 @@ contains
 
       do g = 1, size(groups)
          groups(g)%factor = 0.0_wp
-         groups(g)%spring = 0.0_wp
          do i = 1, size(groups(g)%node)
             place(groups(g)%node(i)) = i
             owner(groups(g)%node(i)) = g
@@ -150,7 +127,8 @@ contains
       end do
       call add_conductances(network, conductance, fixed, place, owner, groups)
       do g = 1, size(groups)
-         call add_rows(network, fixed, place, groups(g))
+         if (size(groups(g)%node) == 1) cycle
+         call set_rows(network, fixed, groups(g))
          call factorise(groups(g))
       end do
    end subroutine set_springs
@@ -179,41 +157,35 @@ contains
       end do
    end subroutine add_conductances
 
-   !> Add B of the free nodes of a group.
-   pure subroutine add_rows(network, fixed, place, group)
+   !> B of the free nodes of a group.
+   pure subroutine set_rows(network, fixed, group)
       type(network_type), intent(in) :: network  !< of the model
       logical, intent(in) :: fixed(:)            !< [nodes] their pressure is known
-      integer, intent(in) :: place(:)            !< [nodes] in its group
       type(group_type), intent(inout) :: group   !< gets new numbers
-      integer :: e, first
+      integer :: i, r
 
-      do e = 1, size(group%entry, 2)
-         associate (c => group%entry(1, e), k => group%entry(2, e), side => group%entry(3, e))
-            associate (node => network%flow%channel(c)%node(k))
-               if (fixed(node)) cycle
-               first = 6*group%entry(4, e)
-               associate (row => group%spring(first - 5:first, place(node)))
-                  row = row + network%row(:, side, k, c)
-               end associate
-            end associate
-         end associate
+      group%spring = 0.0_wp
+      do i = 1, size(group%node)
+         if (fixed(group%node(i))) cycle
+         do r = network%first(group%node(i)), network%first(group%node(i) + 1) - 1
+            group%spring(:, group%place(network%block(r)), i) = network%row(:, r)
+         end do
       end do
-   end subroutine add_rows
+   end subroutine set_rows
 
-   !> M = L Lᵀ, G = B L⁻ᵀ; a single node keeps M and B.
+   !> M = L Lᵀ, G = B L⁻ᵀ.
    pure subroutine factorise(group)
       type(group_type), intent(inout) :: group  !< with M and B; becomes L and G
       integer :: n, info
 
       n = size(group%node)
-      if (n == 1) return
       call dpotrf('L', n, group%factor, n, info)
-      if (size(group%spring) > 0) call dtrsm('R', 'L', 'T', 'N', size(group%spring, 1), n, &
-         1.0_wp, group%factor, n, group%spring, size(group%spring, 1))
+      if (size(group%spring) > 0) call dtrsm('R', 'L', 'T', 'N', 6*size(group%block), n, &
+         1.0_wp, group%factor, n, group%spring, 6*size(group%block))
    end subroutine factorise
 
    !> Append the springs; those of fixed nodes have no stiffness, so that the pattern lasts.
-   pure subroutine add_springs(network, fixed, groups, terms)
+   subroutine add_springs(network, fixed, groups, terms)
       type(network_type), intent(in) :: network         !< of the model
       logical, intent(in) :: fixed(:)                   !< [nodes] their pressure is known
       type(group_type), intent(in) :: groups(:)         !< of all nodes
@@ -221,51 +193,57 @@ contains
       integer :: g, i
 
       do g = 1, size(groups)
-         if (size(groups(g)%block) < 2) cycle
-         do i = 1, size(groups(g)%node)
-            call reserve_term(terms)
-            associate (term => terms%term(terms%n), node => groups(g)%node(i))
-               term%kind = term_water
-               term%instant = at_end
-               term%motion = 0
-               term%damped = .false.
-               term%of_penalty = .false.
-               term%damped_share = 0.0_wp
-               term%source = node
-               term%place = network%flow%place(:, node)
-               term%coefficient = merge(0.0_wp, 1.0_wp, fixed(node))
-               if (size(groups(g)%node) == 1) term%coefficient = term%coefficient &
-                  /groups(g)%factor(1, 1)
-               call set_spring(groups(g), i, term)
-            end associate
-         end do
+         associate (group => groups(g), first => network%first(groups(g)%node(1)), &
+            last => network%first(groups(g)%node(1) + 1) - 1)
+            if (size(group%node) == 1) then
+               call add_spring(group%node(1), 1.0_wp/group%factor(1, 1), &
+                  network%block(first:last), network%row(:, first:last))
+               cycle
+            end if
+            do i = 1, size(group%node)
+               call add_spring(group%node(i), 1.0_wp, group%block, group%spring(:, :, i))
+            end do
+         end associate
       end do
+
+   contains
+
+      !> The spring of a node, if it has two blocks at least; memory is kept where it fits.
+      subroutine add_spring(node, stiffness, block, row)
+         integer, intent(in) :: node            !< number
+         real(wp), intent(in) :: stiffness      !< of the spring, if it is free
+         integer, intent(in) :: block(:)        !< beside it
+         real(wp), intent(in) :: row(:,:)       !< [6,blocks] of the spring
+         integer :: more
+
+         more = size(block) - 2
+         if (more < 0) return
+         call reserve_term(terms)
+         associate (term => terms%term(terms%n))
+            term%kind = term_water
+            term%instant = at_end
+            term%motion = 0
+            term%damped = .false.
+            term%of_penalty = .false.
+            term%damped_share = 0.0_wp
+            term%source = node
+            term%place = network%flow%place(:, node)
+            term%coefficient = merge(0.0_wp, stiffness, fixed(node))
+            term%block_a = block(1)
+            term%block_b = block(2)
+            term%row_a = row(:, 1)
+            term%row_b = -row(:, 2)
+            if (allocated(term%further)) then
+               if (size(term%further) /= more) deallocate (term%further, term%further_row)
+            end if
+            if (more == 0) return
+            if (.not. allocated(term%further)) allocate (term%further(more), &
+               term%further_row(6, more))
+            term%further = block(3:)
+            term%further_row = row(:, 3:)
+         end associate
+      end subroutine add_spring
    end subroutine add_springs
-
-   !> Blocks and rows of the spring of node i of a group; memory is reused if it fits.
-   pure subroutine set_spring(group, i, term)
-      type(group_type), intent(in) :: group          !< with its springs
-      integer, intent(in) :: i                       !< node in the group
-      type(linear_term_type), intent(inout) :: term  !< one of the list
-      integer :: k
-
-      associate (n => size(group%block))
-         term%block_a = group%block(1)
-         term%block_b = group%block(2)
-         term%row_a = group%spring(1:6, i)
-         term%row_b = -group%spring(7:12, i)
-         if (allocated(term%further)) then
-            if (size(term%further) /= n - 2) deallocate (term%further, term%further_row)
-         end if
-         if (n == 2) return
-         if (.not. allocated(term%further)) allocate (term%further(n - 2), &
-            term%further_row(6, n - 2))
-         do k = 3, n
-            term%further(k - 2) = group%block(k)
-            term%further_row(:, k - 2) = group%spring(6*k - 5:6*k, i)
-         end do
-      end associate
-   end subroutine set_spring
 
    !> Add M⁻¹ r to the pressures of a group.
    pure subroutine change_by(group, rest, pressure)

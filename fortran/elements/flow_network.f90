@@ -20,9 +20,10 @@ module dda_flow_network
    type :: network_type
       type(flow_type) :: flow
       logical, allocatable :: absent(:)        !< [channels] a block beside it is removed
-      !> [6,sides,ends,channels] ∂V/∂q of the node at the end, m³ per unit of q and metre of
-      !> thickness
-      real(wp), allocatable :: row(:,:,:,:)
+      !> [nodes+1] first row of B of each node; [rows] its block
+      integer, allocatable :: first(:), block(:)
+      real(wp), allocatable :: row(:,:)        !< [6,rows] ∂V/∂q, m³ and metre of thickness
+      integer, allocatable :: row_of(:,:,:)    !< [sides,ends,channels] of the node and the block
       real(wp), allocatable :: aperture(:,:)   !< [ends,channels] m
       real(wp), allocatable :: conductance(:)  !< [channels] m²/(Pa s)
       real(wp), allocatable :: volume(:)       !< [nodes] m³ per metre of thickness
@@ -43,7 +44,6 @@ contains
       network%flow = flow
       associate (channels => size(flow%channel), nodes => size(flow%pressure))
          allocate (network%absent(channels), source=.false.)
-         allocate (network%row(6, 2, 2, channels), source=0.0_wp)
          allocate (network%aperture(2, channels), network%conductance(channels), &
             network%volume(nodes), network%storage(nodes))
          allocate (network%unit_weight(nodes), network%elevation(nodes), network%floor(nodes), &
@@ -61,8 +61,74 @@ contains
             end associate
          end do
       end associate
+      call list_rows(network)
       call update_network(network, blocks)
    end function new_network
+
+   !> The blocks beside each node: rows of B.
+   pure subroutine list_rows(network)
+      type(network_type), intent(inout) :: network  !< with its channels
+      integer :: count(size(network%volume) + 1), block(4*size(network%absent))
+      integer :: c, k, side, node, n
+
+      allocate (network%row_of(2, 2, size(network%absent)), source=0)
+      count = 0  ! memory of each node, then its blocks
+      do c = 1, size(network%absent)
+         associate (ends => network%flow%channel(c)%node)
+            count(ends) = count(ends) + 2
+         end associate
+      end do
+      network%first = [1, (0, node=1, size(network%volume))]
+      do node = 1, size(network%volume)
+         network%first(node + 1) = network%first(node) + count(node)
+      end do
+      count = 0
+      do c = 1, size(network%absent)
+         if (network%absent(c)) cycle
+         do k = 1, 2
+            node = network%flow%channel(c)%node(k)
+            do side = 1, 2
+               associate (own_block => network%flow%channel(c)%block(side), from => &
+                  network%first(node))
+                  n = findloc(block(from:from + count(node) - 1), own_block, 1)
+                  if (n == 0) then
+                     count(node) = count(node) + 1
+                     n = count(node)
+                     block(from + n - 1) = own_block
+                  end if
+                  network%row_of(side, k, c) = n
+               end associate
+            end do
+         end do
+      end do
+      call close_up(network, count, block)
+   end subroutine list_rows
+
+   !> Rows one after the other, without the memory between them.
+   pure subroutine close_up(network, count, block)
+      type(network_type), intent(inout) :: network  !< with rows numbered within each node
+      integer, intent(in) :: count(:)               !< [nodes+1] blocks of each node
+      integer, intent(in) :: block(:)               !< from `first` of each node on
+      integer :: first(size(count)), c, k, node
+
+      first(1) = 1
+      do node = 1, size(count) - 1
+         first(node + 1) = first(node) + count(node)
+      end do
+      allocate (network%block(first(size(first)) - 1))
+      allocate (network%row(6, size(network%block)))
+      do node = 1, size(count) - 1
+         network%block(first(node):first(node + 1) - 1) = &
+            block(network%first(node):network%first(node) + count(node) - 1)
+      end do
+      do c = 1, size(network%absent)
+         do k = 1, 2
+            network%row_of(:, k, c) = network%row_of(:, k, c) &
+               + first(network%flow%channel(c)%node(k)) - 1
+         end do
+      end do
+      network%first = first
+   end subroutine close_up
 
    !> Update to the present geometry.
    pure subroutine update_network(network, blocks)
@@ -74,6 +140,7 @@ contains
 
       call find_storage(network, blocks, network%aperture, network%volume, network%storage)
       network%conductance = 0.0_wp
+      network%row = 0.0_wp
       do c = 1, size(network%absent)
          if (network%absent(c)) cycle
          associate (channel => network%flow%channel(c), a => network%aperture(:, c), &
@@ -87,7 +154,9 @@ contains
                      channel%reference(:, k, side))
                end do
                do k = 1, 2
-                  network%row(:, side, k, c) = channel%length*(own*gap(:, k) + other*gap(:, 3 - k))
+                  associate (row => network%row(:, network%row_of(side, k, c)))
+                     row = row + channel%length*(own*gap(:, k) + other*gap(:, 3 - k))
+                  end associate
                end do
             end do
          end associate
@@ -183,18 +252,13 @@ contains
       type(network_type), intent(in) :: network  !< of the model
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp) :: growth(size(network%volume))
-      integer :: c, k
+      integer :: node, r
 
-      growth = 0.0_wp
-      do c = 1, size(network%absent)
-         if (network%absent(c)) cycle
-         associate (channel => network%flow%channel(c))
-            do k = 1, 2
-               growth(channel%node(k)) = growth(channel%node(k)) &
-                  + product_of(network%row(:, 1, k, c), d(:, channel%block(1))) &
-                  + product_of(network%row(:, 2, k, c), d(:, channel%block(2)))
-            end do
-         end associate
+      do node = 1, size(growth)
+         growth(node) = 0.0_wp
+         do r = network%first(node), network%first(node + 1) - 1
+            growth(node) = growth(node) + product_of(network%row(:, r), d(:, network%block(r)))
+         end do
       end do
    end function growth_of
 
@@ -203,18 +267,14 @@ contains
       type(network_type), intent(in) :: network  !< of the model
       real(wp), intent(in) :: pressure(:)        !< [nodes] Pa
       real(wp), intent(inout), contiguous :: load(:,:)  !< [6,blocks] N/m …
-      integer :: c, k, side
+      integer :: node, r
 
-      do c = 1, size(network%absent)
-         if (network%absent(c)) cycle
-         associate (channel => network%flow%channel(c))
-            do k = 1, 2
-               do side = 1, 2
-                  load(:, channel%block(side)) = load(:, channel%block(side)) &
-                     + pressure(channel%node(k))*network%row(:, side, k, c)
-               end do
-            end do
-         end associate
+      do node = 1, size(pressure)
+         do r = network%first(node), network%first(node + 1) - 1
+            associate (b => network%block(r))
+               load(:, b) = load(:, b) + pressure(node)*network%row(:, r)
+            end associate
+         end do
       end do
    end subroutine add_pressures
 
