@@ -185,7 +185,7 @@ contains
    end subroutine factorise
 
    !> Append the springs; those of fixed nodes have no stiffness, so that the pattern lasts.
-   subroutine add_springs(network, fixed, groups, terms)
+   pure subroutine add_springs(network, fixed, groups, terms)
       type(network_type), intent(in) :: network         !< of the model
       logical, intent(in) :: fixed(:)                   !< [nodes] their pressure is known
       type(group_type), intent(in) :: groups(:)         !< of all nodes
@@ -196,54 +196,56 @@ contains
          associate (group => groups(g), first => network%first(groups(g)%node(1)), &
             last => network%first(groups(g)%node(1) + 1) - 1)
             if (size(group%node) == 1) then
-               call add_spring(group%node(1), 1.0_wp/group%factor(1, 1), &
-                  network%block(first:last), network%row(:, first:last))
+               call add_spring(network, group%node(1), merge(0.0_wp, &
+                  1.0_wp/group%factor(1, 1), fixed(group%node(1))), network%block(first:last), &
+                  network%row(:, first:last), terms)
                cycle
             end if
             do i = 1, size(group%node)
-               call add_spring(group%node(i), 1.0_wp, group%block, group%spring(:, :, i))
+               call add_spring(network, group%node(i), merge(0.0_wp, 1.0_wp, &
+                  fixed(group%node(i))), group%block, group%spring(:, :, i), terms)
             end do
          end associate
       end do
-
-   contains
-
-      !> The spring of a node, if it has two blocks at least; memory is kept where it fits.
-      subroutine add_spring(node, stiffness, block, row)
-         integer, intent(in) :: node            !< number
-         real(wp), intent(in) :: stiffness      !< of the spring, if it is free
-         integer, intent(in) :: block(:)        !< beside it
-         real(wp), intent(in) :: row(:,:)       !< [6,blocks] of the spring
-         integer :: more
-
-         more = size(block) - 2
-         if (more < 0) return
-         call reserve_term(terms)
-         associate (term => terms%term(terms%n))
-            term%kind = term_water
-            term%instant = at_end
-            term%motion = 0
-            term%damped = .false.
-            term%of_penalty = .false.
-            term%damped_share = 0.0_wp
-            term%source = node
-            term%place = network%flow%place(:, node)
-            term%coefficient = merge(0.0_wp, stiffness, fixed(node))
-            term%block_a = block(1)
-            term%block_b = block(2)
-            term%row_a = row(:, 1)
-            term%row_b = -row(:, 2)
-            if (allocated(term%further)) then
-               if (size(term%further) /= more) deallocate (term%further, term%further_row)
-            end if
-            if (more == 0) return
-            if (.not. allocated(term%further)) allocate (term%further(more), &
-               term%further_row(6, more))
-            term%further = block(3:)
-            term%further_row = row(:, 3:)
-         end associate
-      end subroutine add_spring
    end subroutine add_springs
+
+   !> The spring of a node, if it has two blocks at least; memory is kept where it fits.
+   pure subroutine add_spring(network, node, stiffness, block, row, terms)
+      type(network_type), intent(in) :: network  !< of the model
+      integer, intent(in) :: node                !< number
+      real(wp), intent(in) :: stiffness          !< 0 of a fixed node
+      integer, intent(in) :: block(:)            !< beside it
+      real(wp), intent(in) :: row(:,:)           !< [6,blocks] of the spring
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
+      integer :: more
+
+      more = size(block) - 2
+      if (more < 0) return
+      call reserve_term(terms)
+      associate (term => terms%term(terms%n))
+         term%kind = term_water
+         term%instant = at_end
+         term%motion = 0
+         term%damped = .false.
+         term%of_penalty = .false.
+         term%damped_share = 0.0_wp
+         term%source = node
+         term%place = network%flow%place(:, node)
+         term%coefficient = stiffness
+         term%block_a = block(1)
+         term%block_b = block(2)
+         term%row_a = row(:, 1)
+         term%row_b = -row(:, 2)
+         if (allocated(term%further)) then
+            if (size(term%further) /= more) deallocate (term%further, term%further_row)
+         end if
+         if (more == 0) return
+         if (.not. allocated(term%further)) allocate (term%further(more), &
+            term%further_row(6, more))
+         term%further = block(3:)
+         term%further_row = row(:, 3:)
+      end associate
+   end subroutine add_spring
 
    !> Add M⁻¹ r to the pressures of a group.
    pure subroutine change_by(group, rest, pressure)
