@@ -242,6 +242,14 @@ def test_each_program_resumes_what_the_other_began(
     same_bits(sitedda.run(file).history, tmp_path / "tower.nc")
 
 
+def test_a_killed_run_goes_on_from_its_last_checkpoint(program, write_input, tmp_path, same_bits):
+    file = write_input(shaken_tower(20_000, 50))
+    interrupted(program, file, tmp_path, signal.SIGKILL)
+    done = program.ok("resume", file, "-q", folder=tmp_path)
+    assert "resumed at step" in done.stdout
+    same_bits(sitedda.run(file).history, tmp_path / "tower.nc")
+
+
 def test_a_growing_output_can_be_read_at_every_moment(native, write_input, tmp_path):
     seldom = changed(shaken_tower(10 * LONG, 500), "output", history_interval=50, block_interval=0)
     file = write_input(seldom)
@@ -450,6 +458,29 @@ def test_a_run_that_is_at_work_cannot_be_resumed_beside_it(write_input, tmp_path
         with pytest.raises(sitedda.OutputError, match="being written by another run"):
             sitedda.resume(file, tmp_path / "out.nc")
         first.advance(10)
+
+
+# --- Disks that are full -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [0, 3000, 20_000, 200_000, 500_000, 1_000_000])
+def test_a_full_disk_ends_in_one_message_and_the_run_can_be_resumed(
+    native, write_input, tmp_path, same_bits, size
+):
+    import resource
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    file = write_input(shaken_tower(4000, 100))
+    arguments = [native.path, "run", file, "-q", "-o", tmp_path / "out.nc"]
+    done = subprocess.run(arguments, preexec_fn=limit, capture_output=True, text=True, check=False)
+    assert done.returncode == 5
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert "out.nc" in done.stderr and "File too large" in done.stderr
+    again = native.ok("resume", file, "-q", "-o", tmp_path / "out.nc")
+    assert ("resumed at step" in again.stdout) == (size > 300_000)
+    same_bits(sitedda.run(file).history, tmp_path / "out.nc")
 
 
 # --- From Python ---------------------------------------------------------------------------------

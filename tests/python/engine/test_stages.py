@@ -4,6 +4,7 @@
 import math
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -430,6 +431,49 @@ def test_a_changed_joint_lets_a_slab_slide(write_input):
     assert float(np.hypot(*moved)) == pytest.approx(0.5 * pull * 0.1**2, rel=0.03)
 
 
+# --- How gravity comes on ------------------------------------------------------------------------
+
+
+def shaken_slope(ramp: float) -> list:
+    """The slope, shaken for 1.5 s after a static stage, or after `ramp` seconds of dynamics."""
+    t = np.arange(0.0, 1.0, 0.01)
+    quake = 4.0 * np.sin(6.0 * np.pi * t) * np.sin(np.pi * t) ** 2
+    first = {"name": "ramp", "duration": ramp} if ramp else {"name": "rest", "kind": "static"}
+    groups = changed(slope(), "control", settle=None, steps=None)
+    for name, values in groups:
+        if name == "fixed_point":
+            values["motion_x"] = "quake"
+    groups.insert(
+        3,
+        group(
+            "motion", name="quake", quantity="acceleration", time_step=0.01, values=quake.tolist()
+        ),
+    )
+    shake = {"name": "shake", "duration": 1.5, "motions": "quake", "zero_displacements": True}
+    return [*groups[:-1], ("stage", first), ("stage", shake), groups[-1]]
+
+
+def shaken_by(file, ramp: float) -> np.ndarray:
+    """Final displacement of the crest; gravity grows for the first 80 % of the ramp."""
+    with sitedda.Simulation(file) as run:
+        steps = round(ramp / 1e-3)
+        for step in range(0, steps, 10):
+            share = min(1.0, (step + 10) / (0.8 * steps))
+            run.gravity = (0.0, -GRAVITY * share**2 * (3.0 - 2.0 * share))
+            run.advance(10)
+        while not run.advance(500):
+            pass
+        return run.point_motions[0, 0]
+
+
+def test_how_gravity_came_on_is_forgotten_by_the_shaken_slope(write_input):
+    """A static stage, and gravity that grows slowly, lead to the same displacement."""
+    rest = shaken_by(write_input(shaken_slope(0.0)), 0.0)
+    ramp = shaken_by(write_input(shaken_slope(1.0)), 1.0)
+    assert np.linalg.norm(rest) > 0.05
+    assert np.linalg.norm(ramp - rest) < 0.01 * np.linalg.norm(rest)
+
+
 # --- What stages add -----------------------------------------------------------------------------
 
 
@@ -520,6 +564,54 @@ def test_a_time_step_that_has_shrunk_is_resumed(write_input, tmp_path, same_bits
         assert run.time_step < 0.5e-3
     sitedda.resume(file, tmp_path / "parts.nc")
     same_bits(tmp_path / "whole.nc", tmp_path / "parts.nc")
+
+
+# --- Killed in every stage -----------------------------------------------------------------------
+
+KILLED = """
+import sys, time, sitedda
+run = sitedda.Simulation(sys.argv[1], sys.argv[2])
+run.advance(int(sys.argv[3]))
+run.checkpoint()
+print("ready", flush=True)
+while True:
+    run.advance(1)
+    run.checkpoint()
+    time.sleep(0.001)  # stays in the stage until it is killed
+"""
+LONG = [dict(stage) | ({"steps": 200} if "steps" in stage else {}) for stage in STAGES]
+
+
+def test_killed_in_any_stage_a_run_resumes_to_the_same_bits(
+    write_input, tmp_path, native, same_bits
+):
+    """SIGKILL, of Python and of the executable; either continues with what the other has left."""
+    groups = changed(beam(LONG), "output", checkpoint_interval=5, block_interval=50)
+    file = write_input(groups)
+    sitedda.run(file, output=tmp_path / "whole.nc")
+    begun = set()
+    for i, after in enumerate((1, 150, 199, 250)):
+        output = tmp_path / f"python_{i}.nc"
+        child = subprocess.Popen([sys.executable, "-c", KILLED, file, output, str(after)],
+                                 stdout=subprocess.PIPE)  # fmt: skip
+        assert child.stdout.readline() == b"ready\n"
+        time.sleep(0.02)
+        child.send_signal(signal.SIGKILL)
+        assert child.wait() == -signal.SIGKILL
+        done = native.ok("resume", file, "-o", output, "-q")
+        begun.add(int(done.stdout.split("resumed at step ")[1].split(",")[0]) // 200)
+        same_bits(tmp_path / "whole.nc", output)
+    assert {0, 1} <= begun
+    for i in range(4):
+        output = tmp_path / f"native_{i}.nc"
+        child = subprocess.Popen([native.path, "run", file, "-o", output, "-q"])
+        while child.poll() is None and not Path(f"{output}.checkpoint").exists():
+            time.sleep(0.001)
+        time.sleep(0.03 * i)
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        sitedda.resume(file, output)
+        same_bits(tmp_path / "whole.nc", output)
 
 
 # --- Stopped on request --------------------------------------------------------------------------
