@@ -62,7 +62,7 @@ contains
       call write_scratch(repeat(char(200)//char(3)//'x', 100))
       call expect_error('auto', 'the byte 3')
       call write_scratch('once upon a time'//nl//'there was no record'//nl)
-      call expect_error('auto', 'no known format')
+      call expect_error('auto', 'format is not recognised')
    end subroutine what_is_not_text
 
    subroutine counts_that_do_not_fit()
