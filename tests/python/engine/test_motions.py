@@ -74,7 +74,7 @@ def test_a_floor_is_held_where_that_is_asked_for(write_input):
         ({"after_end": "hold"}, r"ends with 0.4 m/s at 0.04 m and is stopped .* an impact$"),
         (
             {"drift_order": 2},
-            r"took up to 0.4 m/s and 0.04 m; ends with 0 m/s .*held",
+            r"changed it by up to 0.4 m/s and 0.04 m; ends with 0 m/s .*held",
         ),
         (
             {"quantity": "velocity", "values": [0, 0.4, 0]},
@@ -83,7 +83,7 @@ def test_a_floor_is_held_where_that_is_asked_for(write_input):
         (
             {"drift_order": None, "quantity": "displacement", "values": [0, 0.1, 0.3]},
             r"ends with 0 m/s at 0.3 m and is held there \(its last two samples move at 2 m/s: "
-            r"after_end = 'continue' goes on with it\)$",
+            r"after_end = 'continue' keeps this velocity\)$",
         ),
         (
             {

@@ -104,7 +104,7 @@ def test_a_fragility_of_a_study_leaves_out_failed_runs(table):
 
 
 def test_a_fragility_says_which_cases_are_beyond_their_horizon(table):
-    assert "is not known" in fragility_of(table, "tilt", 8.5, "pga").doubt
+    assert "is unknown" in fragility_of(table, "tilt", 8.5, "pga").doubt
     known = table.assign(tilt_decided_s=table.tilt * 0 + 10.0, end_s=table.tilt * 0 + 10.0)
     assert fragility_of(known, "tilt", 8.5, "pga").doubt == ""
     early = known.assign(tilt_decided_s=known.tilt_decided_s.where(table.tilt < 20, 6.0))
