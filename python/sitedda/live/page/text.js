@@ -12,13 +12,14 @@ export class TextPanel {
     label.htmlFor = "text";
     this.field.spellcheck = false;
     this.field.wrap = "off";
-    this.sent = null;
+    this.sent = [];  // texts that the server has not answered yet
     this.field.addEventListener("input", () => {
       clearTimeout(this.later);
       this.later = setTimeout(() => this.take(ask), PAUSE);
     });
     this.field.addEventListener("blur", () => {
       if (this.later) this.take(ask);
+      this.sent = [];
       ask("settle");
     });
   }
@@ -26,17 +27,14 @@ export class TextPanel {
   take(ask) {
     clearTimeout(this.later);
     this.later = 0;
-    this.sent = this.field.value;
-    ask("write", {text: this.sent});
+    this.sent.push(this.field.value);
+    ask("write", {text: this.field.value});
   }
 
-  /** Show a text, unless it is what is being typed. */
+  /** Show a text, unless more is being typed or was sent since. */
   show(text) {
-    if (this.later || text === this.field.value) return;
-    if (document.activeElement === this.field && this.sent !== null && text !== this.sent
-      && this.field.value === this.sent) {
-      this.sent = null;
-    }
+    this.sent.splice(0, this.sent.lastIndexOf(text) + 1);
+    if (this.later || this.sent.length || text === this.field.value) return;
     const at = this.field.selectionStart;
     this.field.value = text;
     this.field.setSelectionRange(at, at);
