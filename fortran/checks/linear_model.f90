@@ -27,8 +27,7 @@ module dda_linear_model
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, stretch_of, &
       add_product, add_to_matrix, coupled_blocks, scale_penalty, at_theta, at_end, end_dashpot, &
-      of_mass, instants, &
-      term_normal, term_shear, term_kinds, term_names, term_labels
+      of_mass, instants, term_normal, term_shear, term_kinds, term_names, term_labels
    use dda_scheme, only: scheme_type
    use dda_simulation, only: simulation_type, next_step
    use dda_support, only: point_type
@@ -295,6 +294,8 @@ contains
       do b = 1, blocks%n
          linear%mass(:, :, b) = mass_matrix(blocks%inertia(:, b))
       end do
+      if (terms%n == 0) return
+      if (.not. any(terms%term(:terms%n)%instant == of_mass)) return
       do i = 1, terms%n
          associate (term => terms%term(i))
             if (term%instant == of_mass) then

@@ -10,7 +10,7 @@ module dda_added_mass
    use dda_blocks, only: blocks_type, shape_matrix
    use dda_body_force, only: base_force
    use dda_edge_load, only: edge_load_type
-   use dda_edge_piece, only: edge_piece_type, piece_length, piece_normal, reference_at
+   use dda_edge_piece, only: edge_piece_type, piece_normal, reference_at
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_input, energy_water
    use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, of_mass, &
@@ -27,7 +27,7 @@ module dda_added_mass
    real(wp), parameter :: weight(points) = 0.5_wp*[0.3478548451374538_wp, 0.6521451548625461_wp, &
       0.6521451548625461_wp, 0.3478548451374538_wp]
    real(wp), parameter :: westergaard = 0.875_wp  !< 7/8
-   real(wp), parameter :: standard = 9.81_wp      !< m/s², of unit weights
+   real(wp), parameter :: standard_gravity = 9.81_wp  !< m/s², unit weight over density
 
    !> A mass that moves with a point of a face, in the direction of its normal.
    type :: wet_point_type
@@ -84,10 +84,10 @@ contains
       do i = 1, points
          s = root(1) + abscissa(i)*(root(2) - root(1))
          area = weight(i)*abs((root(2) - root(1))*2.0_wp*s/(depth(2) - depth(1))) &
-            *piece_length(blocks, load%piece(k))
+            *norm2(load%ends(:, 2, k) - load%ends(:, 1, k))
          point = [point, wet_point_type(load%piece(k), reference_at(blocks, load%piece(k), &
             (s**2 - depth(1))/(depth(2) - depth(1))), &
-            westergaard*load%unit_weight/standard*sqrt(load%reservoir)*s*area)]
+            westergaard*load%unit_weight/standard_gravity*sqrt(load%reservoir)*s*area)]
       end do
    end function wet_points
 
@@ -101,7 +101,7 @@ contains
          point%reference))
    end function row_of
 
-   !> Masses.
+   !> Terms of mass.
    subroutine add_linear(self, blocks, step, terms)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state

@@ -399,7 +399,7 @@ contains
       call begin_state(self)
    end subroutine freeze
 
-   !> Update pressures and volumes.
+   !> Adopt pressures and volumes of the former element.
    subroutine inherit(self, before, blocks)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before  !< the former element, of the same type

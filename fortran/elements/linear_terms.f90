@@ -15,8 +15,7 @@ module dda_linear_terms
    public :: linear_term_type, linear_terms_type, clear_terms, add_term, reserve_term, set_rows, &
       blocks_in, block_of, get_row, stretch_of, add_to_matrix, add_product, step_weights, &
       scale_penalty, coupled_blocks
-   public :: at_theta, at_end, mean_dashpot, end_dashpot, at_damping, of_mass, &
-      instants
+   public :: at_theta, at_end, mean_dashpot, end_dashpot, at_damping, of_mass, instants
    public :: term_normal, term_shear, term_support, term_boundary, term_tie, term_bolt, &
       term_free_side, term_weld, term_point, term_bed, term_water, term_reservoir, term_kinds, &
       term_names, term_labels

@@ -476,6 +476,7 @@ LAWS = {
 def test_water_under_every_law_and_hard_shaking(law):
     """A block that rocks and slides: every step converges, and the audit closes."""
     model = rocking(2e-4, push=6e5, state="transient")
+    model.traction(along=[0, 0, 0, 6], level=3.0, added_mass=True)
     joint = model["joint"][0]
     own = {"law": law, "friction_angle": 35.0} | LAWS[law]
     if law in ("coulomb", "barton_bandis"):
