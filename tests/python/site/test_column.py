@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The 1-D twin against pyStrata and closed forms; `test_scheme.py` has those of its scheme."""
+"""The 1-D twin against pyStrata, closed forms, a lumped shear beam and the marched scheme."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from pystrata import motion, propagation, site
 
@@ -160,6 +162,13 @@ def test_layer_on_half_space_has_the_impedance_ratio_as_peak():
     assert_allclose(peak.amplitude, 2500.0 * 1000.0 / (1800.0 * 200.0), rtol=1e-12)
 
 
+def test_half_space_like_the_layer_reflects_nothing():
+    layer = Layer(10.0, density=2000.0, shear_velocity=400.0)
+    rock = HalfSpace(density=2000.0, shear_velocity=400.0)
+    actual = Column([layer], rock).transfer(FREQUENCIES, kind="outcrop")
+    assert_allclose(actual, np.exp(-2j * np.pi * FREQUENCIES * 10.0 / 400.0), rtol=1e-12)
+
+
 def test_static_motion_is_not_amplified():
     assert Column([Layer(3.0, density=1.0, shear_modulus=1.0, damping=0.3)]).transfer(0.0) == 1.0
 
@@ -206,7 +215,74 @@ def test_table_2_agrees_with_the_papers_shake_with_layer_1_on_top():
     assert abs(upside_down.frequency - 14.50) > 0.5
 
 
+# --- Lumped shear beam ---------------------------------------------------------------------------
+
+
+def lumped_beam(column, per_layer):
+    """Lumped mass (diagonal), stiffness per damping ratio, load per unit base displacement.
+
+    Nodes at the surface and at the interfaces of thin slices; the base node is prescribed.
+    """
+    slices = [
+        (layer, layer.thickness / per_layer) for layer in column.layers for _ in range(per_layer)
+    ]
+    count = len(slices)
+    mass, stiffness = np.zeros(count + 1), np.zeros((count + 1, count + 1), dtype=complex)
+    for i, (layer, height) in enumerate(slices):
+        mass[i : i + 2] += layer.density * height / 2
+        spring = layer.shear_modulus * (1 + 2j * layer.damping) / height
+        stiffness[i : i + 2, i : i + 2] += spring * np.array([[1, -1], [-1, 1]])
+    return mass[:-1], stiffness[:-1, :-1], -stiffness[:-1, -1]
+
+
+def lumped_transfer(column, frequency, per_layer):
+    mass, stiffness, load = lumped_beam(column, per_layer)
+    omega = 2 * np.pi * frequency
+    return np.linalg.solve(stiffness - omega**2 * np.diag(mass), load)[0]
+
+
+@pytest.mark.parametrize("seed", [1, 5, 10])
+@pytest.mark.parametrize("frequency", [2.0, 7.3])
+def test_lumped_shear_beam_converges_to_the_column(seed, frequency):
+    column = random_column(seed, "rigid")
+    exact = column.transfer(frequency)
+    coarse, middle, fine = (lumped_transfer(column, frequency, n) for n in (15, 30, 60))
+    assert_allclose(abs(middle - exact) / abs(fine - exact), 4.0, rtol=0.05)  # second order
+    sharper = fine + (fine - middle) / 3
+    sharp = middle + (middle - coarse) / 3
+    assert abs(sharper + (sharper - sharp) / 15 - exact) < 1e-6 * abs(exact)
+
+
 # --- The time integration ------------------------------------------------------------------------
+
+
+def newmark_transfer(column, frequency, time_step, per_layer):
+    """Exact discrete transfer function of the lumped beam under Newmark β = 1/2, γ = 1."""
+    mass, stiffness, load = lumped_beam(column, per_layer)
+    z = np.exp(2j * np.pi * frequency * time_step)
+    inertia = 2 / time_step**2 * (z - 1) - 4 / time_step**2 * (z - 1) / (z + 1)
+    return np.linalg.solve(z * stiffness + inertia * np.diag(mass), z * load)[0]
+
+
+@pytest.mark.parametrize("frequency", [3.0, 14.0, 41.0])
+def test_scheme_transfer_is_the_limit_of_the_discrete_beam(frequency):
+    column, step = Column([Layer(15.0, **TABLE_1)]), 1e-3
+    exact = column.scheme_transfer(frequency, step)
+    coarse, fine = (newmark_transfer(column, frequency, step, n) for n in (200, 400))
+    assert_allclose(fine + (fine - coarse) / 3, exact, rtol=1e-6)
+
+
+def test_scheme_transfer_is_what_marching_in_time_gives():
+    column, step, frequency, count = Column([Layer(15.0, **TABLE_1)]), 2e-3, 14.0, 12000
+    mass, stiffness, load = (np.real(part) for part in lumped_beam(column, 60))
+    base = np.exp(2j * np.pi * frequency * step * np.arange(count))
+    inverse = np.linalg.inv(stiffness + 2 / step**2 * np.diag(mass))
+    x, velocity = np.zeros((2, mass.size), dtype=complex)
+    for value in base[1:]:
+        increment = inverse @ (load * value - stiffness @ x + 2 / step * mass * velocity)
+        x, velocity = x + increment, 2 / step * increment - velocity
+    assert_allclose(x[0] / base[-1], newmark_transfer(column, frequency, step, 60), rtol=1e-9)
+    assert_allclose(x[0] / base[-1], column.scheme_transfer(frequency, step), rtol=3e-3)
 
 
 def test_scheme_equals_a_damped_column_at_the_scheme_frequency():
@@ -218,6 +294,13 @@ def test_scheme_equals_a_damped_column_at_the_scheme_frequency():
         column.transfer(scheme_frequency(frequency, step)),
         rtol=1e-12,
     )
+
+
+def test_small_steps_leave_an_undamped_column():
+    column = uniform_column(0.0)
+    frequencies = np.array([1.0, 10.0, 30.0])
+    actual = column.scheme_transfer(frequencies, 1e-9)
+    assert_allclose(actual, column.transfer(frequencies), rtol=1e-5)
 
 
 def test_scheme_peak_is_damped_and_slightly_low():
@@ -235,6 +318,85 @@ def test_damping_may_be_a_function_of_frequency():
     column = uniform_column(lambda f: 0.01 + 0.002 * f)
     pointwise = [uniform_column(0.01 + 0.002 * f).transfer(f) for f in FREQUENCIES]
     assert_allclose(column.transfer(FREQUENCIES), pointwise, rtol=1e-13)
+
+
+def test_scheme_as_a_function_of_frequency():
+    step = 1e-3
+    column = uniform_column(
+        lambda f: scheme_damping(np.arctan(np.pi * f * step) / np.pi / step, step)
+    )
+    frequencies = np.linspace(1.0, 50.0, 30)
+    assert_allclose(
+        column.transfer(scheme_frequency(frequencies, step)),
+        column.scheme_transfer(frequencies, step),
+        rtol=1e-11,
+    )
+
+
+# --- Properties ----------------------------------------------------------------------------------
+
+seeds = st.integers(0, 10_000)
+scales = st.floats(1e-3, 1e3)
+bases = st.sampled_from(["rigid", "half-space"])
+
+
+def rescaled(medium, length, mass):
+    """The medium in units of 1/length and 1/mass; the unit of time stays."""
+    changes = {
+        "density": medium.density * mass / length**3,
+        "shear_modulus": medium.shear_modulus * mass / length,
+        "shear_velocity": None,
+    }
+    if isinstance(medium, Layer):
+        changes["thickness"] = medium.thickness * length
+    return replace(medium, **changes)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=seeds, base=bases, length=scales, mass=scales)
+def test_units_change_nothing(seed, base, length, mass):
+    column = random_column(seed, base)
+    rock = column.base if base == "rigid" else rescaled(column.base, length, mass)
+    other = replace(
+        column, layers=[rescaled(layer, length, mass) for layer in column.layers], base=rock
+    )
+    assert_allclose(other.transfer(FREQUENCIES), column.transfer(FREQUENCIES), rtol=1e-9)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=seeds, base=bases, share=st.floats(0.01, 0.99), which=seeds)
+def test_splitting_a_layer_changes_nothing(seed, base, share, which):
+    column = random_column(seed, base)
+    index = which % len(column.layers)
+    layer = column.layers[index]
+    halves = [replace(layer, thickness=layer.thickness * part) for part in (share, 1 - share)]
+    layers = [*column.layers[:index], *halves, *column.layers[index + 1 :]]
+    for field in ("within", "outcrop"):
+        assert_allclose(
+            replace(column, layers=layers).transfer(FREQUENCIES, kind=field),
+            column.transfer(FREQUENCIES, kind=field),
+            rtol=1e-9,
+        )
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=seeds, base=bases, share=st.floats(0.0, 1.0))
+def test_transfer_functions_multiply(seed, base, share):
+    column = random_column(seed, base)
+    middle = share * column.depth
+    product = column.transfer(FREQUENCIES, 0.0, middle) * column.transfer(FREQUENCIES, middle)
+    assert_allclose(product, column.transfer(FREQUENCIES), rtol=1e-9)
+    assert_allclose(column.transfer(FREQUENCIES, middle, middle), 1.0, rtol=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=seeds)
+def test_very_stiff_half_space_is_a_rigid_base(seed):
+    rigid = random_column(seed, "rigid")
+    rock = HalfSpace(density=2700.0, shear_velocity=1e12)
+    for field in ("within", "outcrop"):
+        actual = replace(rigid, base=rock).transfer(FREQUENCIES, kind=field)
+        assert_allclose(actual, rigid.transfer(FREQUENCIES), rtol=1e-6)
 
 
 # --- Numerical safety ----------------------------------------------------------------------------
