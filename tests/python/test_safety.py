@@ -4,6 +4,7 @@
 import gc
 import multiprocessing
 import os
+import pickle
 import subprocess
 import sys
 import textwrap
@@ -17,6 +18,16 @@ from model_text import flying_block, namelist, tower
 
 import sitedda
 from sitedda.engine import api, checked
+
+ERRORS = [
+    sitedda.SiteddaError,
+    sitedda.InputError,
+    sitedda.CheckError,
+    sitedda.ConvergenceError,
+    sitedda.SolverError,
+    sitedda.OutputError,
+    sitedda.InterruptedRun,
+]
 
 
 @pytest.fixture
@@ -295,6 +306,23 @@ def test_ten_thousand_models_leave_no_memory_behind(write_input):
             gc.collect()
             sizes.append(resident())
     assert sizes[-1] - sizes[1] < 4e6, sizes
+
+
+def test_a_dropped_simulation_is_freed(write_input):
+    file = write_input(flying_block())
+    first = sitedda.Simulation(file)
+    handle = first._handle
+    del first
+    gc.collect()
+    assert sitedda.Simulation(file)._handle == handle
+
+
+@pytest.mark.parametrize("kind", ERRORS)
+def test_exceptions_pickle(kind):
+    error = pickle.loads(pickle.dumps(kind("model.nml, group &block: größer")))
+    assert type(error) is kind
+    assert str(error) == "model.nml, group &block: größer"
+    assert error.kind == kind.kind
 
 
 def test_exceptions_come_back_from_other_processes(write_input):

@@ -247,6 +247,32 @@ def test_an_output_that_cannot_be_written_is_status_5(program, write_input, tmp_
     assert len(done.stderr.strip().splitlines()) == 1
 
 
+def test_an_output_never_replaces_the_input(program, write_input, tmp_path):
+    file = write_input(tower(steps=3))
+    text = file.read_bytes()
+    done = program("run", file, "-q", "-o", tmp_path / "model.nml")
+    assert file.read_bytes() == text
+    assert done.returncode in (1, 5) and "model.nml" in done.stderr
+
+
+def test_an_output_never_replaces_the_record(program, write_input, tmp_path):
+    record = tmp_path / "record.txt"
+    record.write_text("".join(f"{0.01 * i} {(-1) ** i}\n" for i in range(20)))
+    shaken = changed(
+        tower(steps=3),
+        "motion",
+        values=None,
+        time_step=None,
+        file="record.txt",
+        format="text",
+        unit="m/s2",
+    )
+    text = record.read_bytes()
+    done = program("run", write_input(shaken), "-q", "-o", tmp_path / "record.txt")
+    assert record.read_bytes() == text
+    assert done.returncode in (1, 5) and "record.txt" in done.stderr
+
+
 def test_an_output_that_is_a_folder_is_refused_before_the_run(program, write_input, tmp_path):
     (tmp_path / "folder.nc").mkdir()
     done = program("run", write_input(tower(steps=50)), "-q", "-o", tmp_path / "folder.nc")
@@ -311,6 +337,21 @@ def test_ctrl_c_keeps_what_was_computed(python_program, write_input, tmp_path):
     assert final.read_bytes() == OLDER
 
 
+def test_the_kept_part_is_the_beginning_of_the_whole(
+    python_program, write_input, tmp_path, same_bits
+):
+    running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running.send_signal(signal.SIGINT)
+    running.communicate(timeout=DEADLINE)
+    kept = dataset(tmp_path / "tower.nc.partial")
+    steps = kept.sizes["time"] - 1
+    whole = changed(tower(steps=steps), "output", file="whole.nc", block_interval=0)
+    python_program.ok("run", write_input(whole, "whole.nml"), folder=tmp_path)
+    history = dataset(tmp_path / "whole.nc")
+    for name in ("time", "displacement", "velocity", "acceleration", "energy_balance"):
+        assert kept[name].values.tobytes() == history[name].values.tobytes(), name
+
+
 def test_a_second_run_on_the_same_output_does_not_disturb_the_first(program, write_input, tmp_path):
     running = start(program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
     second = program("run", write_input(tower(steps=3), "second.nml"), "-q", folder=tmp_path)
@@ -321,6 +362,26 @@ def test_a_second_run_on_the_same_output_does_not_disturb_the_first(program, wri
     running.communicate(timeout=DEADLINE)
     kept = dataset(tmp_path / "tower.nc.partial")
     assert kept.attrs["complete"] == "no" and kept.sizes["time"] > 100
+
+
+def test_a_killed_run_leaves_the_older_output_alone(program, write_input, tmp_path):
+    final = tmp_path / "tower.nc"
+    final.write_bytes(OLDER)
+    running = start(program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running.kill()
+    running.communicate(timeout=DEADLINE)
+    assert final.read_bytes() == OLDER
+
+
+def test_ctrl_c_on_the_executable_keeps_what_was_computed(native, write_input, tmp_path):
+    """The usage of sitedda-native promises status 6 for an interrupted run."""
+    if "6 interrupted" not in native("--help").stdout:
+        pytest.skip("the executable makes no promise about Ctrl-C")
+    running = start(native, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running.send_signal(signal.SIGINT)
+    running.communicate(timeout=DEADLINE)
+    assert running.returncode == 6
+    assert dataset(tmp_path / "tower.nc.partial").attrs["complete"] == "no"
 
 
 def test_a_batch_log_is_alive_and_in_order(native, write_input, tmp_path):

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import weakref
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -397,7 +398,54 @@ def test_a_resting_block_weighs_half_on_each_contact(write_input):
         assert_allclose(simulation.stresses[1, 1], -0.5 * 2000 * 10 * 1.0, rtol=1e-6)
 
 
+def test_state_arrays_are_the_callers_own(write_input):
+    with sitedda.Simulation(write_input(flying_block())) as simulation:
+        simulation.coordinates[:] = np.nan
+        simulation.rates[:] = 7.0
+        assert np.all(np.isfinite(simulation.coordinates))
+        assert_array_equal(simulation.rates, 0.0)
+        before = simulation.coordinates
+        simulation.rates = [[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]]
+        simulation.advance(3)
+        assert before[0, 0] == 1.0
+
+
+@pytest.mark.parametrize("values", [np.zeros(6), np.zeros((2, 6)), np.zeros((6, 1)), 1.0, []])
+def test_rates_of_another_shape_are_refused(write_input, values):
+    with sitedda.Simulation(write_input(flying_block())) as simulation:
+        with pytest.raises(ValueError, match=r"shape \(1, 6\)"):
+            simulation.rates = values
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_rates_must_be_finite(write_input, value):
+    with sitedda.Simulation(write_input(flying_block())) as simulation:
+        with pytest.raises(sitedda.InputError, match="rates must be finite"):
+            simulation.rates = np.full((1, 6), value)
+        assert_array_equal(simulation.rates, 0.0)
+
+
 # --- Life and death ------------------------------------------------------------------------------
+
+
+def test_a_closed_simulation_says_so(write_input):
+    simulation = sitedda.Simulation(write_input(tower()))
+    simulation.close()
+    simulation.close()
+    for use in (
+        simulation.advance,
+        simulation.finish,
+        lambda: simulation.coordinates,
+        lambda: simulation.contacts,
+        lambda: simulation.energies,
+        lambda: simulation.polygons,
+        lambda: simulation.point_motions,
+        lambda: simulation.time,
+        lambda: simulation.title,
+        lambda: setattr(simulation, "rates", np.zeros((4, 6))),
+    ):
+        with pytest.raises(sitedda.SiteddaError, match="closed"):
+            use()
 
 
 def test_a_forgotten_simulation_is_freed_and_its_file_closed(write_input, tmp_path):
@@ -413,6 +461,21 @@ def test_a_forgotten_simulation_is_freed_and_its_file_closed(write_input, tmp_pa
     assert not (tmp_path / "out.nc").exists()
 
 
+def test_many_simulations_one_after_the_other(write_input):
+    file = write_input(flying_block(steps=1))
+    for _ in range(2000):
+        sitedda.Simulation(file).advance()
+
+
+def test_an_input_error_leaves_nothing_open(write_input):
+    bad = write_input(changed(tower(), "control", steps=-1), "bad.nml")
+    with sitedda.Simulation(write_input(tower(steps=5))) as simulation:
+        for _ in range(100):
+            with pytest.raises(sitedda.InputError):
+                sitedda.Simulation(bad)
+        assert simulation.advance(5)
+
+
 def test_two_simulations_at_once_do_not_disturb_each_other(write_input, same_bits, tmp_path):
     files = write_input(tower(2, steps=60), "a.nml"), write_input(tower(5, steps=60), "b.nml")
     together = [sitedda.Simulation(file, tmp_path / f"{file.stem}.nc") for file in files]
@@ -423,6 +486,20 @@ def test_two_simulations_at_once_do_not_disturb_each_other(write_input, same_bit
         simulation.finish()
         simulation.close()
         same_bits(sitedda.run(file).history, tmp_path / f"{file.stem}.nc")
+
+
+def test_simulations_in_threads_give_the_same_bits(write_input):
+    files = [write_input(tower(n, steps=400), f"{n}.nml") for n in (1, 2, 3, 4, 5, 6)]
+
+    def last_state(file):
+        with sitedda.Simulation(file) as simulation:
+            simulation.advance(400)
+            return simulation.coordinates
+
+    alone = [last_state(file) for file in files]
+    with ThreadPoolExecutor(3) as pool:
+        for one, other in zip(alone, pool.map(last_state, files), strict=True):
+            assert_array_equal(one, other)
 
 
 def test_whole_runs_in_threads_do_not_crash(write_input):
@@ -447,6 +524,23 @@ sys.exit(0 if len(found) == 1 else 7)
 # --- Errors --------------------------------------------------------------------------------------
 
 
+def test_a_missing_input_is_named(tmp_path):
+    with pytest.raises(sitedda.InputError, match="nowhere.nml"):
+        sitedda.run(tmp_path / "nowhere.nml")
+
+
+def test_an_output_folder_that_does_not_exist_is_named(write_input, tmp_path):
+    with pytest.raises(sitedda.OutputError, match="no/such/out.nc"):
+        sitedda.run(write_input(tower()), tmp_path / "no/such/out.nc")
+
+
+def test_an_output_that_is_a_folder_is_refused_and_named(write_input, tmp_path):
+    (tmp_path / "folder.nc").mkdir()
+    with pytest.raises(sitedda.OutputError, match="folder.nc"):
+        sitedda.run(write_input(tower(steps=3)), tmp_path / "folder.nc")
+    assert (tmp_path / "folder.nc").is_dir()
+
+
 KINDS = [
     (sitedda.InputError, 1, ValueError),
     (sitedda.CheckError, 2, sitedda.SiteddaError),
@@ -465,3 +559,10 @@ def test_errors_survive_a_pickle_and_a_copy(kind, number, parent):
     for twin in (pickle.loads(pickle.dumps(error)), copy.copy(error), copy.deepcopy(error)):
         assert type(twin) is kind
         assert (str(twin), twin.kind) == ("step 3: what and where", kind.kind)
+
+
+def test_an_engine_error_survives_a_pickle(write_input):
+    with pytest.raises(sitedda.InputError) as caught:
+        sitedda.run(write_input(tower()), time_step=-1.0)
+    twin = pickle.loads(pickle.dumps(caught.value))
+    assert str(twin) == str(caught.value) and "time_step" in str(twin)
