@@ -12,7 +12,7 @@ module test_energy_budget
    use dda_time_step, only: advance
    use models, only: begin, block_text, contact_text, control_text, joint_text, rectangle, &
       relative_balance, rock, turned
-   use testing, only: check, check_close, check_no_error
+   use testing, only: case, check, check_close, check_no_error
    implicit none
 
    character(len=*), parameter :: gravity = 'gravity = 0.0 -9.81 '
@@ -83,6 +83,21 @@ contains
          'the scheme takes nothing', absolute=1.0e-6_wp)
    end subroutine free_fall
 
+   subroutine bounce()
+      type(simulation_type) :: simulation
+      real(wp), parameter :: step(3) = [2.0e-5_wp, 1.0e-4_wp, 1.0e-3_wp]
+      integer :: i
+
+      do i = 1, 3
+         call case('bounce')
+         call begin(simulation, control_text(step(i), 1000, gravity)//contact_text(1.0e9_wp, '')// &
+            rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+            floor_and(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))
+         call audit(simulation, nint(0.1_wp/step(i)), .true.)
+         call check(simulation%energy%value(energy_algorithmic) > 0.0_wp, 'the scheme damps')
+      end do
+   end subroutine bounce
+
    !> A block thrown along the floor: all its kinetic energy becomes friction.
    subroutine sliding()
       type(simulation_type) :: simulation
@@ -112,6 +127,71 @@ contains
       call check(abs(simulation%energy%value(energy_geometric)) < 0.02_wp &
          *abs(simulation%energy%value(energy_gravity)), 'exact geometry adds little')
    end subroutine tumbling
+
+   subroutine settling_stack()
+      type(simulation_type) :: simulation
+      real(wp), parameter :: step(4) = [1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp, 1.0e-5_wp]
+      integer :: i
+
+      do i = 1, 4
+         call case('a stack settles')
+         call begin(simulation, control_text(step(i), 300, gravity)//contact_text(1.0e12_wp, '')// &
+            rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+            ' &layers left = -2.0 bottom = -1.0 width = 4.0 thickness = 1.0'//' count = 16 /'//held)
+         call audit(simulation, 300, .true.)
+      end do
+   end subroutine settling_stack
+
+   subroutine settling_wall()
+      type(simulation_type) :: simulation
+      real(wp), parameter :: step(3) = [1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp]
+      integer :: i
+
+      do i = 1, 3
+         call case('a wall settles')
+         call begin(simulation, control_text(step(i), 200, gravity)//contact_text(1.0e11_wp, '')// &
+            rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+            block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
+            ' &wall left = -1.5 bottom = 0.0 brick_length = 0.6 brick_height = 0.3 bricks = 5 '// &
+            'courses = 10 /'//held)
+         call audit(simulation, 200, .true.)
+      end do
+   end subroutine settling_wall
+
+   !> Fixed points that follow a sine: their work is the input.
+   subroutine shaken_base()
+      type(simulation_type) :: simulation
+
+      call begin(simulation, control_text(1.0e-3_wp, 500, gravity)//contact_text(1.0e9_wp, '')// &
+         rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
+         block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
+         block_text('b', rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))// &
+         " &fixed_point x = -1.9 y = -0.9 motion_x = 'shake' / &fixed_point x = 1.9 y = -0.9 "// &
+         "motion_x = 'shake' /"//" &fixed_point x = -1.9 y = -0.1 motion_x = 'shake' / "// &
+         "&fixed_point x = 1.9 y = -0.1 motion_x = 'shake' /")
+      call audit(simulation, 500, .false.)
+      call check(abs(simulation%energy%value(energy_input)) > 0.0_wp &
+         .and. simulation%energy%value(energy_friction) > 0.0_wp, 'the base works, the block slips')
+   end subroutine shaken_base
+
+   !> 0.4 s of displacement in samples of 0.05 s.
+   pure function shake() result(text)
+      character(len=:), allocatable :: text
+
+      text = " &motion name = 'shake' quantity = 'displacement' time_step = 0.05"// &
+         ' values = 0.0 0.01 0.04 0.03 -0.02 -0.04 -0.01 0.01 0.0 /'
+   end function shake
+
+   !> The same shaking as acceleration of the base, in its frame.
+   subroutine base_acceleration()
+      type(simulation_type) :: simulation
+
+      call begin(simulation, control_text(1.0e-3_wp, 500, gravity//"base_motion_x = 'shake'")// &
+         contact_text(1.0e9_wp, '')//rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
+         floor_and(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp)))
+      call audit(simulation, 500, .false.)
+      call check(abs(simulation%energy%value(energy_input)) > 0.0_wp, 'it works')
+   end subroutine base_acceleration
 
    !> Force times way of a free block.
    subroutine load()

@@ -25,6 +25,33 @@ contains
       text = ' &joint friction_angle = 30.0 '//variables//' /'
    end function joint_of
 
+   !> A block of 1 m falls flat on a supported one at 1 m/s, at any Ω and phase of the step.
+   subroutine bounces_at_random_phases()
+      type(simulation_type) :: simulation
+      real(wp), parameter :: e(4) = [0.0_wp, 0.2_wp, 0.5_wp, 0.8_wp]
+      real(wp), parameter :: omega(4) = [0.05_wp, 0.7_wp, 5.0_wp, 300.0_wp]
+      real(wp) :: worst, growth, unexplained
+      integer :: i, j, k
+
+      do i = 1, size(e)
+         worst = 0.0_wp
+         growth = 0.0_wp
+         unexplained = 0.0_wp
+         do j = 1, size(omega)
+            do k = 1, 5
+               call begin_drop(simulation, omega(j), random(0.0_wp, 1.0_wp), &
+                  'restitution = '//number(e(i)))
+               call follow(simulation, 10, growth)
+               worst = max(worst, abs(simulation%blocks%velocity(2, 2) - e(i)))
+               unexplained = max(unexplained, relative_balance(simulation%energy))
+            end do
+         end do
+         call check(worst < 2.0e-4_wp, 'restitution '//number(e(i))//', off by '//number(worst))
+         call check(growth < 1.0e-9_wp, 'no energy comes in: '//number(growth))
+         call check(unexplained < 1.0e-6_wp, 'audit: '//number(unexplained))
+      end do
+   end subroutine bounces_at_random_phases
+
    !> A contact that is pressed by up to a quarter of its way of a step is hit, a deeper one rests.
    subroutine contacts_that_have_just_touched()
       type(simulation_type) :: simulation

@@ -2,21 +2,31 @@
 !> Whole runs against mechanics: flight, spin, sliding and sticking, and what step control does and
 !> says.
 module test_simulation
-   use dda_blocks, only: update_geometry
+   use dda_blocks, only: momentum_of, update_geometry
    use dda_equilibrium, only: equilibrate, equilibrium_type
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_convergence, error_type
+   use dda_polygon, only: area_of
    use dda_simulation, only: finished, simulation_type, summary
    use dda_time_step, only: advance
    use models, only: begin, begin_or_fail, block_text, contact_text, control_text, joint_text, &
       number, rectangle, rock, run, turned
-   use testing, only: check, check_close, check_fails, check_no_error
+   use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
 
    real(wp), parameter :: g = 9.81_wp
    character(len=*), parameter :: gravity = 'gravity = 0.0 -9.81 '
 
 contains
+
+   subroutine inclines()
+      call incline(0.0_wp, 1.0_wp)
+      call incline(10.0_wp, 1.0_wp)
+      call incline(20.0_wp, 1.0_wp)
+      call incline(0.0_wp, 50.0_wp)
+      call incline(10.0_wp, 50.0_wp)
+      call incline(20.0_wp, 50.0_wp)
+   end subroutine inclines
 
    !> ½ g t² is exact for the scheme, whatever the step.
    subroutine free_fall()
@@ -54,6 +64,38 @@ contains
          0.0_wp], 'v', absolute=1.0e-10_wp)
    end subroutine flight_without_force
 
+   !> A hundred turns of a block without symmetry, in a hundred steps each.
+   subroutine a_hundred_turns()
+      type(simulation_type) :: simulation
+      real(wp) :: shape(2, 5), edges(5), momentum
+      integer :: i
+
+      shape = reshape([0.0_wp, 0.0_wp, 2.0_wp, 0.1_wp, 2.5_wp, 1.0_wp, 1.0_wp, 0.6_wp, 0.2_wp, &
+         1.4_wp], [2, 5])
+      call begin(simulation, control_text(1.0e-3_wp, 10000, '')//joint_text(0.0_wp, 0.0_wp, &
+         0.0_wp)//' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2 '// &
+         'initial_velocity = 0.5 0.0 '//number(20.0_wp*pi)//' /'//block_text('b', shape))
+      edges = norm2(shape - cshift(shape, 1, 2), 1)
+      momentum = angular_momentum()
+      call run(simulation, 10000)
+      call check_close(simulation%blocks%position(3, 1), 200.0_wp*pi, 'angle', relative=1.0e-11_wp)
+      call check_close(area_of(simulation%blocks%vertex), area_of(shape), 'area', &
+         relative=1.0e-10_wp)
+      call check_close(norm2(simulation%blocks%vertex - cshift(simulation%blocks%vertex, 1, 2), &
+         1), edges, 'edges', relative=1.0e-10_wp)
+      call check_close(angular_momentum(), momentum, 'angular momentum', relative=1.0e-10_wp)
+      do i = 4, 6
+         call check_close(simulation%blocks%position(i, 1), 0.0_wp, 'strain', absolute=1.0e-12_wp)
+      end do
+   contains
+      real(wp) function angular_momentum()
+         real(wp) :: momentum(6)
+
+         momentum = momentum_of(simulation%blocks%inertia(:, 1), simulation%blocks%velocity(:, 1))
+         angular_momentum = momentum(3)
+      end function angular_momentum
+   end subroutine a_hundred_turns
+
    !> A block on a held plane inclined by 30°.
    subroutine begin_incline(simulation, friction_angle, stiffness, step, steps)
       type(simulation_type), intent(out) :: simulation
@@ -84,6 +126,21 @@ contains
       way = dot_product(simulation%blocks%position(1:2, 2) - simulation%model%blocks%position(1:2, &
          2), [cos(pi/6.0_wp), -sin(pi/6.0_wp)])
    end function way
+
+   !> s = ½ g (sin α − cos α tan φ) t², at a penalty of `factor` × E.
+   subroutine incline(friction_angle, factor)
+      real(wp), intent(in) :: friction_angle, factor
+      type(simulation_type) :: simulation
+      real(wp) :: expected
+      integer, parameter :: steps = 2000
+
+      call case('sliding at φ = '//number(friction_angle)//', k/E = '//number(factor))
+      call begin_incline(simulation, friction_angle, factor*1.0e10_wp, 1.0e-3_wp, steps)
+      call run(simulation, steps)
+      expected = 0.5_wp*g*(0.5_wp - sqrt(0.75_wp)*tan(friction_angle*pi/180.0_wp)) &
+         *(1.0e-3_wp*steps)**2
+      call check_close(way(simulation), expected, 's', relative=1.0e-6_wp)
+   end subroutine incline
 
    !> φ above α: it settles, then nothing moves any more.
    subroutine sticking_at_35_degrees_on_30_degrees()
