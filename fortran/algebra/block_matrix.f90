@@ -60,7 +60,7 @@ contains
       matrix%diagonal = 0.0_wp
    end subroutine set_pattern
 
-   !> Keep one of equal columns in each row.
+   !> Keep each column once in each row.
    pure subroutine drop_repeats(row_start, column)
       integer, intent(inout) :: row_start(:)             !< [n+1]
       integer, allocatable, intent(inout) :: column(:)   !< [entries] ascending in each row
@@ -106,7 +106,7 @@ contains
       end do
    end function entry_of
 
-   !> Copy a block; of its size the compiler makes a few moves of registers.
+   !> Copy a block in an explicit loop, which the compiler turns into a few vector moves.
    pure subroutine copy_block(from, to)
       real(wp), intent(in) :: from(6, 6)  !< any block
       real(wp), intent(out) :: to(6, 6)   !< its copy
@@ -131,11 +131,11 @@ contains
       !$omp end parallel
    end subroutine multiply
 
-   !> Block rows first … last of y, which no other thread writes.
+   !> Compute the rows first … last of y = K x; no other thread writes these rows.
    !>
-   !> A lower block that couples two of them is read once, for both; one that couples a row to those
-   !> below is read for either.  Whatever the rows, the sums are in the same order: the diagonal
-   !> block, those to its left, those below it.
+   !> A lower block that couples two of these rows is read once and used for both; other blocks are
+   !> read for the row in the range.  The order of summation does not depend on the range: the
+   !> diagonal block, the blocks to its left, the blocks below it.
    pure subroutine multiply_rows(matrix, first, last, x, y)
       type(block_matrix_type), intent(in) :: matrix  !< K
       integer, intent(in) :: first, last  !< of the range
@@ -162,8 +162,7 @@ contains
       end do
    end subroutine multiply_rows
 
-   !> ‖ |K| |x| ‖, the size of the terms of K x: rounding is a few units in their last place,
-   !> however small their sum.
+   !> Norm ‖ |K| |x| ‖: the scale of the rounding error of K x, even if its terms cancel.
    pure real(wp) function terms_of_product(matrix, x) result(norm)
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sums of vectors of a matrix of 6×6 blocks; long ones are shared between threads.
+!> Sums of vectors of 6×6 block matrices; long vectors are divided between threads.
 module dda_block_vectors
    use dda_kinds, only: wp
    use dda_ordered_sums, only: parallel_from

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> 6×6 blocks as of the mass and elasticity of a rock block about its centroid: m for either
-!> translation, and a symmetric 4×4 block of rotation and strains.  11 numbers keep one.
+!> 6×6 blocks like the mass and elasticity of a rock block about its centroid: m for each
+!> translation, and a symmetric 4×4 block of rotation and strains.  11 numbers store one block.
 module dda_compact_block
    use dda_kinds, only: wp
    implicit none
@@ -11,7 +11,7 @@ module dda_compact_block
 
 contains
 
-   !> The numbers of a block of that kind.
+   !> Extract the 11 numbers of such a block.
    pure function compact(block) result(numbers)
       real(wp), intent(in) :: block(6, 6)  !< symmetric; translations are coupled to nothing
       real(wp) :: numbers(compact_size)
@@ -19,7 +19,7 @@ contains
       numbers = [block(1, 1), block(3:6, 3), block(4:6, 4), block(5:6, 5), block(6, 6)]
    end function compact
 
-   !> The block of such numbers.
+   !> Build the 6×6 block from its 11 numbers.
    pure subroutine expand(numbers, block)
       real(wp), intent(in) :: numbers(compact_size)  !< as of `compact`
       real(wp), intent(out) :: block(6, 6)           !< of which they are
@@ -34,7 +34,7 @@ contains
       block(3:6, 6) = [numbers(5), numbers(8), numbers(10:11)]
    end subroutine expand
 
-   !> Its main diagonal.
+   !> Main diagonal of the block.
    pure function main_diagonal(numbers) result(diagonal)
       real(wp), intent(in) :: numbers(compact_size)  !< as of `compact`
       real(wp) :: diagonal(6)

@@ -7,7 +7,7 @@ module dda_counting_sort
 
 contains
 
-   !> List items by key; items of one key keep their order.
+   !> List items by ascending key; items with equal keys retain their order.
    pure subroutine counting_sort(n, key, start, order)
       integer, intent(in) :: n                       !< largest key
       integer, intent(in) :: key(:)                  !< [items] 1 … n

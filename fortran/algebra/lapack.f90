@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Explicit interfaces of the BLAS and LAPACK routines in use.
+!> Explicit interfaces of the BLAS and LAPACK routines that are used.
 module dda_lapack
    use dda_kinds, only: sp, wp
    implicit none

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Least squares with unknowns that must not be negative (Lawson and Hanson 1974, chapter 23).
+!> Least squares with nonnegative unknowns (Lawson and Hanson 1974, chapter 23).
 !>
-!> For few unknowns: each least-squares problem of the active set is solved by its normal equations.
+!> For few unknowns: the least-squares problem of each active set is solved by its normal equations.
 module dda_nonnegative
    use dda_kinds, only: wp
    use dda_lapack, only: dposv
@@ -11,7 +11,7 @@ module dda_nonnegative
 
 contains
 
-   !> The least of |A x − b|² over x ≥ 0.
+   !> Minimise |A x − b|² over x ≥ 0.
    subroutine nonnegative_least_squares(a, b, x)
       real(wp), intent(in) :: a(:,:)   !< [m,n], m ≥ n, columns independent
       real(wp), intent(in) :: b(:)     !< [m]
@@ -34,7 +34,7 @@ contains
          do
             call solve_free(normal, right, free, trial)
             if (all(trial > 0.0_wp .or. .not. free)) exit
-            ! Up to the first unknown that becomes zero, which leaves the set.
+            ! The step ends at the first unknown that becomes zero, which is removed from the set.
             share = minval(x/(x - trial), mask=free .and. trial <= 0.0_wp)
             x = x + share*(trial - x)
             free = free .and. x > epsilon(1.0_wp)*maxval(x)
@@ -44,7 +44,7 @@ contains
       end do
    end subroutine nonnegative_least_squares
 
-   !> The unknowns of a set from their normal equations; the others are zero.
+   !> Solve for the unknowns of a set by their normal equations; the others are zero.
    subroutine solve_free(normal, right, free, x)
       real(wp), intent(in) :: normal(:,:), right(:)  !< AᵀA, Aᵀb
       logical, intent(in) :: free(:)                 !< the set

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sums in a fixed order: identical bits whatever the number of threads.
+!> Sums in a fixed order: bit-identical for any number of threads.
 !>
-!> Long loops are cut into parts of fixed size, which threads take.  Short ones must not even open
-!> a parallel region: with one thread that still costs a microsecond, and a step of a small model
-!> has ten.
+!> Long loops are divided into parts of fixed size, which are distributed to threads.  Short loops
+!> do not open a parallel region: even with one thread that costs a microsecond, and a step of a
+!> small model has ten of them.
 module dda_ordered_sums
    !$ use omp_lib, only: omp_get_num_threads, omp_get_thread_num
    use dda_kinds, only: wp, long
@@ -17,28 +17,28 @@ module dda_ordered_sums
 
 contains
 
-   !> Number of parts of n terms.
+   !> Number of parts of a sum of n terms.
    pure integer function pieces(n)
       integer, intent(in) :: n  !< terms
 
       pieces = min(most_pieces, (n + piece - 1)/piece)
    end function pieces
 
-   !> First term of part p of n terms.
+   !> First term of part p of a sum of n terms.
    pure integer function first_of(p, n)
       integer, intent(in) :: p, n  !< part, terms
 
       first_of = 1 + int((p - 1)*int(n, long)/pieces(n))
    end function first_of
 
-   !> Last term of part p of n terms.
+   !> Last term of part p of a sum of n terms.
    pure integer function last_of(p, n)
       integer, intent(in) :: p, n  !< part, terms
 
       last_of = int(p*int(n, long)/pieces(n))
    end function last_of
 
-   !> The range of n rows, each summed by one thread alone, that falls to this thread of its team.
+   !> Range of n rows that this thread of its team processes.
    subroutine share_of_thread(n, first, last)
       integer, intent(in) :: n             !< rows
       integer, intent(out) :: first, last  !< of the range
@@ -52,7 +52,7 @@ contains
       last = int((me + 1)*int(n, long)/team)
    end subroutine share_of_thread
 
-   !> Σ x·y over [6,n]: parts of fixed size, then the partial sums in order.
+   !> Σ x·y over [6,n]: first sums of parts of fixed size, then their sum in order.
    real(wp) function inner_product(n, x, y) result(total)
       integer, intent(in) :: n  !< block rows
       real(wp), intent(in) :: x(6, n), y(6, n)  !< any vectors
@@ -71,7 +71,7 @@ contains
       total = sum(partial(:pieces(n)))
    end function inner_product
 
-   !> Six running sums, kept in vector registers.
+   !> Sum a part in six running sums, which stay in vector registers.
    pure real(wp) function sum_of_piece(x, y)
       real(wp), intent(in) :: x(:,:), y(:,:)  !< [6, any] a part of them
       real(wp) :: partial(6)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Changes of a symmetric matrix of 6×6 blocks, each a term k u uᵀ that enters or leaves,
-!> with a u of two blocks.
+!> Changes of a symmetric matrix of 6×6 blocks: terms k u uᵀ that are added or removed,
+!> where u has two nonzero blocks.
 module dda_rank_one
    use dda_kinds, only: wp
    implicit none
@@ -8,10 +8,10 @@ module dda_rank_one
    public :: rank_one_type, most_changes, drift, forget_changes, add_change
 
    integer, parameter :: most_changes = 160   !< that are kept; more are only counted
-   !> relative change of a term that is ignored, as by the drift of the geometry
+   !> relative change of a term that is ignored, such as a small change of geometry
    real(wp), parameter :: drift = 1.0e-3_wp
 
-   !> The changes, in the order in which they were made.
+   !> The changes, in chronological order.
    type :: rank_one_type
       integer :: n = 0                        !< may exceed `most_changes`
       integer :: block(2, most_changes) = 0    !< rows of blocks that u touches
@@ -27,11 +27,11 @@ contains
       changes%n = 0
    end subroutine forget_changes
 
-   !> Note k u uᵀ, u = (a, −b) in two rows of blocks.
+   !> Add the change k u uᵀ, u = (a, −b) in two block rows.
    pure subroutine add_change(changes, block_a, a, block_b, b, k)
       type(rank_one_type), intent(inout) :: changes  !< gets one more
       integer, intent(in) :: block_a, block_b  !< block rows
-      !> parts of u, and stiffness, N/m; negative for a term that leaves
+      !> parts of u, and stiffness, N/m; negative for a removed term
       real(wp), intent(in) :: a(6), b(6), k
 
       changes%n = changes%n + 1

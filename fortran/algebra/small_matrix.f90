@@ -8,7 +8,7 @@ module dda_small_matrix
 
 contains
 
-   !> Inverse by Gauss–Jordan elimination in place, without pivoting.
+   !> Invert a matrix in place by Gauss–Jordan elimination without pivoting.
    pure subroutine invert(matrix, inverse)
       !> positive definite, or triangular with a positive diagonal
       real(wp), intent(in) :: matrix(6, 6)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Check of the damping of materials: how much, over which frequencies, and where it may
-!> be too much.
+!> Check of material damping: its ratio, its frequency band, and conditions under which it may be
+!> too large.
 module dda_check_material
    use dda_kinds, only: wp
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn
@@ -20,7 +20,7 @@ module dda_check_material
 
 contains
 
-   !> A line for materials with the same ratio at all frequencies, and one for Rayleigh damping.
+   !> Add a line for materials with constant damping ratio, and one for Rayleigh damping.
    subroutine check_material(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -31,7 +31,7 @@ contains
          call check_rayleigh(linear, report)
    end subroutine check_material
 
-   !> Generalised Maxwell bodies: fit, modulus at the first mode, band of the record, weight.
+   !> Check generalised Maxwell bodies: fit, modulus at the first mode, band of the record, weight.
    subroutine check_bodies(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -72,7 +72,7 @@ contains
          found, 'generalised Maxwell bodies', advice(min(3, len(advice) + 1):))
    end subroutine check_bodies
 
-   !> Rayleigh damping: ratios, free blocks that α drags, strains that β makes ring.
+   !> Check Rayleigh damping: ratios, speed limit of free blocks by α, ringing of strains by β.
    subroutine check_rayleigh(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -120,7 +120,7 @@ contains
       end function ratios
    end subroutine check_rayleigh
 
-   !> Steps to 1/e of the stiffest strain that alternates under the dashpot on d/Δt; 0 if none does.
+   !> Steps in which the stiffest strain that alternates due to its dashpot decays to 1/e; 0: none.
    !>
    !> If only a dashpot c acts on a mass m, v₁/v₀ = [1 − (1 − χ) cΔt/m]/[1 + χ cΔt/m].
    real(wp) function ringing_of_strains(linear) result(steps)
@@ -144,7 +144,7 @@ contains
       if (root < 0.0_wp) steps = -1.0_wp/log(-root)
    end function ringing_of_strains
 
-   !> βK of each block alone; springs of welded faces count for both of their cells.
+   !> Collect βK of each block alone; springs of welded faces count for both of their cells.
    subroutine collect_dashpots(linear, dashpot)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: dashpot(:,:,:)  !< [6,6,n] N s/m …
@@ -169,7 +169,7 @@ contains
       end do
    end subroutine collect_dashpots
 
-   !> One whole number, or two.
+   !> Text of a whole number, or of a range of two whole numbers.
    pure function count_text(least, most) result(text)
       integer, intent(in) :: least, most
       character(len=:), allocatable :: text
@@ -178,7 +178,7 @@ contains
       if (most > least) text = text//' … '//to_text(most)
    end function count_text
 
-   !> One number, or two.
+   !> Text of a number, or of a range of two numbers.
    pure function span(least, most) result(text)
       real(wp), intent(in) :: least, most
       character(len=:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The check report: an assessment of a run, line by line, before it is started.
+!> Check report: an assessment of a run before it is started, line by line.
 !>
 !> Each line gives a verdict, a number with its limit, the source of the limit, and what to change.
 module dda_check_report
@@ -15,14 +15,14 @@ module dda_check_report
    public :: report_type, line_type, add_line, add_notes, verdict_names, verdict_ok, verdict_warn, &
       verdict_fail, report_text, advice_if, first_mode, ringing_topic
 
-   !> Topics of the verdict: of joints that stay closed, and of velocities that alternate.
+   !> Topics of the verdict: joints that stay closed, and velocities that alternate.
    character(len=*), parameter :: first_mode = 'first mode', ringing_topic = 'ringing'
 
    integer, parameter :: verdict_ok = 1, verdict_warn = 2, verdict_fail = 3
    character(len=4), parameter :: verdict_names(3) = ['ok  ', 'warn', 'FAIL']
    integer, parameter :: indent = 24      !< of the report on a screen
 
-   !> One finding.
+   !> One line of the report.
    type :: line_type
       integer :: verdict = verdict_ok
       character(len=:), allocatable :: what     !< subject
@@ -32,7 +32,7 @@ module dda_check_report
       type(doubt_type) :: brief                 !< its text in the verdict of a run
    end type line_type
 
-   !> All findings, and the numbers behind them.
+   !> All lines, and the numbers used for them.
    type :: report_type
       integer :: n = 0
       type(line_type), allocatable :: line(:)
@@ -55,7 +55,7 @@ module dda_check_report
 
 contains
 
-   !> Append a line.
+   !> Append a line to the report.
    subroutine add_line(report, verdict, what, found, source, advice, topic, brief)
       type(report_type), intent(inout) :: report  !< check report
       integer, intent(in) :: verdict  !< verdict_ok …
@@ -75,7 +75,7 @@ contains
       report%worst = max(report%worst, verdict)
    end subroutine add_line
 
-   !> Append the notes on a model, probable mistakes.
+   !> Append the notes on probable mistakes in a model.
    subroutine add_notes(report, notes)
       type(report_type), intent(inout) :: report  !< check report
       character(len=*), intent(in) :: notes(:)    !< a line each
@@ -86,7 +86,7 @@ contains
       end do
    end subroutine add_notes
 
-   !> An advice if one is needed, else blank.
+   !> The advice if its condition is met, else blank.
    pure function advice_if(needed, advice) result(text)
       logical, intent(in) :: needed  !< the advice is needed
       character(len=*), intent(in) :: advice  !< what to change, blank if nothing
@@ -96,7 +96,7 @@ contains
       if (needed) text = advice
    end function advice_if
 
-   !> The report for a screen.
+   !> Text of the report for a screen.
    pure function report_text(report) result(text)
       type(report_type), intent(in) :: report  !< check report
       character(len=:), allocatable :: text

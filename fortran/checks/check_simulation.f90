@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The checks of a started simulation, each a line of the report or two.
+!> Checks of a started simulation; each adds one or two lines to the report.
 module dda_check_simulation
    use dda_kinds, only: wp, long, pi
    use dda_interrupts, only: fail_if_stopped
@@ -34,7 +34,7 @@ module dda_check_simulation
    private
    public :: check_simulation, check_model
 
-   !> steps in which the slowest alternating mode may fall to 1/e without a warning
+   !> steps in which the slowest alternating mode may decay to 1/e without a warning
    real(wp), parameter :: most_ringing = 1000.0_wp
    integer, parameter :: wanted_modes = 5
    integer, parameter :: timed_steps = 3, timed_blocks = 5000
@@ -146,8 +146,8 @@ contains
       end if
    end subroutine check_contacts
 
-   !> Sudden gravity on many blocks with touching head joints, whose contacts neither press nor open
-   !> until the settling wave has passed.
+   !> Warn if gravity acts suddenly on many blocks with closed head joints.
+   !> Contacts in these joints neither press nor open until the first wave of settlement has passed.
    subroutine check_start(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report
@@ -166,7 +166,7 @@ contains
       end associate
    end subroutine check_start
 
-   !> Bonded joints that bend on two contacts.
+   !> Warn of bonded joints that bend on two contacts.
    subroutine check_bending(bending, report)
       type(doubt_type), intent(in) :: bending(:)  !< each
       type(report_type), intent(inout) :: report  !< check report
@@ -178,7 +178,7 @@ contains
       end do
    end subroutine check_bending
 
-   !> ω_max, and Δt against 4/ω_max.
+   !> Report ω_max, and Δt relative to 4/ω_max.
    subroutine check_highest(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -204,12 +204,12 @@ contains
       found = short_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/omega_max = '// &
          short_text(limit)//' s'
       if (.not. (resolved .or. allocated(error))) found = found//'; '//report%unresolved%words
-      ! Nearly all contacts are as stiff; the line on ringing shows whether it matters.
+      ! Nearly all contacts have a similar stiffness; the line on ringing shows the consequences.
       call add_line(report, verdict_ok, 'time step', found, 'paper eq. 13', '')
    end subroutine check_highest
 
-   !> Duration of velocities that change their sign every step: with a warning if it is longer than
-   !> a period of the first mode.
+   !> Report the duration of velocities that change sign every step.
+   !> Warn if the duration exceeds a period of the first mode.
    subroutine check_ringing(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -227,8 +227,8 @@ contains
          ringing%advice), ringing_topic, ringing%brief)
    end subroutine check_ringing
 
-   !> Fraction of the velocity that is left after impacts, and its dependence on the phase of a
-   !> step.
+   !> Report the ratio of velocities after and before impacts.
+   !> The line also states if the ratio depends on the phase of a step.
    subroutine check_impacts(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -240,7 +240,7 @@ contains
          'closed forms', regime%advice)
    end subroutine check_impacts
 
-   !> The lowest modes, and whether the first one oscillates at the time step.
+   !> Report the lowest modes, and whether the first one oscillates at the time step.
    subroutine check_modes(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -278,7 +278,7 @@ contains
       end if
    end subroutine check_modes
 
-   !> Penalty relative to the stiffness of the blocks, and its effect on the first frequency.
+   !> Report the penalty relative to the stiffness of blocks, and its effect on the first frequency.
    subroutine check_penalty(simulation, modulus, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp), intent(in) :: modulus  !< of the stiffest block, the largest that it reaches, Pa
@@ -316,8 +316,8 @@ contains
          counted(to_text(linear%by_penalty), 'contact', 'contacts')//')')
    end subroutine check_penalty
 
-   !> Iterations due to the penalty, at present and for a penalty that lowers the first frequency by
-   !> 1 %.
+   !> Condition of the contact iteration, and the penalty for a frequency reduction of 1 %.
+   !> The text states the present condition number and that of the other penalty.
    !>
    !> A contact iteration converges more slowly for a larger condition number of K̂ in the metric of
    !> inertia, κ = 1 + θχ z k_n Δt²/m of the block with the largest contact stiffness over mass.
@@ -347,8 +347,8 @@ contains
          ' N/m and have '//short_text(1.0_wp + ratio*cost)
    end function cost_of_penalty
 
-   !> The penalty must be stiff enough to limit penetration, and so soft that rounding of positions
-   !> causes no relevant force.
+   !> Report whether the penalty limits penetration and whether rounding causes relevant forces.
+   !> A stiff penalty limits penetration; a soft penalty limits the effect of rounding of positions.
    subroutine check_penalty_bounds(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -374,8 +374,8 @@ contains
          'a lower normal_stiffness'), brief=brief)
    end subroutine check_penalty_bounds
 
-   !> An estimate from one mode: if springs proportional to k_n store a fraction s of its energy, ω²
-   !> is 1 − s of the stiff limit.
+   !> Reduction of the first frequency by joints, estimated from one mode.
+   !> If springs proportional to k_n store a fraction s of its energy, ω² = (1 − s) × stiff limit.
    pure real(wp) function shift_by_energy(linear, modes) result(shift)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(modes_type), intent(in) :: modes  !< lowest modes
@@ -385,7 +385,7 @@ contains
       shift = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - energy%of_penalty))
    end function shift_by_energy
 
-   !> Blocks against wave lengths, Δt against crossing times.
+   !> Report block sizes relative to wave lengths, and Δt relative to crossing times.
    subroutine check_resolution(blocks, time_step, report)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: time_step  !< s
@@ -414,7 +414,7 @@ contains
          'paper eq. 15', advice_if(time_step >= max(eta, coarsest)*period, 'a smaller time_step'))
    end subroutine check_resolution
 
-   !> Blocks whose smaller side a shear wave crosses in more than a limit.
+   !> Number of blocks whose smaller side a shear wave crosses in more than a given time.
    pure integer function count_longer(blocks, limit) result(n)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: limit            !< s
@@ -428,7 +428,7 @@ contains
       end do
    end function count_longer
 
-   !> Damping ratio of the scheme at the first mode and over the band of the record.
+   !> Report the numerical damping ratio at the first mode and over the band of the record.
    subroutine check_damping(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -465,7 +465,7 @@ contains
          'tan(omega dt/2)', advice, topic, brief)
    end subroutine check_damping
 
-   !> Damping ratio over a band, %; the part at or beyond the Nyquist frequency has none.
+   !> Numerical damping ratio over a band, %; none at or beyond the Nyquist frequency.
    pure function damping_over(band, linear) result(text)
       type(band_type), intent(in) :: band  !< Hz, of the motions
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -490,7 +490,7 @@ contains
       end if
    end function damping_over
 
-   !> Damping ratio of the scheme in steady vibration at a frequency.
+   !> Numerical damping ratio in steady vibration at a frequency.
    pure real(wp) function damping_at(linear, frequency)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
@@ -504,8 +504,8 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: found
 
-      ! Blocks with their matrices, contacts with their rows, K̂, and its factor at about three
-      ! times K̂.
+      ! Memory: blocks with matrices, contacts with variables, K̂, and its factor of about three
+      ! times the size of K̂.
       associate (n => simulation%blocks%n, contacts => simulation%contacts(simulation%now)%n)
          report%memory = 8.0_wp*(n*300.0_wp + 60.0_wp*contacts + 4*36.0_wp*(n + links))
       end associate
@@ -517,8 +517,8 @@ contains
       call add_line(report, verdict_ok, 'cost', found, 'measured', '')
    end subroutine check_cost
 
-   !> Time of a step, s, from a few steps of a copy; 0 for models where that takes long, or if they
-   !> fail.
+   !> Time of a step, s, measured in a few steps of a copy.
+   !> It is 0 for models in which that takes long, or if the steps fail.
    real(wp) function seconds_per_step(simulation) result(seconds)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(simulation_type), allocatable :: copy

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Notes on water that flows in joints: boundaries that are missing, channels that are too long.
+!> Notes on water flow in joints: missing boundary conditions, too long channels.
 !>
 !> A harmonic pressure of frequency ω enters a joint by √(2c/ω), c = a³/(12μ)/(1/k + a/K_w).
 module dda_flow_notes
@@ -16,7 +16,7 @@ module dda_flow_notes
 
 contains
 
-   !> Notes on a model, none without &flow.
+   !> Notes on the water flow in a model; none without &flow.
    pure function flow_notes(model) result(notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable :: notes(:)
@@ -50,7 +50,7 @@ contains
       end associate
    end function flow_notes
 
-   !> Depth by which a pressure enters the joint of channel c, m.
+   !> Depth, m, to which a pressure penetrates the joint of channel c.
    pure real(wp) function depth_in(model, c) result(depth)
       type(model_type), intent(in) :: model  !< with flow
       integer, intent(in) :: c               !< channel

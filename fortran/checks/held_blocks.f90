@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Blocks supported along gravity by elements of a model: springs to the ground
-!> that resist that direction in static stages, from the first stage on or from a later one.
+!> Blocks supported along gravity by springs to the ground that act in static stages, from the first
+!> stage on or from a later stage.
 module dda_held_blocks
    use dda_kinds, only: wp
    use dda_elements, only: elements_type, set_elements, freeze_elements, linear_terms_of
@@ -18,7 +18,7 @@ module dda_held_blocks
 
 contains
 
-   !> Blocks supported along gravity by springs to the ground, and the springs of the model.
+   !> Find blocks supported along gravity by springs to the ground, and the springs of the model.
    subroutine find_grounded(model, held, terms)
       type(model_type), intent(in) :: model  !< as read from the input
       logical, allocatable, intent(out) :: held(:)  !< [blocks]
@@ -48,8 +48,8 @@ contains
       end do
    end subroutine find_grounded
 
-   !> Blocks supported directly or through others: they touch a supported block, are joined to it by
-   !> springs, or fall on it.
+   !> Find blocks supported directly or through other blocks.
+   !> They touch a supported block, are joined to it by springs, or would fall on it.
    subroutine find_supported(model, held, terms, overburden, supported)
       type(model_type), intent(in) :: model  !< as read from the input
       logical, intent(in) :: held(:)         !< [blocks] supported by springs to the ground

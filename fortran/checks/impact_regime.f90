@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Velocity that is left after impacts, which depends on the joint, the scheme, or the phase of the
+!> Velocity ratio after impacts, which depends on the joint, the scheme, or the phase of the
 !> step.
 !>
-!> A contact without `restitution` is resolved up to Ω = ωΔt of about ½, and leaves exp(−πχΩ/2);
-!> beyond, any fraction up to 1/χ − 1 is left, depending on the phase of the step at contact.
+!> Impacts at a contact without `restitution` are resolved up to Ω = ωΔt ≈ ½, with the velocity
+!> ratio exp(−πχΩ/2); beyond, the ratio is 0 to 1/χ − 1, depending on the phase of the step.
 module dda_impact_regime
    use dda_kinds, only: wp, pi
    use dda_contact_damping, only: softness_of
@@ -16,7 +16,7 @@ module dda_impact_regime
 
    real(wp), parameter :: resolved = 0.5_wp  !< Ω up to which the phase does not matter
 
-   !> Unbonded contacts in the list of a simulation.
+   !> Regime of the unbonded contacts of a simulation.
    type :: impact_regime_type
       integer :: prescribed = 0              !< number whose joint has a restitution
       integer :: others = 0                  !< number whose joint has none
@@ -82,7 +82,7 @@ contains
       end if
    end subroutine describe_regime
 
-   !> exp(−πζ) at Ω, with the damping ratio [(χ − ½) + ½] Ω/2 of unilateral contacts.
+   !> Velocity ratio exp(−πζ) at Ω, with the damping ratio [(χ − ½) + ½] Ω/2 of unilateral contacts.
    pure real(wp) function left_of(linear, omega) result(left)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: omega  !< Ω

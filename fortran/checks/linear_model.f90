@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The linearised model of a simulation: mass, elasticity, and the springs of closed contacts and
+!> Linearised model of a simulation: mass, elasticity, and the springs of closed contacts and
 !> fixed points, without inertia in the stiffness.
 !>
-!> Contacts count as one of: 'closed', all contacts in touch stick; 'present', as their states are
-!> now; 'settled', as gravity closes them (`dda_equilibrium`); 'auto', settled if there is gravity,
+!> States of contacts: 'closed', all touching contacts stick; 'present', the states of the run;
+!> 'settled', the states under gravity (`dda_equilibrium`); 'auto', settled if there is gravity,
 !> else closed.
 !>
-!> Materials that damp are elastic here with the modulus that is given; `at_frequency` gives them
-!> the real part of theirs at a frequency, `unrelaxed` the largest one.
+!> Damped materials are elastic here with the given modulus; `at_frequency` replaces it by
+!> the real part of the complex modulus at a frequency, `unrelaxed` by the largest modulus.
 module dda_linear_model
    use dda_kinds, only: wp, long, pi
    use dda_interrupts, only: fail_if_stopped
@@ -45,7 +45,7 @@ module dda_linear_model
       'strain of blocks']
    real(wp), parameter :: touching = 1.0e-6_wp  !< of the smaller block: no gap
    real(wp), parameter :: alike = 1.0e-3_wp  !< of an energy: differences of equal frequencies
-   !> Terms that are stiffness, by their instant.
+   !> Stiffness terms, by the instant in a step at which they act.
    real(wp), parameter :: stiffness_weights(instants) = [1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
       0.0_wp, 0.0_wp]
 
@@ -88,14 +88,14 @@ module dda_linear_model
       real(wp) :: total = 0.0_wp                  !< xᵀKx, summed without cancellation
       real(wp) :: share(energy_kinds) = 0.0_wp    !< of each kind, sum 1 (0 if there is no energy)
       real(wp) :: of_penalty = 0.0_wp             !< fraction of springs in proportion to k_n
-      !> term, or block for strain, that has the most of its kind
+      !> term, or block for strain, with the largest energy of its kind
       integer :: holder(energy_kinds) = 0
       real(wp) :: most(energy_kinds) = 0.0_wp     !< its fraction of all
    end type energy_share_type
 
 contains
 
-   !> Linearise a started simulation, which does not change.
+   !> Linearise a started simulation; the simulation does not change.
    subroutine linearise(linear, simulation, which, error, budget)
       type(linear_model_type), intent(out) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
@@ -132,7 +132,7 @@ contains
       end select
    end subroutine linearise
 
-   !> Mass, stiffness and terms of a simulation in its present state.
+   !> Build mass, stiffness and terms of a simulation in its present state.
    subroutine build(linear, simulation, all_closed)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
@@ -168,8 +168,8 @@ contains
       call assemble(linear)
    end subroutine build
 
-   !> K and its pattern.  Elements may differ from those at rest, since bolts may break during a
-   !> run.
+   !> Assemble K and its pattern.
+   !> Elements may differ from those in static equilibrium, since bolts may break during a run.
    subroutine assemble(linear)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
 
@@ -197,14 +197,14 @@ contains
       linear%given = linear%elastic
    end subroutine collect_damping
 
-   !> Moduli depend on frequency.
+   !> .true. if moduli depend on frequency.
    pure logical function is_dispersive(linear)  ! total
       type(linear_model_type), intent(in) :: linear  !< linearised model
 
       is_dispersive = any(linear%damping%n > 0)
    end function is_dispersive
 
-   !> Moduli at a frequency: the real part of the complex ones.
+   !> Set the moduli at a frequency: the real part of the complex moduli.
    subroutine at_frequency(linear, frequency)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
@@ -212,7 +212,7 @@ contains
       call scale_moduli(linear, real(modulus_factor(linear%damping, 2.0_wp*pi*frequency)))
    end subroutine at_frequency
 
-   !> The model with the largest moduli, those of an instantaneous change of strain.
+   !> Copy the model with the largest moduli, those of an instantaneous change of strain.
    subroutine unrelaxed(linear, stiff)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_model_type), intent(out) :: stiff  !< the same with other moduli
@@ -222,7 +222,7 @@ contains
       if (is_dispersive(linear)) stiff%modulus = linear%modulus*maxval(linear%damping%unrelaxed)
    end subroutine unrelaxed
 
-   !> Give the blocks of each damping a multiple of their given modulus.
+   !> Scale the given modulus of the blocks of each damping law by a factor.
    subroutine scale_moduli(linear, factor)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: factor(:)  !< [damping]
@@ -245,7 +245,7 @@ contains
       call assemble_stiffness(linear)
    end subroutine scale_moduli
 
-   !> Fraction of each damping in the spring of a welded face.
+   !> Fraction of each damping law in the spring of a welded face.
    pure function shares_of_laws(linear, term) result(share)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_term_type), intent(in) :: term     !< one of its terms
@@ -261,7 +261,7 @@ contains
       end do
    end function shares_of_laws
 
-   !> Parts of a run that static equilibrium leaves out: integration, motions, elements.
+   !> Restore the parts of a run that static equilibrium omits: integration, motions, elements.
    subroutine restore_run(linear, simulation)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
@@ -282,7 +282,7 @@ contains
       linear%terms = terms
    end subroutine restore_run
 
-   !> M of the blocks and of terms of mass, which leave the list.
+   !> Assemble M from the blocks and from terms of mass, which are removed from the list.
    subroutine take_masses(linear, blocks, terms)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(blocks_type), intent(in) :: blocks           !< in their present state
@@ -309,7 +309,7 @@ contains
       terms = others
    end subroutine take_masses
 
-   !> The springs of closed contacts.
+   !> Add the springs of closed contacts.
    subroutine add_contacts(linear, simulation, contacts, all_closed)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
@@ -354,8 +354,8 @@ contains
       end do
    end subroutine add_contacts
 
-   !> Properties of a joint law for a contact: the instant at which it acts, and whether its
-   !> stiffness is a penalty or that of the rock.
+   !> Set properties of a joint law for a contact.
+   !> They are the instant at which it acts, and whether its stiffness is a penalty.
    pure subroutine set_law(laws, contacts, c, term)
       type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
       type(contacts_type), intent(in) :: contacts     !< this step's list
@@ -404,7 +404,7 @@ contains
       call add_term(linear%terms, dashpot)
    end subroutine add_spring
 
-   !> Another normal stiffness; shear springs and supports keep their ratios to it.
+   !> Set another normal stiffness; shear springs and supports retain their ratios to it.
    subroutine set_penalty(linear, normal_stiffness)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: normal_stiffness  !< k_n, N/m per metre of thickness
@@ -426,7 +426,7 @@ contains
       call add_to_matrix(linear%terms, stiffness_weights, linear%stiffness)
    end subroutine assemble_stiffness
 
-   !> Distribution of the energy of a motion (its Rayleigh quotient, split).
+   !> Distribute the energy of a motion (its Rayleigh quotient) to kinds of terms.
    pure function energy_of(linear, x) result(energy)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: x(:,:)  !< [6,n]
@@ -458,12 +458,12 @@ contains
       real(wp), intent(in) :: part
 
       energy%share(kind) = energy%share(kind) + part
-      ! of equal terms the first
+      ! if equal, the first term
       if (part > (1.0_wp + alike)*energy%most(kind)) energy%holder(kind) = holder
       energy%most(kind) = max(energy%most(kind), part)
    end subroutine add_share
 
-   !> A block by number and name.
+   !> Text of a block: its number and name.
    pure function block_label(linear, b) result(label)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: b  !< number of the block
@@ -473,7 +473,7 @@ contains
       if (linear%name(b) /= '') label = label//' '//quoted(linear%name(b))
    end function block_label
 
-   !> A term by its kind, blocks and position.
+   !> Text of a term: its kind, blocks and position.
    pure function term_label(linear, i) result(label)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: i  !< number of the term

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Values whose magnitude is probably a mistake of units, or that have no effect; each rule has a
-!> condition and a text.
+!> Values that are probably in wrong units, or have no effect; each rule has a condition and a text.
 module dda_magnitudes
    use dda_edge_load, only: load_level, load_surface
    use dda_kinds, only: wp, long
@@ -12,7 +11,7 @@ module dda_magnitudes
 
    integer, parameter :: note_length = 320  !< bytes
    real(wp), parameter :: most_gravity = 30.0_wp   !< m/s²: over three times that of the Earth
-   !> kg/m³: unit weights of soil and rock in kN/m³ are between; geofoam, too, but not so stiff
+   !> kg/m³: range of unit weights of soil and rock in kN/m³; geofoam is in it, but is less stiff
    real(wp), parameter :: weights(2) = [10.0_wp, 40.0_wp]
    real(wp), parameter :: of_foam(2) = [1.0e5_wp, 1.0e8_wp]  !< Pa: range of block materials
    real(wp), parameter :: least_strength = 100.0_wp  !< Pa: 1 cm of soil weighs more
@@ -26,7 +25,7 @@ module dda_magnitudes
 
 contains
 
-   !> Notes on magnitudes, one line each.
+   !> Notes on values, one line each.
    function magnitude_notes(model) result(notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable :: notes(:)
@@ -56,7 +55,7 @@ contains
          "motion: nothing comes in through it. Name motion_x or motion_y, or take kind = 'viscous'")
    end function magnitude_notes
 
-   !> A note, if its condition is met.
+   !> Add a note if its condition is met.
    pure subroutine note(notes, condition, words)
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       logical, intent(in) :: condition       !< of the rule
@@ -65,7 +64,7 @@ contains
       if (condition) notes = [character(len=note_length) :: notes, words]
    end subroutine note
 
-   !> Gravity, sizes, output.
+   !> Check gravity, sizes and output.
    subroutine note_control(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -89,7 +88,7 @@ contains
          'both sides one, or neither')
    end subroutine note_control
 
-   !> Density and initial velocity of a material, and a law that one block cannot follow.
+   !> Check density and initial velocity of a material, and yielding in a block without a mesh.
    subroutine note_material(model, i, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: i               !< material
@@ -118,7 +117,7 @@ contains
       end associate
    end subroutine note_material
 
-   !> A strength that is almost zero.
+   !> Check for strengths that are almost zero.
    pure subroutine note_strength(variable, value, joint, notes)
       character(len=*), intent(in) :: variable, joint  !< names in the input
       real(wp), intent(in) :: value                    !< Pa
@@ -129,7 +128,7 @@ contains
          'meant in kPa or MPa?')
    end subroutine note_strength
 
-   !> Acceleration and length of a motion.
+   !> Check acceleration and length of a motion.
    subroutine note_motion(model, i, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: i               !< motion
@@ -149,7 +148,7 @@ contains
       end associate
    end subroutine note_motion
 
-   !> Water far above the model, or below all of it.
+   !> Check for water far above the model, or below all of it.
    pure subroutine note_water(model, i, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: i               !< load on edges
@@ -172,7 +171,7 @@ contains
       end associate
    end subroutine note_water
 
-   !> Settlement of the whole weight on a bed of springs.
+   !> Check the settlement of the whole weight on a bed of springs.
    pure subroutine note_bed(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far

@@ -15,9 +15,9 @@ module dda_model_notes
    private
    public :: model_notes, note_length
 
-   !> kg/m³: lighter than any material of blocks, geofoam included; a number in g/cm³ is below
+   !> kg/m³: lighter than any material of blocks, geofoam included; values in g/cm³ are below this
    real(wp), parameter :: least_density = 10.0_wp
-   !> degrees: angles of 3 to 90 degrees in radians; smaller ones are intended as almost no friction
+   !> degrees: range of values that may be radians; smaller values mean almost no friction
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
    real(wp), parameter :: most_rounding = 0.01_wp  !< of a duration
    real(wp), parameter :: most_strain = 0.02_wp    !< that counts as small
@@ -25,7 +25,7 @@ module dda_model_notes
 
 contains
 
-   !> Notes on a model, one line of each kind.
+   !> Notes on a model, at most one line of each kind.
    function model_notes(model) result(notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable :: notes(:)
@@ -49,7 +49,7 @@ contains
          magnitude_notes(model)]
    end function model_notes
 
-   !> Cohesive joints that neither their points nor the steps resolve.
+   !> Note cohesive joints that are not resolved by their points or by the time steps.
    subroutine note_softening(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -66,7 +66,7 @@ contains
       end do
    end subroutine note_softening
 
-   !> Append a note.
+   !> Append a note to the list.
    pure subroutine add(notes, words)
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       character(len=*), intent(in) :: words  !< a line
@@ -74,7 +74,7 @@ contains
       notes = [character(len=note_length) :: notes, words]
    end subroutine add
 
-   !> ' (and 3 more)', blank where there are none.
+   !> Text ' (and 3 more)' for further cases; blank if there are none.
    pure function others(number) result(words)
       integer, intent(in) :: number  !< number besides the named one
       character(len=:), allocatable :: words
@@ -83,7 +83,7 @@ contains
       if (number > 0) words = ' (and '//to_text(number)//' more)'
    end function others
 
-   !> Densities that may be meant in g/cm³.
+   !> Note densities that may be in g/cm³.
    pure subroutine note_densities(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -98,7 +98,7 @@ contains
       end associate
    end subroutine note_densities
 
-   !> Friction angles that may be meant in radians.
+   !> Note friction angles that may be in radians.
    pure subroutine note_angles(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -115,7 +115,7 @@ contains
       end associate
    end subroutine note_angles
 
-   !> Durations that are no whole number of steps, nor nearly.
+   !> Note durations that are not a whole number of steps.
    pure subroutine note_durations(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -136,7 +136,7 @@ contains
       end do
    end subroutine note_durations
 
-   !> Blocks with equal names, except cells of a body, which always share theirs.
+   !> Note blocks with equal names, except cells of a body, which always share theirs.
    pure subroutine note_names(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -150,7 +150,7 @@ contains
       end associate
    end subroutine note_names
 
-   !> Measured points on the common edge or corner of blocks.
+   !> Note measured points on the common edge or corner of blocks.
    pure subroutine note_points(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -165,7 +165,7 @@ contains
       end associate
    end subroutine note_points
 
-   !> Effects of the weight on a model: unsupported blocks, strains, penetration.
+   !> Note effects of the weight on a model: unsupported blocks, strains, penetration.
    subroutine note_weights(model, notes)
       type(model_type), intent(in) :: model  !< with gravity
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -189,8 +189,8 @@ contains
       call note_depth(model, overburden, held, notes)
    end subroutine note_weights
 
-   !> The largest strain by the weight above a block and half of its own, σ/E; initial stresses of
-   !> blocks bear the weight instead.
+   !> Note the largest strain σ/E due to the weight above a block and half its own weight.
+   !> Blocks with initial stress are excluded, since that stress supports the weight.
    pure subroutine note_strain(model, overburden, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights
@@ -211,8 +211,8 @@ contains
       end associate
    end subroutine note_strain
 
-   !> The largest depth to which the weight presses a block into its support, as a fraction of
-   !> its smaller side.
+   !> Note the largest penetration of a block into its support due to the weight.
+   !> It is given as a fraction of its smaller side.
    pure subroutine note_depth(model, overburden, held, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights
@@ -240,7 +240,7 @@ contains
          to_text(model%contact%normal_stiffness)//' N/m, or of its joint, are soft')
    end subroutine note_depth
 
-   !> Two contacts with each block beneath, or the area, of the stiffest of a block's joints, m.
+   !> Penetration, m, with two contacts per block below, or with the area of the stiffest joint.
    pure real(wp) function depth_of(model, overburden, b) result(depth)
       type(model_type), intent(in) :: model  !< as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights
@@ -260,7 +260,7 @@ contains
       end do
    end function depth_of
 
-   !> The smaller side of the box round a block, m.
+   !> Smaller side of the bounding box of a block, m.
    pure real(wp) function smaller_side(model, b) result(side)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: b               !< block
@@ -271,7 +271,7 @@ contains
       end associate
    end function smaller_side
 
-   !> Motions that no support follows.
+   !> Note motions that no support uses.
    pure subroutine note_motions(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -292,7 +292,7 @@ contains
          'base_motion_x or base_motion_y names it')
    end subroutine note_motions
 
-   !> A block by its name, or its number.
+   !> Text of a block: its name, or its number.
    pure function label(model, b)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: b               !< number of the block

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The lowest modes of a linearised model: frequencies, shapes, participation in base motion, and
+!> Lowest modes of a linearised model: frequencies, shapes, participation in base motion, and
 !> damping.
 !>
-!> The modes are those without damping, each with the real part of the moduli at its own frequency.
+!> The modes are undamped, each with the real part of the moduli at its own frequency.
 !> The damping ratio of a mode is that of the time integration, plus that of materials and dashpots
 !> by strain energy: with the mass-normalised shape, Σ Im g ε·Kε/(2ω²) + Σ (α x·Mx + β ε·Kε)/(2ω)
-!> over blocks (`dda_damping`) and Σ c s²/(2ω) over the stretches s of dashpots.  That is right for
-!> small damping that couples modes little.
+!> over blocks (`dda_damping`) and Σ c s²/(2ω) over the extensions s of dashpots.  This is accurate
+!> for small damping that hardly couples modes.
 module dda_modes
    use dda_kinds, only: wp, pi
    use dda_damping, only: modulus_factor
@@ -41,7 +41,7 @@ module dda_modes
       real(wp), allocatable :: effective_mass(:,:)
       real(wp), allocatable :: damping(:)           !< ζ in free vibration at Δt
       real(wp), allocatable :: of_scheme(:)         !< part of it by the time integration
-      !> of the period by the scheme, relative; −1: no swing
+      !> period error of the scheme, relative; −1: no oscillation
       real(wp), allocatable :: elongation(:)
       real(wp) :: total_mass = 0.0_wp               !< kg per metre of thickness
       character(len=:), allocatable :: words        !< on what is singular, and on contacts
@@ -51,7 +51,7 @@ module dda_modes
 
 contains
 
-   !> The `count` lowest modes that have stiffness; fewer if there are fewer.
+   !> Find the `count` lowest modes with stiffness; fewer if fewer exist.
    subroutine find_modes(linear, count, modes, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: count  !< number of modes
@@ -83,8 +83,8 @@ contains
       call put_in_words(linear, count, modes)
    end subroutine find_modes
 
-   !> Find each mode with the moduli at its own frequency: iterate ω² = Σ (energies at ω) for a
-   !> given shape, and the shape, until the frequency does not change.
+   !> Iterate each mode with the moduli at its own frequency until the frequency does not change.
+   !> Each iteration computes ω² = Σ (energies at ω) for the given shape, and then the shape.
    subroutine adapt_moduli(linear, pairs, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(eigenpairs_type), intent(inout) :: pairs  !< of the given moduli, then of their own
@@ -117,7 +117,7 @@ contains
       end do
    end subroutine adapt_moduli
 
-   !> Damping ratio of a mass-normalised mode by the materials of the blocks.
+   !> Damping ratio of a mass-normalised mode due to the materials of the blocks.
    pure real(wp) function material_damping(linear, omega, shape) result(ratio)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: omega       !< rad/s
@@ -148,7 +148,7 @@ contains
       end do
    end function material_damping
 
-   !> Damping ratio of a mass-normalised mode by dashpots; those of supports belong to the scheme.
+   !> Damping ratio of a mass-normalised mode due to dashpots, except those of supports.
    pure real(wp) function dashpot_damping(linear, omega, shape) result(ratio)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: omega       !< rad/s
@@ -178,13 +178,13 @@ contains
       end do
    end function participation_of
 
-   !> Lowest eigenpairs with stiffness.  Their values are recomputed from the energies of springs
-   !> and strains, without cancellation, so that a motion without stiffness is recognised.
+   !> Find the lowest eigenpairs with stiffness.
+   !> Eigenvalues are recomputed from energies of springs and strains, to recognise zero stiffness.
    subroutine find_elastic(linear, count, pairs, rigid, mechanisms, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: count  !< number of modes
       type(eigenpairs_type), intent(out) :: pairs  !< eigenvalues and vectors
-      !> motions of loose parts; further motions without stiffness
+      !> rigid motions of unsupported parts; further motions without stiffness
       integer, intent(out) :: rigid, mechanisms
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(null_space_type) :: free
@@ -209,14 +209,14 @@ contains
       call select_pairs(pairs, [(i, i=mechanisms + 1, pairs%n)])
    end subroutine find_elastic
 
-   !> Blocks that a stage has removed; they have no mass and no contacts.
+   !> Blocks removed by a stage; they have no mass and no contacts.
    pure integer function removed_blocks(linear)
       type(linear_model_type), intent(in) :: linear  !< linearised model
 
       removed_blocks = count(.not. linear%block_mass > 0.0_wp)
    end function removed_blocks
 
-   !> ω² = Σ k (stretch)² + strain energies of each mass-normalised vector, sorted.
+   !> Compute ω² = Σ k (extension)² + strain energies of each mass-normalised vector, and sort.
    subroutine set_frequencies(linear, pairs, mechanisms)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(eigenpairs_type), intent(inout) :: pairs  !< eigenvalues and vectors
@@ -234,7 +234,7 @@ contains
       mechanisms = count(pairs%value < limit)
    end subroutine set_frequencies
 
-   !> Scale of ω_max²: the largest stiffness of a block over its mass.
+   !> Scale of ω_max²: the largest ratio of stiffness and mass of a block.
    pure real(wp) function scale_of(linear) result(scale)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer :: b, i

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Energy that dashpots ρV_p along the normal and ρV_s along the edge reflect of plane waves in
-!> plane strain (Lysmer and Kuhlemeyer 1969).
+!> Energy of plane waves in plane strain that is reflected by dashpots ρV_p along the normal and
+!> ρV_s along the edge (Lysmer and Kuhlemeyer 1969).
 !>
-!> Units: V_s = 1, ρ = 1.  The wave comes along (sin i, cos i) to the edge y = 0; p is its slowness
-!> along the edge, which the reflected P and S waves share.
+!> Units: V_s = 1, ρ = 1.  The incident wave has direction (sin i, cos i) to the edge y = 0; p is
+!> its slowness along the edge, which is also that of the reflected P and S waves.
 module dda_oblique_reflection
    use dda_kinds, only: wp, pi
    implicit none
@@ -14,7 +14,7 @@ module dda_oblique_reflection
 
 contains
 
-   !> Reflected fraction of the energy of a wave, in both kinds of waves.
+   !> Fraction of the energy of a wave that is reflected, as P and S waves together.
    pure real(wp) function reflected_energy(ratio, wave, angle)
       real(wp), intent(in) :: ratio  !< V_p/V_s, above √2
       integer, intent(in) :: wave    !< wave_p or wave_s, incoming
@@ -35,8 +35,7 @@ contains
       reflected_energy = sum(abs(amplitude)**2*speed*real(normal))/(speed(wave)*real(normal(wave)))
    end function reflected_energy
 
-   !> Stress on the edge less what the dashpots exert, normal and along it, of a unit wave over its
-   !> −iω.
+   !> Stress on the edge minus that of the dashpots, normal and tangential, of a unit wave over −iω.
    pure function imbalance(ratio, wave, p, cosine)
       real(wp), intent(in) :: ratio       !< V_p/V_s
       integer, intent(in) :: wave         !< wave_p or wave_s
@@ -55,8 +54,7 @@ contains
       imbalance(2) = (d(2)*u(1) + d(1)*u(2))/speed - u(1)
    end function imbalance
 
-   !> The largest whole angle, degrees, up to which at most a given fraction of the energy is
-   !> reflected.
+   !> Largest whole angle, degrees, up to which at most a given energy fraction is reflected.
    pure integer function absorbed_angle(ratio, wave, share) result(angle)
       real(wp), intent(in) :: ratio  !< V_p/V_s
       integer, intent(in) :: wave    !< wave_p or wave_s

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The highest frequency of a model, as required by Δt < 4/ω_max (paper eq. 13).
+!> Highest frequency of a model, as required for Δt < 4/ω_max (paper eq. 13).
 !>
-!> ω_max by ARPACK is a Ritz value, at most the true one.  The bracket needs no iteration: with K_ii
-!> the 6×6 diagonal block of block i, and (a + b)² ≤ 2a² + 2b² for each spring between blocks,
+!> ω_max by ARPACK is a Ritz value, at most the exact one.  The bracket needs no iteration: with
+!> K_ii the 6×6 diagonal block of block i, and (a + b)² ≤ 2a² + 2b² for each spring between blocks,
 !>
 !>     max λ(M⁻¹ K_ii) ≤ ω_max² ≤ max λ(M⁻¹ (2 K_ii^coupling + K_ii^elastic + K_ii^ground)) over i .
 module dda_omega_max
@@ -18,7 +18,7 @@ module dda_omega_max
    private
    public :: omega_max_type, bracket_type, find_omega_max, find_bracket, upper_blocks
 
-   !> eigenvalues of blocks that differ by less are equal
+   !> relative difference below which eigenvalues of blocks are equal
    real(wp), parameter :: tie = 1.0_wp + 1.0e-12_wp
 
    !> Guaranteed bounds of ω_max and the blocks that give them.
@@ -29,7 +29,7 @@ module dda_omega_max
       integer :: upper_block = 0
    end type bracket_type
 
-   !> The highest frequency and the spring or block that governs it.
+   !> The highest frequency and the spring or block with most of its energy.
    type :: omega_max_type
       real(wp) :: omega = 0.0_wp         !< ω_max, rad/s
       real(wp) :: tolerance = 0.0_wp     !< tolerance of the residual
@@ -39,7 +39,7 @@ module dda_omega_max
       type(energy_share_type) :: energy        !< of its mode
       integer :: kind = 0                !< governing kind: the one with most of that energy
       integer :: spring = 0              !< spring of that kind that has the most, else 0
-      !> blocks of that spring, or the block whose strain has the most
+      !> blocks of that spring, or the block with the largest strain energy
       integer :: block(2) = 0
       real(wp), allocatable :: shape(:,:)          !< [6,n] mass-normalised
       character(len=:), allocatable :: governs     !< the same in words
@@ -48,7 +48,7 @@ module dda_omega_max
 
 contains
 
-   !> ω_max with its bracket and its governing spring or block.
+   !> Find ω_max, its bracket and its governing spring or block.
    subroutine find_omega_max(linear, result, error, tolerance)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(omega_max_type), intent(out) :: result  !< highest frequency
@@ -77,7 +77,7 @@ contains
       call check_bracket(result, error)
    end subroutine find_omega_max
 
-   !> Bounds from each block alone.
+   !> Find bounds of ω_max from each block alone.
    subroutine find_bracket(linear, bracket, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(bracket_type), intent(out) :: bracket  !< bounds of ω_max, rad/s
@@ -92,8 +92,8 @@ contains
       bracket%upper = tie*bracket%upper
    end subroutine find_bracket
 
-   !> m K_ii of each term, with the number m of its blocks (1: the ground), + K_ii^elastic: of the
-   !> parts of a vector, (u₁ + … + u_m)² ≤ m (u₁² + … + u_m²).
+   !> Sum m K_ii of each term, with the number m of its blocks (1: the ground), and K_ii^elastic.
+   !> Bound for the parts of a vector: (u₁ + … + u_m)² ≤ m (u₁² + … + u_m²).
    subroutine upper_blocks(linear, upper)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: upper(:,:,:)  !< [6,6,n]
@@ -117,7 +117,7 @@ contains
       end do
    end subroutine upper_blocks
 
-   !> √ of the largest eigenvalue of all k x = λ m x; of equal ones the first.
+   !> Find the block with the largest eigenvalue of k x = λ m x, and its square root.
    subroutine largest_of_blocks(k, m, omega, block, error)
       real(wp), intent(in) :: k(:,:,:), m(:,:,:)  !< [6,6,n]
       real(wp), intent(out) :: omega              !< rad/s
@@ -140,8 +140,7 @@ contains
       omega = sqrt(largest)
    end subroutine largest_of_blocks
 
-   !> The kind that has most of the energy of the highest mode, and the spring or block of that
-   !> kind that has the most.
+   !> Find the kind with most energy of the highest mode, and its spring or block with most energy.
    subroutine name_governing(linear, result)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(omega_max_type), intent(inout) :: result  !< highest frequency
@@ -178,7 +177,7 @@ contains
       end associate
    end subroutine put_in_words
 
-   !> A value outside its bracket cannot be an eigenvalue: return an error.
+   !> Return an error if ω_max lies outside its bracket, as no eigenvalue can.
    subroutine check_bracket(result, error)
       type(omega_max_type), intent(in) :: result  !< highest frequency
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure

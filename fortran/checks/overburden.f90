@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Weight of the blocks above each block if it is transferred straight along gravity: an estimate
-!> without a step.
+!> Weight of the blocks above each block, transferred straight along gravity: an estimate without a
+!> time step.
 !>
 !> The model is cut into columns along gravity.  A block receives the weight above it in its
 !> columns, adds its own, and distributes the sum evenly over these columns; a block supported by
@@ -26,7 +26,7 @@ module dda_overburden
 
 contains
 
-   !> Weights of all blocks, and which blocks are above which.
+   !> Find the weights on all blocks, and which blocks are above which.
    pure subroutine find_overburden(blocks, gravity, held, overburden)
       type(blocks_type), intent(in) :: blocks  !< in their initial state
       real(wp), intent(in) :: gravity(2)       !< not zero, m/s²
@@ -54,7 +54,7 @@ contains
       end do
    end subroutine find_overburden
 
-   !> Width of each block across gravity, and its columns.
+   !> Set the width of each block across gravity, and the columns that it covers.
    pure subroutine set_columns(blocks, down, overburden, span, columns)
       type(blocks_type), intent(in) :: blocks  !< in their initial state
       real(wp), intent(in) :: down(2)          !< unit vector
@@ -80,7 +80,7 @@ contains
       span(2, :) = max(span(1, :), nint((side(2, :) - left)/width*columns))
    end subroutine set_columns
 
-   !> A block is next below those that were lowest in its columns.
+   !> Add pairs of a block and the blocks directly below it in its columns.
    pure subroutine add_pairs(overburden, above, b)
       type(overburden_type), intent(inout) :: overburden  !< gets the pairs
       integer, intent(in) :: above(:)  !< [columns] lowest blocks so far, 0: none

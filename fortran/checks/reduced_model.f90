@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A small model with the same response to one excitation as the linearised model, over a band of
-!> frequencies.
+!> Reduced model with the response of the linearised model to one excitation, over a frequency
+!> band.
 !>
 !> In steady vibration (`dda_scheme_response`) the equations are A(ω) x = b with the complex
 !> symmetric
@@ -8,12 +8,12 @@
 !>     A = K + (w_e − 1) K_e + w_c C + w_d C_e + w_m M + Σ (g − 1 + β w_c) K_g + α w_c M_g ,
 !>
 !> where K_e acts at the end of the step, C, C_e are dashpots, and K_g, M_g belong to the blocks of
-!> one damping, g being its complex modulus at the pre-warped frequency over the given one
+!> one damping law, whose complex modulus at the pre-warped frequency is g times the given modulus
 !> (`dda_damping`).  The damping is not classical, so real modes do not suffice.  The equations are
-!> projected on a real basis, orthonormal in M, which begins with the static response, if there is
-!> one, and grows by the real and imaginary part of (K + sM)⁻¹ times the residual at sample
-!> frequencies until that is small at all of them.  The shift s, far below the end of the band,
-!> permits a singular K: a model may be supported by dashpots only.
+!> projected on a real basis, orthonormal in M.  The basis begins with the static response, if it
+!> exists, and is extended by the real and imaginary parts of (K + sM)⁻¹ times the residual at
+!> sample frequencies until the residual is small at all of them.  The shift s, far below the end of
+!> the band, permits a singular K: a model may be supported by dashpots only.
 module dda_reduced_model
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
@@ -41,13 +41,12 @@ module dda_reduced_model
    real(wp), parameter :: independent = 1.0e-8_wp     !< smallest new fraction of a vector
    real(wp), parameter :: shift_share = 0.05_wp       !< √s over the end of the band, rad/s
 
-   !> Factors in steady vibration of the parts of A.
+   !> Factors of the parts of A in steady vibration.
    type :: weights_type
       complex(wp) :: inertia = 0.0_wp         !< of M, instead of −ω², 1/s²
       complex(wp) :: load = 0.0_wp            !< of forces at t₀ + θΔt
       complex(wp) :: ground(instants) = 0.0_wp  !< of ground forces through terms of an instant
-      !> [instants + 2 damping] terms by their instant, then elasticity and mass of each damping,
-      !> beyond what K has of them
+      !> [instants + 2 damping] terms by instant, then extra elasticity and mass per damping law
       complex(wp), allocatable :: part(:)
    end type weights_type
 
@@ -63,7 +62,7 @@ module dda_reduced_model
 
 contains
 
-   !> Project a model that the ground excites through terms of each instant.
+   !> Reduce a model that the ground excites through terms of each instant.
    subroutine reduce_model(reduced, linear, static, force, highest, error)
       type(reduced_model_type), intent(out) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -94,7 +93,7 @@ contains
          ' Hz; choose lower frequencies')
    end subroutine reduce_model
 
-   !> Extend the basis until the equations are satisfied at a frequency.
+   !> Extend the basis until the residual at a frequency is small.
    subroutine fit_frequency(reduced, linear, inverse, force, frequency)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -127,7 +126,7 @@ contains
       reduced%residual = max(reduced%residual, error)
    end subroutine fit_frequency
 
-   !> Factors at a frequency, kept short of the Nyquist frequency.
+   !> Factors of the parts of A at a frequency, limited to below the Nyquist frequency.
    pure type(weights_type) function weights_at(linear, frequency) result(weights)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
@@ -157,21 +156,21 @@ contains
       end do
    end function weights_at
 
-   !> Part with the elasticity of a damping.
+   !> Index of the part with the elasticity of a damping law.
    pure integer function elastic_part(k)
       integer, intent(in) :: k  !< number of the damping
 
       elastic_part = instants + 2*k - 1
    end function elastic_part
 
-   !> Part with the mass of a damping.
+   !> Index of the part with the mass of a damping law.
    pure integer function mass_part(k)
       integer, intent(in) :: k  !< number of the damping
 
       mass_part = instants + 2*k
    end function mass_part
 
-   !> Factors of the model in continuous time, without any damping.
+   !> Factors of the parts of A in continuous time without damping.
    pure type(weights_type) function undamped_weights(frequency) result(weights)
       real(wp), intent(in) :: frequency  !< Hz
 
@@ -181,7 +180,7 @@ contains
       weights%part = spread((0.0_wp, 0.0_wp), 1, instants)
    end function undamped_weights
 
-   !> Coordinates in the basis of the response to Σ load × force.
+   !> Solve for the response to Σ load × force, in coordinates of the basis.
    subroutine solve_reduced(reduced, weights, load, y)
       type(reduced_model_type), intent(in) :: reduced  !< projected model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
@@ -201,12 +200,12 @@ contains
          y = matmul(reduced%force(:m, :), load)
          if (m == 0) return  ! parts on dashpots only have no static response
          call zsysv('L', m, 1, a, m, pivot, y, m, work, size(work), info)
-         ! On an undamped resonance: limited by round-off.
+         ! On an undamped resonance, only round-off limits the solution.
          if (info > 0) y = y/(epsilon(1.0_wp)*abs(weights%inertia))
       end associate
    end subroutine solve_reduced
 
-   !> Re and Im of b − A x.
+   !> Compute the real and imaginary parts of b − A x.
    subroutine residual_of(reduced, linear, weights, force, y, re, im)
       type(reduced_model_type), intent(in) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -246,7 +245,7 @@ contains
       end do
    end subroutine residual_of
 
-   !> Force of a spring of a welded face that damps, beyond that of elasticity, N/m.
+   !> Damping part of the force of a spring of a welded face, N/m.
    pure complex(wp) function damping_pull(linear, weights, term, stretch) result(pull)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
@@ -280,7 +279,7 @@ contains
       im = im - aimag(force)
    end subroutine subtract_damping
 
-   !> Σ factor × vector
+   !> Compute Σ factor × vector.
    pure function combined(vectors, factors) result(sum)
       real(wp), intent(in) :: vectors(:,:,:), factors(:)
       real(wp) :: sum(size(vectors, 1), size(vectors, 2))
@@ -292,7 +291,7 @@ contains
       end do
    end function combined
 
-   !> x += c u
+   !> Compute x += c u.
    pure subroutine add_row(term, c, x)
       type(linear_term_type), intent(in) :: term  !< one of the list
       real(wp), intent(in) :: c
@@ -306,7 +305,7 @@ contains
       end do
    end subroutine add_row
 
-   !> xᵀMy
+   !> Compute xᵀMy.
    pure real(wp) function mass_product(linear, x, y) result(total)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: x(:,:), y(:,:)
@@ -318,8 +317,8 @@ contains
       end do
    end function mass_product
 
-   !> Make a vector orthonormal to the basis and append it, with its row of the projected matrices;
-   !> skip it if it is almost dependent, or if there is no memory left.
+   !> Orthonormalise a vector, append it to the basis and extend the projected matrices.
+   !> An almost dependent vector is skipped, and so is a vector for which there is no memory.
    subroutine add_vector(reduced, linear, force, vector, added)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -349,7 +348,7 @@ contains
       added = .true.
    end subroutine add_vector
 
-   !> Rows and columns of the projected matrices that belong to the last vector v.
+   !> Compute the rows and columns of the projected matrices for the last vector v.
    subroutine project(reduced, linear, force, v)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -381,7 +380,7 @@ contains
       end associate
    end subroutine project
 
-   !> Rows and columns of the damping parts.
+   !> Compute the rows and columns of the projected damping parts for the last vector.
    subroutine project_damping(reduced, linear, v)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Motions without stiffness that are known in closed form: loose parts of a model as rigid bodies.
+!> Rigid-body modes of unsupported parts of a model, in closed form.
 !>
 !> Blocks joined by springs form parts.  A part has up to three rigid motions that its supports
-!> leave free; these are exact null vectors of the linearised stiffness.
+!> do not restrain; these are exact null vectors of the linearised stiffness.
 module dda_rigid_modes
    use dda_kinds, only: wp
    use dda_deflation, only: null_space_type
@@ -18,7 +18,7 @@ module dda_rigid_modes
 
 contains
 
-   !> Parts and their free rigid motions.
+   !> Parts and their unrestrained rigid motions.
    subroutine find_rigid_modes(linear, free, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(null_space_type), intent(out) :: free  !< rigid motions of loose parts
@@ -57,7 +57,7 @@ contains
       end do
    end subroutine find_parts
 
-   !> The root of the part of a block; entries on the path are linked closer to it.
+   !> Find the root of the part of a block, and shorten the path to it.
    integer function root_of(parent, b) result(root)
       integer, intent(inout) :: parent(:)  !< [n] a block of the same part, or itself
       integer, intent(in) :: b  !< block
@@ -69,8 +69,8 @@ contains
       end do
    end function root_of
 
-   !> Two translations and the rotation of each part about its centre of mass, mass-orthonormal.
-   !> Blocks that a stage has removed are parts of their own, with the mass that they had.
+   !> Compute two translations and the rotation of each part, mass-orthonormal.
+   !> The centre is the centre of mass.  Blocks removed by a stage are separate parts.
    subroutine rigid_motions(linear, free, motion)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(null_space_type), intent(in) :: free  !< rigid motions of loose parts
@@ -106,7 +106,7 @@ contains
       end do
    end subroutine rigid_motions
 
-   !> Keep the combinations of each part's motions that its supports do not resist.
+   !> Retain the combinations of each part's motions that its supports do not restrain.
    subroutine leave_free_ones(linear, free, motion, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(null_space_type), intent(inout) :: free  !< rigid motions of loose parts

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Velocities that change their sign every step: how many steps the slowest of them takes to fall to
+!> Velocities that change sign every step: number of steps in which the slowest of them decays to
 !> 1/e.
 !>
 !> Beyond Ω = 2/|θ − χ| (4 in DDA) one root of the scheme is negative and tends to 1 − 1/χ, in DDA
-!> to −1: a stiff contact that was hit rings for about Ω²/8 steps.  Bonded contacts and strains have
-!> the roots of (θ, χ), unilateral contacts those of (1, χ); supports have those of backward Euler
-!> and do not ring; their stiffness is omitted here.
+!> to −1: a stiff contact rings for about Ω²/8 steps after an impact.  Bonded contacts and strains
+!> have the roots of (θ, χ), unilateral contacts those of (1, χ).  Supports have the roots of
+!> backward Euler and do not ring; their stiffness is omitted here.
 module dda_ringing
    use dda_kinds, only: wp
    use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
@@ -29,7 +29,7 @@ module dda_ringing
 
 contains
 
-   !> The ringing of a linearised model at the Δt of its run.
+   !> Find the slowest alternating mode of a linearised model at the Δt of its run.
    subroutine find_ringing(linear, ringing, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(ringing_type), intent(out) :: ringing  !< slowest alternating mode
@@ -53,7 +53,7 @@ contains
 
    contains
 
-      !> Fractions of each kind in the energy of the mode.
+      !> Fractions of the energy of the mode by kind.
       function energy_fractions() result(share)
          real(wp) :: share(strain_energy)
 
@@ -63,7 +63,7 @@ contains
       end function energy_fractions
    end subroutine find_ringing
 
-   !> The model without springs to the ground and those that dashpots keep from ringing.
+   !> Copy the model without springs to the ground and springs whose dashpots prevent ringing.
    subroutine remove_ground(linear, free)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_model_type), intent(out) :: free  !< rigid motions of loose parts

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Departure of the sides of a model from their free fields: an estimate before the
-!> run, for waves that are long against the depth.
+!> Difference between the motions of sides and of their free fields: an estimate before the
+!> run, for waves that are long relative to the depth.
 !>
 !> Ground of depth H(x) on a radiating base moves sideways like a bar, u(x) over its depth:
 !>
 !>     (E'H u')' + (ρH ω² − iωZ) u = −2iωZ u_in ,
 !>
-!> with the modulus E' of the plate, ρV_s of the base Z, and at its ends the dashpots of the sides
-!> against the free field 2 u_in/(1 + iωρH/Z), which is its solution for level ground.
+!> with the modulus E' for plane strain, ρV_s of the base Z, and dashpots at both ends that connect
+!> the sides to the free field 2 u_in/(1 + iωρH/Z), the solution for level ground.
 module dda_side_departure
    use dda_kinds, only: wp, pi
    use dda_material, only: elasticity
@@ -18,7 +18,7 @@ module dda_side_departure
 
    integer, parameter :: cells = 400  !< of the bar, from one side to the other
 
-   !> The bar: of each cell, and at its two ends.
+   !> The bar: values per cell, and at both ends.
    type :: bar_type
       real(wp) :: length = 0.0_wp                !< of a cell, m
       real(wp) :: mass(cells) = 0.0_wp           !< ρH of each cell, kg/m²
@@ -29,8 +29,8 @@ module dda_side_departure
 
 contains
 
-   !> Largest departure of a side from its free field, over the motion of that; negative if no base
-   !> radiates or no side has a free field.
+   !> Find the largest difference between a side and its free field, relative to the free field.
+   !> The result is negative if no base radiates waves or no side has a free field.
    subroutine find_side_departure(model, x, frequency, departure)
       type(model_type), intent(in) :: model     !< as read from the input
       real(wp), intent(in) :: x(:)              !< [vertices] positions at the start, m
@@ -50,8 +50,7 @@ contains
       departure = maxval(abs(u([1, cells + 1])/free - 1.0_wp), mask=bar%dashpot > 0.0_wp)
    end subroutine find_side_departure
 
-   !> Distribute the blocks over the cells that they overlap; set dashpots of the base and the
-   !> sides.
+   !> Distribute the blocks over the cells that they overlap; set dashpots of the base and sides.
    type(bar_type) function bar_of(model, x) result(bar)
       type(model_type), intent(in) :: model  !< as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
@@ -87,7 +86,7 @@ contains
       end do
    end function bar_of
 
-   !> Solution at the ends of the cells for u_in = 1, by elimination of a tridiagonal matrix.
+   !> Solve for the motion at the ends of the cells for u_in = 1, by tridiagonal elimination.
    pure function motion_of(bar, omega, free) result(u)
       type(bar_type), intent(in) :: bar
       real(wp), intent(in) :: omega       !< rad/s

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Cohesive joints whose crack zones are not resolved by their contact points, or that break within
+!> Cohesive joints whose crack zones are not resolved by their contact points, or that fail within
 !> a step.
 module dda_softening
    use dda_kinds, only: wp
@@ -11,14 +11,13 @@ module dda_softening
    public :: coarse_points, long_steps
 
    real(wp), parameter :: least_spacings = 2.0_wp  !< of three points within a cohesive zone
-   !> steps within the longest stable one at which the bounds of the fracture energy of a joint that
-   !> snaps are within 10 %, measured with bars
+   !> steps per longest stable step for which the bounds of the fracture energy of a joint that
+   !> snaps differ by at most 10 %, measured with bars
    real(wp), parameter :: fine_steps = 20.0_wp
 
 contains
 
-   !> Warning on joint j if its cohesive zone E'G/T² contains fewer than three points; otherwise
-   !> blank.
+   !> Warning on joint j if its cohesive zone E'G/T² has fewer than three points; otherwise blank.
    pure function coarse_points(model, j) result(words)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: j               !< joint
@@ -38,8 +37,8 @@ contains
       end associate
    end function coarse_points
 
-   !> Warning on joint j if it softens faster than the inertia of the lightest two blocks resists in
-   !> a step, M/(χΔt²) < T²/2G; else blank.
+   !> Warning on joint j if it softens faster than inertia can resist within a step; else blank.
+   !> Condition: M/(χΔt²) < T²/2G with the two lightest blocks.
    pure function long_steps(model, j) result(words)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: j               !< joint
@@ -62,7 +61,7 @@ contains
       end associate
    end function long_steps
 
-   !> Longest edge with joint j, m.
+   !> Length of the longest edge with joint j, m.
    pure real(wp) function longest_edge(model, j) result(longest)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: j               !< joint
@@ -77,7 +76,7 @@ contains
       end associate
    end function longest_edge
 
-   !> Least mass of a block over the length of an edge with joint j, kg/m².
+   !> Smallest block mass per length of edge with joint j, kg/m².
    pure real(wp) function least_mass(model, j) result(least)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: j               !< joint

@@ -2,8 +2,8 @@
 !> Exact transfer functions of the linearised model between two measured points, for base motion.
 !>
 !> Springs and dashpots on moving ground exert their coefficients times the motion, each with the
-!> factor of its instant (`dda_scheme_response`); motion given as a body force has ω² w_l M x_s on
-!> the right, with x_s a unit translation, and gives the motion relative to the base.
+!> factor of its instant (`dda_scheme_response`).  For motion as a body force, the right-hand side
+!> is ω² w_l M x_s, with x_s a unit translation, and the result is the motion relative to the base.
 module dda_transfer
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
@@ -41,8 +41,8 @@ module dda_transfer
 
 contains
 
-   !> Prepare x_out(ω)/x_in(ω) for base motion along an axis.  A point of number 0 is the prescribed
-   !> motion itself.
+   !> Prepare x_out(ω)/x_in(ω) for base motion along an axis.
+   !> Point number 0 means the prescribed motion itself.
    subroutine prepare_transfer(transfer, linear, points, axes, base_axis, highest, error)
       type(transfer_type), intent(out) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -94,8 +94,8 @@ contains
          to_text(highest)//' Hz'
    end subroutine prepare_transfer
 
-   !> Forces for a unit motion of the base, and the static response to it: a translation if all the
-   !> ground moves.
+   !> Compute the forces for a unit base motion, and the static response to it.
+   !> The static response is a translation if all ground terms move.
    subroutine excite(transfer, linear, axis, static, force, error)
       type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -141,8 +141,8 @@ contains
       end associate
    end function ground_name
 
-   !> Forces for a unit displacement of the ground, of the ground terms that follow their first
-   !> motion along an axis, or of all ground terms if none has a motion.
+   !> Compute the forces for a unit displacement of the ground.
+   !> Only ground terms with a motion along the axis move; if there are none, all ground terms move.
    pure subroutine push_ground(linear, axis, force, held, moved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: axis  !< 1: x, 2: y
@@ -161,7 +161,7 @@ contains
          end do
          do i = 1, size(term)
             if (.not. is_held(i)) cycle
-            ! The dashpot of a support is part of it.
+            ! The dashpot of a support is part of the support.
             counts = .not. (term(i)%kind == term_support .and. term(i)%instant == end_dashpot)
             if (counts) held = held + 1
             if (term(i)%motion(axis) /= motion) cycle
@@ -182,7 +182,7 @@ contains
       end function is_held
    end subroutine push_ground
 
-   !> Undamped frequencies of the basis, with the moduli at each of them.
+   !> Find the undamped frequencies of the basis, with the moduli at each of them.
    subroutine find_resonances(transfer, error)
       type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -213,7 +213,7 @@ contains
       end associate
    end subroutine find_resonances
 
-   !> Transfer function at a frequency, with the damping of the scheme; 0 < f < 1/(2Δt).
+   !> Transfer function at a frequency, with numerical damping; 0 < f < 1/(2Δt).
    complex(wp) function transfer_at(transfer, frequency)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: frequency  !< Hz
@@ -221,7 +221,7 @@ contains
       transfer_at = ratio_at(transfer, frequency, weights_at(transfer%linear, frequency))
    end function transfer_at
 
-   !> Transfer function of the model in continuous time, without damping; cut off at a resonance.
+   !> Transfer function in continuous time without damping, limited near resonances.
    complex(wp) function undamped_transfer_at(transfer, frequency)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: frequency  !< Hz
@@ -244,7 +244,7 @@ contains
       if (abs(answer(2)) > tiny(1.0_wp)) ratio = answer(1)/answer(2)
    end function ratio_at
 
-   !> The largest amplification |H| in a band, refined by golden section.
+   !> Find the largest amplification |H| in a band, refined by golden section.
    subroutine transfer_peak(transfer, low, high, peak)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: low, high  !< Hz
@@ -269,7 +269,7 @@ contains
       peak%inside = min(peak%frequency - low, high - peak%frequency) > 1.0e-6_wp*(high - low)
    end subroutine transfer_peak
 
-   !> Frequencies of a uniform grid over a band, and the resonances in it.
+   !> List the frequencies of a uniform grid over a band, and the resonances in it.
    pure subroutine choose_frequencies(transfer, low, high, frequency)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: low, high  !< Hz
@@ -283,7 +283,7 @@ contains
       end associate
    end subroutine choose_frequencies
 
-   !> Golden section for the maximum between two frequencies.
+   !> Find the maximum between two frequencies by golden section.
    subroutine climb(transfer, low, high, peak)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: low, high  !< Hz

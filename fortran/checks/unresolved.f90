@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Number and kind of modes that a time step cannot resolve (ω > 4/Δt, paper eq. 13).
 !>
-!> Two bounds cost nothing.  K is bounded by the block-diagonal matrix of the upper bracket, and so
-!> are its eigenvalues (Courant–Fischer): at most as many modes exceed the limit as those of
-!> isolated blocks. The diagonal blocks of blocks without a common spring are uncoupled, so by
+!> Two bounds need no eigenvalue of the model.  K and its eigenvalues are bounded by the
+!> block-diagonal matrix of the upper bracket (Courant–Fischer): at most as many modes exceed the
+!> limit as those of isolated blocks. Diagonal blocks without a common spring are uncoupled, so by
 !> Cauchy's interlacing theorem at least as many modes exceed the limit as those of these blocks.
 !> Small models are counted exactly.
 module dda_unresolved
@@ -23,21 +23,21 @@ module dda_unresolved
    private
    public :: unresolved_type, count_unresolved
 
-   !> Modes beyond 4/Δt.
+   !> Number and kind of modes beyond 4/Δt.
    type :: unresolved_type
       real(wp) :: limit = 0.0_wp              !< 4/Δt, rad/s
       integer :: modes = 0                    !< of the model, 6 for each block
       integer :: least = 0                    !< lower bound of their number
       integer :: most = 0                     !< upper bound
       logical :: exact = .false.              !< both bounds are equal
-      !> by the kind that has most energy; of `most`, or of the exact count
+      !> by the kind with most energy; of `most`, or of the exact count
       integer :: of_kind(energy_kinds) = 0
       character(len=:), allocatable :: words
    end type unresolved_type
 
-   !> all modes of a model up to this size are computed
+   !> blocks up to which all modes of a model are computed
    integer, parameter :: dense_blocks = 50
-   !> multiplications for a count by inertia, about ½ s
+   !> multiplications of a count by inertia, about ½ s
    real(wp), parameter :: affordable = 1.0e9_wp
 
 contains
@@ -72,7 +72,7 @@ contains
       call put_in_words(unresolved)
    end subroutine count_unresolved
 
-   !> Every mode, by LAPACK.
+   !> Count every mode by LAPACK.
    subroutine count_all(linear, unresolved, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
@@ -99,7 +99,7 @@ contains
       unresolved%of_kind(kind) = unresolved%of_kind(kind) + 1
    end subroutine add_kind
 
-   !> Modes beyond, of the blocks of the upper bracket.
+   !> Count the modes beyond the limit of the blocks of the upper bracket: an upper bound.
    subroutine bound_above(linear, unresolved, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
@@ -143,7 +143,7 @@ contains
       end do
    end subroutine split_blocks
 
-   !> The kind of stiffness that has most of the energy of a block's motion.
+   !> Find the kind of stiffness with most of the energy of a block's motion.
    pure integer function governing(x, by_kind)
       real(wp), intent(in) :: x(6), by_kind(:,:,:)
       real(wp) :: energy(energy_kinds)
@@ -155,7 +155,7 @@ contains
       governing = maxloc(energy, 1)
    end function governing
 
-   !> Unresolved modes of blocks without a common spring, chosen one after the other.
+   !> Count unresolved modes of blocks without common springs: a lower bound.
    subroutine bound_below(linear, unresolved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
@@ -177,7 +177,7 @@ contains
       end do
    end subroutine bound_below
 
-   !> Block b shares a spring with a chosen block before it.
+   !> .true. if block b shares a spring with an earlier chosen block.
    pure logical function touches(matrix, taken, b)
       type(block_matrix_type), intent(in) :: matrix  !< block matrix
       logical, intent(in) :: taken(:)

@@ -4,8 +4,8 @@
 !> Normal stress σ = k_ni x/(1 − x/V_m), with the potential k_ni V_m [−V_m ln(1 − x/V_m) − x] and
 !> the slope k_ni (1 − x/V_m)⁻².  Shear strength σ tan[φ_r + JRC log₁₀(JCS/σ)], its angle between
 !> φ_r (σ ≥ JCS) and 70° [Barton and Choubey, 1977; Bandis, Lumsden and Barton, 1983].  Beyond 100
-!> JCS, which no joint wall can bear, the stress follows the tangent of the hyperbola.  Stress and
-!> slope then exist at any closure, and rounding of coordinates changes the force little.
+!> JCS, more than any joint wall can support, the stress follows the tangent of the hyperbola. 
+!> Stress and slope then exist at any closure, and rounding of coordinates has little effect.
 module dda_barton_bandis
    use dda_kinds, only: wp, pi
    use dda_joint_law, only: joint_law_type, joint_state_type, strength_type
@@ -41,7 +41,7 @@ module dda_barton_bandis
 
 contains
 
-   !> The law of a joint material, without its stiffness.
+   !> Create the law of a joint material, without its stiffness.
    pure type(barton_bandis_type) function new_barton_bandis(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -53,7 +53,7 @@ contains
       law%reduction = joint%strength_reduction
    end function new_barton_bandis
 
-   !> Derive the closure parameters from the strength of the rock if they are not given.
+   !> Compute missing closure parameters from the strength of the rock.
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(barton_bandis_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint      !< input of the law
@@ -72,7 +72,7 @@ contains
       end associate
    end subroutine complete
 
-   !> Initial stiffness k_ni, Pa/m, and largest closure V_m, m, from the index values of the joint
+   !> Compute initial stiffness k_ni, Pa/m, and largest closure V_m, m, from joint indices.
    !> [Bandis, Lumsden and Barton, 1983]: in MPa/mm and mm, with the aperture a_j = JRC/5 (0.2
    !> σ_c/JCS − 0.1) mm.
    pure subroutine closure_of_joint(roughness, wall_strength, rock_strength, stiffness, max_closure)
@@ -102,7 +102,7 @@ contains
       last = force/(law%initial_spring(state) + force/law%max_closure)
    end function last_closure
 
-   !> Normal force, N/m; beyond the hyperbola's end along its tangent.
+   !> Normal force, N/m; beyond the end of the hyperbola it follows the tangent.
    pure real(wp) function normal_force(law, state, closure) result(force)
       class(barton_bandis_type), intent(in) :: law !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -125,7 +125,7 @@ contains
       tangent = law%initial_spring(state)/(1.0_wp - x/law%max_closure)**2
    end function tangent
 
-   !> The closure at a normal force, m.
+   !> Closure for a given normal force, m.
    pure real(wp) function closure(law, state, force)
       class(barton_bandis_type), intent(in) :: law !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -178,7 +178,7 @@ contains
       strength = normal_force*tan(angle*pi/180.0_wp)/law%reduction
    end function strength
 
-   !> Divide the shear strength by a factor.
+   !> Divide the shear strength by a reduction factor.
    pure function reduced(law, joint, factor) result(strengths)
       class(barton_bandis_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint         !< input of the law

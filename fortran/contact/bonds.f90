@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bonds: at the start, joints of parallel touching edges have cohesion and tensile strength.
+!> Bonds: initial cohesion and tensile strength of joints along parallel touching edges.
 module dda_bonds
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -15,9 +15,9 @@ module dda_bonds
 
 contains
 
-   !> Bond each touching contact along parallel edges, over its part of their overlap.
+   !> Bond each touching contact along parallel edges over its tributary length of their overlap.
    !>
-   !> Under a joint law, other touching contacts also begin with their peak strength, unless it
+   !> Under a joint law, other touching contacts also begin with their peak strength, unless that
    !> includes cohesion or tension.
    subroutine bond_contacts(contacts, blocks, laws)
       type(contacts_type), intent(inout) :: contacts  !< first list of the run

@@ -18,8 +18,8 @@ module dda_cell_faces
 
 contains
 
-   !> List all faces in the order of their cells.  Pairs of cells that share a face or a corner, or
-   !> are nearer than a tenth of their radius, are marked as joined.
+   !> List all faces in the order of their cells.
+   !> Pairs of cells are marked as joined if they share a face or a corner, or nearly touch.
    subroutine find_faces(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< with bodies; `joined` is set
       type(weld_type), allocatable, intent(out) :: welds(:)  !< of all bodies
@@ -58,8 +58,8 @@ contains
       blocks%joined = joined(2, order)
    end subroutine keep_joined
 
-   !> Find the cells that no intact face connects any longer; they can touch each other.  Two cells
-   !> stay joined if a path of faces leads from one to the other through cells that are joined to
+   !> Find the cells that intact faces no longer connect; they can touch each other.
+   !> Two cells stay joined if a path of faces connects them through cells that are joined to
    !> both.
    subroutine part_cells(blocks, first, welds)
       type(blocks_type), intent(inout) :: blocks  !< its lists are replaced
@@ -85,7 +85,7 @@ contains
       call keep_joined(blocks, joined(:, :n))
    end subroutine part_cells
 
-   !> A path of faces connects the two cells.
+   !> .true. if a path of faces connects two cells.
    pure logical function are_linked(first, holding, start, face, pair)
       type(blocks_type), intent(in) :: first     !< with the lists of all that were joined
       type(weld_type), intent(in) :: holding(:)  !< intact faces
@@ -114,7 +114,7 @@ contains
       end do
    end function are_linked
 
-   !> Two cells were joined at the start.
+   !> .true. if two cells were joined at the start.
    pure logical function were_joined(first, a, b)
       type(blocks_type), intent(in) :: first  !< with the lists of all that were joined
       integer, intent(in) :: a, b             !< cells
@@ -151,8 +151,8 @@ contains
       end do
    end subroutine add_faces
 
-   !> The interval of edge e along which edge f runs in the opposite direction, m from the first
-   !> vertex of e; empty if they do not meet.
+   !> Find the interval of edge e along which edge f runs in the opposite direction.
+   !> Unit: m from the first vertex of e; the interval is empty if the edges do not touch.
    pure subroutine find_overlap(blocks, e, f, small, low, high)
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: e, f              !< edges, by their first vertices
@@ -173,8 +173,8 @@ contains
       end associate
    end subroutine find_overlap
 
-   !> Two joined cells with free edges that face each other across a gap; 0 if there are none.  A
-   !> face that was missed would be a crack that neither welds nor contacts close.
+   !> Find two joined cells with free edges that face each other across a gap; 0 if there are none.
+   !> Such a missed face would be a crack that neither welds nor contacts can close.
    pure subroutine find_gap(blocks, a, b)
       type(blocks_type), intent(in) :: blocks  !< with `joined` and inner edges
       integer, intent(out) :: a, b             !< cells of a body
@@ -199,7 +199,7 @@ contains
       a = 0
    end subroutine find_gap
 
-   !> Two cells of a body meet or nearly meet.
+   !> .true. if two cells of a body touch or nearly touch.
    pure logical function are_near(blocks, a, b)
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: a, b              !< cells of a body
@@ -211,7 +211,7 @@ contains
 
    contains
 
-      !> A vertex of one is near the other.
+      !> .true. if a vertex of one cell is near the other cell.
       pure logical function reaches(one, other) result(found)
          integer, intent(in) :: one, other  !< cells
          integer :: v

@@ -8,9 +8,9 @@
 !> - linearly, (1 − D) λ = (λ_f − λ)/(λ_f − 1), up to λ_f;
 !> - exponentially, (1 − D) λ = exp[−(λ − 1)/m], m = (λ_f − 1)/2,
 !>
-!> where λ_f = G/e, e the energy of the bond at λ = 1, so that the energy spent is G.  In mixed mode
-!> the parts of e satisfy G_n/G_I + G_s/G_II = 1.  For each ratio of the modes the energy spent is a
-!> function of D, g(D) = ∫ e λ(D)² dD.
+!> where λ_f = G/e, and e is the energy of the bond at λ = 1, so that the dissipated energy is G. 
+!> In mixed mode the parts of e satisfy G_n/G_I + G_s/G_II = 1.  For each ratio of the modes the
+!> dissipated energy is a function of D, g(D) = ∫ e λ(D)² dD.
 module dda_cohesive
    use dda_kinds, only: wp, pi
    use dda_joint_law, only: column_type, joint_law_type, joint_state_type, strength_type, &
@@ -43,7 +43,7 @@ module dda_cohesive
       procedure :: complete
    end type cohesive_type
 
-   !> Opening and slip of a bond as one number λ.
+   !> Opening and slip of a bond, combined into one number λ.
    type :: mixture_type
       real(wp) :: measure   !< λ
       real(wp) :: ultimate  !< λ_f
@@ -52,7 +52,7 @@ module dda_cohesive
 
 contains
 
-   !> The law of a joint material, without its stiffness.
+   !> Create the law of a joint material, without its stiffness.
    pure type(cohesive_type) function new_cohesive(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -66,7 +66,7 @@ contains
       law%points = 3
    end function new_cohesive
 
-   !> Fracture energies must exceed the elastic energy of the joint at its strength.
+   !> Reject fracture energies that do not exceed the elastic energy of the joint at its strength.
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(cohesive_type), intent(in) :: law   !< of the joint
       type(joint_type), intent(inout) :: joint  !< input of the law
@@ -114,8 +114,8 @@ contains
       strength = law%friction*max(normal_force, 0.0_wp)
    end function strength
 
-   !> Divide tan φ, c, T and both fracture energies by a factor; openings and slips at failure do
-   !> not change.
+   !> Divide tan φ, c, T and both fracture energies by a reduction factor.
+   !> Openings and slips at failure do not change.
    pure function reduced(law, joint, factor) result(strengths)
       class(cohesive_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint    !< input of the law
@@ -137,7 +137,7 @@ contains
       tension = law%strengths(1)*state%length
    end function tension
 
-   !> Damage at an opening and a slip, never less than before.
+   !> Damage at an opening and a slip, never less than the earlier damage.
    pure real(wp) function damage(law, opening, slip, before)
       class(cohesive_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip    !< m; negative: closed
@@ -156,7 +156,7 @@ contains
       damage = max(before, 1.0_wp - left/mixture%measure)
    end function damage
 
-   !> Fracture energy spent between two damages in the mode of an opening and a slip, N/m.
+   !> Fracture energy, N/m, dissipated between two damages in the mode of an opening and a slip.
    pure real(wp) function spent(law, opening, slip, from, to)
       class(cohesive_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip    !< m
@@ -170,7 +170,7 @@ contains
          - spent_share(law, mixture%ultimate, from))
    end function spent
 
-   !> Energy of the bond less that of the parallel contact, without friction, N/m.
+   !> Energy of the bond minus that of the parallel contact, without friction, N/m.
    pure real(wp) function bond_energy(law, opening, slip) result(energy)
       class(cohesive_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip    !< m
@@ -178,7 +178,7 @@ contains
       energy = 0.5_wp*(law%normal_stiffness*max(opening, 0.0_wp)**2 + law%shear_stiffness*slip**2)
    end function bond_energy
 
-   !> λ, λ_f and e of an opening and a slip.
+   !> Compute λ, λ_f and e for an opening and a slip.
    pure type(mixture_type) function mixture_of(law, opening, slip) result(mixture)
       class(cohesive_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip    !< m
@@ -195,7 +195,7 @@ contains
       mixture%ultimate = 1.0_wp/dot_product(shares, onset/law%energies)
    end function mixture_of
 
-   !> g(D)/e
+   !> Dissipated fraction g(D)/e.
    pure real(wp) function spent_share(law, ultimate, damage) result(share)
       class(cohesive_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: ultimate, damage
@@ -211,7 +211,7 @@ contains
       share = 1.0_wp + 2*m*(1.0_wp - left) - measure*left
    end function spent_share
 
-   !> λ at a damage in exponential softening: λ + m ln λ = 1 − m ln(1 − D), by Newton's method.
+   !> Solve λ + m ln λ = 1 − m ln(1 − D), exponential softening, by Newton's method.
    pure real(wp) function measure_at(m, damage) result(measure)
       real(wp), intent(in) :: m       !< of the softening
       real(wp), intent(in) :: damage  !< below 1

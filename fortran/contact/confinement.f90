@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Contacts that begin with the stress of the ground: the model as drawn is loaded.
+!> Initial contact forces from the initial stress of the ground: the input geometry is loaded.
 !>
-!> A contact in touch has N = −n·σn L and s = t·σn L, L being its tributary length and σ the mean of
-!> both blocks' stresses at its position.  Its spring is free of force at the gap of that N, its
-!> `offset`.
+!> A touching contact has N = −n·σn L and s = t·σn L; L is its tributary length and σ is the mean of
+!> both blocks' stresses at its position.  Its normal spring is free of force at the gap `offset`,
+!> for which it exerts N at the start.
 module dda_confinement
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -19,7 +19,7 @@ module dda_confinement
 
 contains
 
-   !> Give the contacts in touch the stress of their blocks.
+   !> Set the forces of touching contacts from the stress of their blocks.
    pure subroutine confine_contacts(contacts, blocks, laws, gradient)
       type(contacts_type), intent(inout) :: contacts  !< first list of the run
       type(blocks_type), intent(in) :: blocks         !< in their first state

@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Contacts: a vertex of one block against an edge of another, with springs and a history.
+!> Contacts: a vertex of one block on an edge of another, with springs and a history.
 !>
 !> Lists are rebuilt every step from geometry; the history of a contact (state, shear stretch, bond)
-!> is transferred from the list of the step before.  Two thirds of the variables are needed within a
-!> step only; the two lists share their memory, which `hand_over` passes on.
+!> is transferred from the list of the last step.  Two thirds of the variables are needed within a
+!> step only; the two lists share their memory, which `hand_over` moves from list to list.
 !>
 !> A new variable is declared in `contacts_type` and named in `for_each_kept` if the next step needs
 !> it, else in `for_each_of_step` and `hand_over`; these reserve, compact and serialise it.  History
-!> that passes to the next list is also named in `copy_history`.  The memory of a joint law is in
-!> columns of `memory` that the law declares, see `column_type` in dda_joint_law.
+!> that is transferred to the next list is also named in `copy_history`.  The memory of a joint law
+!> is in columns of `memory` that the law declares, see `column_type` in dda_joint_law.
 module dda_contact
    use dda_growth, only: grow
    use dda_kinds, only: wp
@@ -22,7 +22,7 @@ module dda_contact
    integer, parameter :: contact_slide = 1  !< normal spring, shear force at its limit
    integer, parameter :: contact_stick = 2  !< normal and shear spring
 
-   ! How the springs of a contact act in this step, see dda_contact_damping.
+   ! Action of the springs of a contact in this step, see dda_contact_damping.
    integer, parameter :: not_damped = 0     !< as springs alone
    integer, parameter :: is_damped = 1      !< with dashpots
    integer, parameter :: is_struck = 2      !< by the impact law: struck in this step
@@ -31,12 +31,12 @@ module dda_contact
 
    integer, parameter :: spare = 64         !< memory is reserved for one more contact per so many
 
-   !> A list of contacts as structure of arrays; entries 1 … n count.
+   !> List of contacts as structure of arrays; entries 1 … n are used.
    type :: contacts_type
       ! unsaved, the input: with_laws, begins
       ! unsaved, set in each step: time_step
-      ! unsaved, allocated within a step alone: held_bound
-      ! unsaved, allocated within a static step alone: imposed_spring, imposed_force
+      ! unsaved, allocated only within a step: held_bound
+      ! unsaved, allocated only within a static step: imposed_spring, imposed_force
       ! unsaved, set before it is used: gap_change, slip_change
       integer :: n = 0
       ! Identity
@@ -47,10 +47,10 @@ module dda_contact
       integer, allocatable :: block_e(:)       !< block of the edge
       integer, allocatable :: pair(:)          !< number of the near pair of its two blocks
       ! Geometry at the start of the step
-      !> signed distance to the edge less `offset`, m; negative in compression
+      !> signed distance to the edge minus `offset`, m; negative in compression
       real(wp), allocatable :: gap(:)
       real(wp), allocatable :: normal(:,:)     !< [2,n] outward normal of the edge
-      !> [6,n] gradients of the vertex' and of the edge's block, see dda_contact_gradients
+      !> [6,n] gradients for the block of the vertex and of the edge, see dda_contact_gradients
       real(wp), allocatable :: gradient_v(:,:), gradient_e(:,:)
       ! History
       integer, allocatable :: joint(:)       !< number of the joint material, see dda_contact_joints
@@ -58,7 +58,7 @@ module dda_contact
       logical, allocatable :: bonded(:)        !< cohesion and tension not yet lost
       logical, allocatable :: was_bonded(:)    !< at the start of the step
       logical, allocatable :: was_closed(:)    !< its normal spring acted at the start of the step
-      !> signed distance at which the normal spring is free of force, m: ≤ 0, or of stress in situ
+      !> signed distance at which the normal spring is free of force, m: ≤ 0, or from initial stress
       real(wp), allocatable :: offset(:)
       real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
       ! Only in models with multipliers, or with joints that can lose strength
@@ -77,18 +77,18 @@ module dda_contact
       real(wp), allocatable :: memory(:,:)     !< [columns,n] memory of the joint laws
       real(wp), allocatable :: begins(:)       !< the same for a contact without history
       real(wp), allocatable :: was_weakened(:) !< at the start of the step
-      !> [2,n] slopes of the normal force −dN/dgap and of the shear force if it sticks, N/m
+      !> [2,n] slopes: of the normal force −dN/dgap, and of the shear force if sticking, N/m
       real(wp), allocatable :: tangent(:,:)
       real(wp), allocatable :: line(:,:)       !< [2,n] the same forces at no gap and stretch, N/m
-      !> [2,n] rise by a slip of a contact that slides and is lifted by it: assumed; in K̂.  Its
-      !> normal force acts along gap − rise × slip; `slide_force` has the rest of friction
+      !> [2,n] rise per slip of a contact that slides and is lifted by slip: assumed; in K̂.  Its
+      !> normal force acts along gap − rise × slip; `slide_force` is the rest of friction
       real(wp), allocatable :: tilt(:,:)
       real(wp) :: time_step = 0.0_wp           !< s, of this step; 0: in the search for rest
-      ! The same, if some law depends on the direction of slip
+      ! The same, if a law depends on the direction of slip
       logical :: with_net_slip = .false.
       real(wp), allocatable :: acting_damage(:) !< damage of the acting bond, else 1
       real(wp), allocatable :: slider(:)       !< shear force of friction, without the bond
-      !> in this step it has slipped back to its centre first: assumed; by the law at the solution
+      !> in this step it first slips back to its centre: assumed; by the law at the solution
       logical, allocatable :: past_centre(:), trial_past_centre(:)
       ! Damping and impacts, only in models with such joints
       logical :: with_damping = .false.
@@ -97,16 +97,16 @@ module dda_contact
       real(wp), allocatable :: lead(:)         !< s: its spring acts at gap + lead × rate
       real(wp), allocatable :: spring_gap(:)   !< gap + lead × rate at the start of the step, m
       real(wp), allocatable :: static_force(:) !< normal force without that of impacts, N/m
-      !> [2,n] derivative of the acting gap by the gap, and of the acting stretch by the slip
+      !> [2,n] derivatives: of the acting gap by the gap, and of the acting stretch by the slip
       real(wp), allocatable :: gain(:,:)
       real(wp), allocatable :: shift(:,:)      !< [2,n] shift of the acting gap and stretch, m
       ! Open–close iteration: assumed forces, and the response to the solution d
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
       real(wp), allocatable :: slip_sign(:)    !< assumed sign of the shear force while sliding
-      !> [2,n] springs and forces at d = 0 in place of those of the states, N/m, see
+      !> [2,n] springs and forces at d = 0 that replace those of the states, N/m, see
       !> dda_static_relaxation; else not allocated
       real(wp), allocatable :: imposed_spring(:,:), imposed_force(:,:)
-      !> frozen bounds of friction, N/m, see dda_friction_bounds; else not allocated
+      !> frozen friction bounds, N/m, see dda_friction_bounds; else not allocated
       real(wp), allocatable :: held_bound(:)
       !> retained stiffness: fraction of the shear spring of a sliding contact, or of the normal
       !> spring of an open one
@@ -126,14 +126,14 @@ module dda_contact
       real(wp), allocatable :: shear_force(:)  !< resists slip of the vertex along the edge, N/m
    end type contacts_type
 
-   !> An operation on every variable of a list, see `for_each_variable`.
+   !> An operation that is applied to every variable of a list, see `for_each_variable`.
    type, abstract :: operation_type
    contains
       procedure(apply_operation), deferred :: apply
    end type operation_type
 
    abstract interface
-      !> Apply the operation to one variable: exactly one of the arrays is present.
+      !> Apply the operation to one variable: exactly one of the array arguments is present.
       subroutine apply_operation(operation, integers, logicals, reals, columns)
          import :: operation_type, wp
          class(operation_type), intent(inout) :: operation
@@ -144,14 +144,14 @@ module dda_contact
       end subroutine apply_operation
    end interface
 
-   !> Enlarge the arrays.
+   !> Operation that enlarges the arrays.
    type, extends(operation_type) :: growth_type
       integer :: capacity  !< contacts
    contains
       procedure :: apply => grow_variable
    end type growth_type
 
-   !> Compact the arrays.
+   !> Operation that compacts the arrays.
    type, extends(operation_type) :: filter_type
       logical, allocatable :: keep(:)  !< [n]
    contains
@@ -247,7 +247,7 @@ contains
       call operation%apply(columns=contacts%shift)
    end subroutine for_each_of_damping
 
-   !> Pass the memory of the variables of a step to another list; their values are then undefined.
+   !> Move the memory of the variables of a step to another list; their values are then undefined.
    pure subroutine hand_over(from, to)
       type(contacts_type), intent(inout) :: from, to  !< lists of one run
 
@@ -284,7 +284,7 @@ contains
       call move_alloc(from%slider, to%slider)
    end subroutine hand_over
 
-   !> Pass the memory of the variables of damping and impacts.
+   !> Move the memory of the variables of damping and impacts to another list.
    pure subroutine hand_over_damping(from, to)
       type(contacts_type), intent(inout) :: from, to  !< lists of one run
 
@@ -296,7 +296,7 @@ contains
       call move_alloc(from%shift, to%shift)
    end subroutine hand_over_damping
 
-   !> Contact c is a point between corners: its `vertex` names an edge.
+   !> .true. if contact c is a point between corners: its `vertex` is an edge number.
    pure logical function is_point(contacts, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< a list
       integer, intent(in) :: c                     !< number of the contact
@@ -305,12 +305,11 @@ contains
       if (is_point) is_point = contacts%point(c) > 0
    end function is_point
 
-   !> Copy the history of contacts from position `from` of the old list to `first` … `last` of the
-   !> new.
+   !> Copy the history of contacts from position `from` of the old list to `first` … `last`.
    !>
-   !> The slip of a vertex along an edge keeps its sign when the two blocks change roles, so the
-   !> stretch is copied as it is.  Arrays are copied one by one: most contacts keep their order, so
-   !> long ranges are copied at once.
+   !> The slip of a vertex along an edge retains its sign when the two blocks exchange roles, so the
+   !> stretch is copied without change.  Arrays are copied one by one: most contacts retain their
+   !> order, long ranges are copied at once.
    pure subroutine copy_history(new, first, last, old, from)
       type(contacts_type), intent(inout) :: new  !< list that receives
       integer, intent(in) :: first, last         !< range in `new`
@@ -337,7 +336,7 @@ contains
       new%memory(:, first:last) = old%memory(:, from:to)
    end subroutine copy_history
 
-   !> Number of contacts that a list has memory for; arrays beside the list have the same length.
+   !> Number of contacts for which a list has memory; arrays parallel to the list have this length.
    pure integer function capacity_of(contacts) result(capacity)
       type(contacts_type), intent(in) :: contacts  !< any list
 
@@ -345,7 +344,7 @@ contains
       if (allocated(contacts%new_gap)) capacity = size(contacts%new_gap)
    end function capacity_of
 
-   !> Reserve memory for at least `wanted` contacts; present contacts are kept.
+   !> Reserve memory for at least `wanted` contacts; present contacts are retained.
    subroutine reserve(contacts, wanted)
       type(contacts_type), intent(inout) :: contacts  !< list to enlarge
       integer, intent(in) :: wanted                   !< contacts
@@ -379,7 +378,7 @@ contains
       if (present(columns)) call grow(columns, size(columns, 1), operation%capacity, exactly=.true.)
    end subroutine grow_variable
 
-   !> Keep some contacts of a list, in their order.
+   !> Retain the selected contacts of a list, in their order.
    subroutine filter_contacts(contacts, keep)
       type(contacts_type), intent(inout) :: contacts  !< list to compact
       logical, intent(in) :: keep(:)                  !< [n]

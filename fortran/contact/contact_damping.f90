@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Dashpots of unbonded contacts, and the impact law: the action of a contact in a step if its joint
-!> has a `restitution` or a `damping`.
+!> Dashpots and impact law: action of an unbonded contact in a step if its joint has a `restitution`
+!> or a `damping`.
 !>
-!> Each is an affine change of the gap and the stretch that act on the springs,
+!> Each is an affine change of the gap and the stretch on which the springs act,
 !>
 !>     acting gap = gap₀ + gain·(gap₁ − gap₀) + shift ,   N = max(0, −k_n × acting gap) ,
 !>
@@ -13,8 +13,8 @@
 !> + Δt × velocity at the end: backward Euler in z, with roots 0, 0 for stiff contacts.  Supports
 !> have the same dashpot; here its force is never tensile.  A `damping` adds a dashpot on the
 !> velocity at the end.  *Struck*: the velocity of the gap at the end is at least `target`.
-!> **Carried*: the velocity is at least 0, in addition to the force that the contact had; sticking
-!> contacts do not slip.  *Lifted*: the contact opens, and keeps its force for the fraction of the
+!> *Carried*: the velocity is at least 0, in addition to the present contact force; sticking
+!> contacts do not slip.  *Lifted*: the contact opens, and its force acts for the fraction of the
 !> step before the impact.
 module dda_contact_damping
    use dda_kinds, only: wp
@@ -29,9 +29,9 @@ module dda_contact_damping
    public :: losses_type, damp_contacts, find_static_forces, strike, carry, lift, is_approached, &
       softness_of, spring_energy, losses_of
 
-   !> of the displacement of a step: a contact with less penetration is closing, not at rest
+   !> fraction of the displacement of a step: a contact with less penetration is closing, not static
    real(wp), parameter :: just_touched = 0.25_wp
-   !> stiffness of the impact law over M/(χΔt²): its inverse is the relative error of the velocity
+   !> stiffness of the impact law over M/(χΔt²): its inverse is the relative velocity error
    real(wp), parameter :: rigidity = 1.0e5_wp
 
    !> Energy of a contact at the end of a step, and its losses in the step, J per metre.
@@ -64,7 +64,7 @@ contains
       end do
    end subroutine damp_contacts
 
-   !> Contacts first … last.
+   !> Set the dashpots of contacts first … last.
    pure subroutine damp_range(contacts, laws, blocks, step, first, last)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with joints
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -85,7 +85,7 @@ contains
       end do
    end subroutine damp_range
 
-   !> The dashpots of an unbonded contact.
+   !> Set the dashpots of an unbonded contact.
    pure subroutine damp(contacts, laws, step, c)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -114,7 +114,7 @@ contains
       end associate
    end subroutine damp
 
-   !> After the converged step: normal forces of the contacts without impact forces.
+   !> Find the normal forces of contacts without impact forces after the converged step.
    pure subroutine find_static_forces(contacts)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
       integer :: c
@@ -131,7 +131,7 @@ contains
       end do
    end subroutine find_static_forces
 
-   !> The contact closes at a velocity that has not yet acted on its spring.
+   !> .true. if the contact closes at a velocity that has not yet acted on its spring.
    pure logical function is_approached(contacts, step, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< this step's list, with rates
       type(step_type), intent(in) :: step  !< the present step
@@ -141,12 +141,12 @@ contains
          contacts%gap(c) >= just_touched*step%time_step*contacts%rate(1, c)
    end function is_approached
 
-   !> The contact is struck: the velocity of its gap at the end of the step is at least `target`.
+   !> Strike a contact: require a velocity of its gap of at least `target` at the end of the step.
    !>
-   !> A contact that only closes its gap in this step, target = −z₀/Δt, takes the fraction α = 1 −
-   !> target/v⁻ of an impact that leaves Tᵀv⁺.  Friction is that of the whole impact, so the slip
-   !> ends at (1 − α) of its velocity.  The next step takes the rest; for any α both steps together
-   !> take as much as a single step would.
+   !> A contact that only closes its gap in this step, target = −z₀/Δt, receives the fraction α = 1
+   !> − target/v⁻ of an impact that leaves Tᵀv⁺.  Friction is that of the whole impact, so the slip
+   !> ends at (1 − α) of its velocity.  The next step applies the rest; for any α both steps
+   !> together have the effect of a single step.
    pure subroutine strike(contacts, laws, blocks, step, c, target)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -165,7 +165,7 @@ contains
          - gain*way_of(step, contacts%rate(:, c), [target, left*contacts%rate(2, c)])
    end subroutine strike
 
-   !> A closed contact of a struck block keeps its force and does not yield.
+   !> Carry a closed contact of a struck block: it retains its force and does not yield.
    pure subroutine carry(contacts, laws, blocks, step, c)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -181,7 +181,7 @@ contains
          0.0_wp] - gain*way_of(step, contacts%rate(:, c), 0.0_wp)
    end subroutine carry
 
-   !> A contact that the impact opens keeps its force for a fraction of the step.
+   !> Lift a contact that the impact opens: its force acts for a fraction of the step.
    pure subroutine lift(contacts, laws, c, share)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -202,7 +202,7 @@ contains
       way = step%time_step*((1.0_wp - step%scheme%chi)*first + step%scheme%chi*last)
    end function way_of
 
-   !> Gain that makes the spring of a contact rigid compared to the inertia of its two blocks.
+   !> Gain that makes the spring of a contact rigid relative to the inertia of its two blocks.
    pure real(wp) function rigid_gain(contacts, laws, blocks, step, c) result(gain)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -244,10 +244,10 @@ contains
          + 0.5_wp*laws%shear_stiffness*contacts%stretch(c)**2
    end function spring_energy
 
-   !> Energy of a damped contact at the end of the converged step, and its losses.
+   !> Compute the energy of a damped contact at the end of the converged step, and its losses.
    !>
-   !> An impulse takes its product with the mean velocity.  The displacement of the scheme differs
-   !> from the mean velocity × Δt; this difference is an algorithmic loss, zero for χ = ½.
+   !> The work of an impulse is its product with the mean velocity.  The displacement of the scheme
+   !> differs from mean velocity × Δt; this difference is an algorithmic loss, zero for χ = ½.
    pure type(losses_type) function losses_of(contacts, laws, step, c) result(losses)
       type(contacts_type), intent(in) :: contacts  !< this step's list, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

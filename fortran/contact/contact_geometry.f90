@@ -21,8 +21,8 @@ contains
 
    !> Append candidates to the list as contacts, from position `first` on.
    !>
-   !> ∂gap/∂q is exact with the edge block's material point at the foot; ∂slip/∂q with its rotation
-   !> taken at the vertex, so that the pair of shear forces has no moment.  The lever arm of the
+   !> ∂gap/∂q is exact for the edge block's material point at the foot; in ∂slip/∂q its rotation
+   !> acts at the vertex, so that the pair of shear forces has no moment.  The lever arm of the
    !> normal force is the same for both blocks.
    pure subroutine set_contacts(contacts, first, blocks, n, candidate)
       type(contacts_type), intent(inout) :: contacts   !< list with capacity for them
@@ -58,7 +58,7 @@ contains
       end do
    end subroutine set_contacts
 
-   !> Geometry of contact c between a material point of an edge, its `vertex`, and another edge.
+   !> Set the geometry of contact c between a material point of an edge (its `vertex`) and an edge.
    pure subroutine set_point(contacts, c, blocks, fraction)
       type(contacts_type), intent(inout) :: contacts  !< list
       integer, intent(in) :: c                        !< number of the contact
@@ -82,7 +82,7 @@ contains
       end associate
    end subroutine set_point
 
-   !> A point of the edge between two vertices.
+   !> Position of a point on the edge between two vertices.
    pure function on_edge(vertices, first, last, fraction) result(point)
       real(wp), intent(in) :: vertices(:,:)  !< [2,vertices] m
       integer, intent(in) :: first, last     !< two of them

@@ -11,7 +11,7 @@ module dda_contact_gradients
    private
    public :: rows_type, acting_rows, find_rows, relative_motion, set_gradient, normal_row, shear_row
 
-   !> Rows of a contact in the coordinates of its blocks, for displacements and for forces.
+   !> Rows of a contact in the coordinates of its blocks: one for displacements, one for forces.
    type :: rows_type
       real(wp) :: normal_v(6)  !< ∂gap/∂q of the vertex block
       real(wp) :: normal_e(6)  !< −∂gap/∂q of the edge block
@@ -21,7 +21,7 @@ module dda_contact_gradients
 
 contains
 
-   !> Stored entries of a material point: those of θ, ε_x and ε_y along n, then along t.
+   !> Store the entries of a material point: those of θ, ε_x and ε_y along n, then along t.
    pure subroutine set_gradient(axes, offset, reference, normal, gradient)
       real(wp), intent(in) :: axes(2, 2)    !< R(θ) of the block
       real(wp), intent(in) :: offset(2)     !< m, lever arm of the forces
@@ -36,7 +36,7 @@ contains
          normal(1)*offset(1) + normal(2)*offset(2), -y*reference(1), x*reference(2)]
    end subroutine set_gradient
 
-   !> All rows of contact c.
+   !> Compute all rows of contact c.
    pure subroutine find_rows(contacts, c, rows)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c                     !< number of the contact
@@ -51,7 +51,7 @@ contains
       end associate
    end subroutine find_rows
 
-   !> Rows along which the forces of contact c act in K̂, tilted if slip lifts the contact.
+   !> Rows for the forces of contact c in K̂, tilted if slip lifts the contact.
    pure subroutine acting_rows(contacts, c, rows)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c                     !< number of the contact
@@ -65,7 +65,7 @@ contains
       end associate
    end subroutine acting_rows
 
-   !> Changes of the gap and of the slip of contact c by those of the coordinates.
+   !> Changes of the gap and slip of contact c due to changes of the coordinates.
    pure function relative_motion(contacts, c, of_v, of_e) result(change)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c                     !< number of the contact
@@ -81,15 +81,14 @@ contains
       end associate
    end function relative_motion
 
-   !> Scalar product, written out so that the compiler does not gather the operands in vector
-   !> registers.
+   !> Scalar product, written out so that the compiler does not gather operands in registers.
    pure real(wp) function product_of(a, b)
       real(wp), intent(in) :: a(6), b(6)  !< six numbers of a block
 
       product_of = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
    end function product_of
 
-   !> nᵀT of a material point.
+   !> Row nᵀT of a material point.
    pure function normal_row(normal, gradient) result(row)
       real(wp), intent(in) :: normal(2)    !< outward normal n of the edge
       real(wp), intent(in) :: gradient(6)  !< as stored
@@ -99,7 +98,7 @@ contains
          0.5_wp*(gradient(6) - gradient(5))]
    end function normal_row
 
-   !> tᵀT of a material point.
+   !> Row tᵀT of a material point.
    pure function shear_row(normal, gradient) result(row)
       real(wp), intent(in) :: normal(2)    !< outward normal n of the edge; t = (−n₂, n₁)
       real(wp), intent(in) :: gradient(6)  !< as stored

@@ -1,24 +1,24 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Determine the joint material of each contact from the edges that touch.
+!> Joint material of each contact, determined from the edges that touch.
 !>
-!> Each edge of a block names a joint.  A contact lies on the edge touched, and on that of the two
-!> edges at its vertex which is more nearly parallel to it; of the joints of these two edges the
-!> weaker one governs (`weaker_joint`).  If both edges at the vertex make the same angle with the
-!> edge touched, the weakest of the three joints governs.  The result depends neither on the order
+!> Each edge of a block has a joint.  A contact lies on the touched edge, and on the more nearly
+!> parallel one of the two edges at its vertex; the weaker one of the two joints governs
+!> (`weaker_joint`).  If both edges at the vertex make the same angle with the
+!> touched edge, the weakest of the three joints governs.  The result depends neither on the order
 !> of the blocks nor on which of two touching faces has the vertex.
 !>
-!> A closed contact keeps its joint, as part of its history, until other edges clearly touch:
+!> A closed contact retains its joint, as part of its history, until other edges clearly touch:
 !>
 !> - while it is bonded;
 !> - on the other edge at the vertex, until the angle of that edge is more than twice that of the
 !>   nearer one: a block that rocks on a corner changes its joint once, when it topples;
-!> - on the neighbour of the edge touched, while the vertex is within the corner that the two edges
+!> - on the neighbour of the touched edge, while the vertex is within the corner that the two edges
 !>   share: if it slides, within twice the penetration; if it sticks, within the size of the corner.
 !>
-!> A vertex that slides on therefore takes the joint of the new edge; one that only vibrates about
-!> the end of an edge, or whose vertex–vertex test chooses now one edge and now the other, does not
-!> change it.  If an edge continues another one straight on, the edge that contains the foot is
-!> touched.
+!> A vertex that slides further thus gets the joint of the new edge.  If a vertex only vibrates
+!> about the end of an edge, or if its vertex–vertex test alternates between two edges, its joint
+!> does not change.  If an edge continues another one straight on, the touched edge is the one that
+!> contains the foot.
 module dda_contact_joints
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -55,8 +55,7 @@ contains
       end do
    end subroutine set_joints
 
-   !> Set the joints of some contacts; if all edges of both blocks have the same joint, edges are
-   !> not examined.
+   !> Set the joints of some contacts; no test is needed if all edges have the same joint.
    pure subroutine set_joints_range(contacts, blocks, laws, detection, first, last)
       type(contacts_type), intent(inout) :: contacts  !< with history
       type(blocks_type), intent(in) :: blocks         !< present geometry
@@ -78,7 +77,7 @@ contains
       end do
    end subroutine set_joints_range
 
-   !> The joint of a contact, from the edges in touch and its history.
+   !> Joint of a contact, from the touching edges and its history.
    pure integer function joint_of(contacts, c, blocks, laws, detection) result(joint)
       type(contacts_type), intent(in) :: contacts    !< with history
       integer, intent(in) :: c                       !< contact
@@ -104,7 +103,7 @@ contains
       end do
    end function joint_of
 
-   !> The edge touched, and its neighbour if the vertex is within the corner that they share.
+   !> List the touched edge, and its neighbour if the vertex is within the corner that they share.
    pure subroutine list_touched(contacts, c, blocks, detection, edge, n)
       type(contacts_type), intent(in) :: contacts    !< with history
       integer, intent(in) :: c                       !< contact
@@ -131,7 +130,7 @@ contains
       n = merge(2, 1, abs(choice%overshoot) <= size)
    end subroutine list_touched
 
-   !> The two edges at the vertex, the one more nearly parallel to the edge touched first.
+   !> List the two edges at the vertex, the one more nearly parallel to the touched edge first.
    pure subroutine list_own(contacts, c, blocks, edge, sine)
       type(contacts_type), intent(in) :: contacts  !< with geometry
       integer, intent(in) :: c                     !< contact

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Contacts between the corners of an overlap, of joints with more than two contact points.
+!> Contacts between the corners of an overlap, for joints with more than two contact points.
 !>
 !> A point is a material point of one of the two edges, at its fraction of the overlap; its `vertex`
-!> is the number of that edge.  The shorter edge has the points, so that they move along with a
+!> is the number of that edge.  The points belong to the shorter edge, so that they move with a
 !> block that slides on a longer one.  A point is not moved while it is bonded, or while the overlap
 !> has changed by less than a hundredth of its length.  A new point begins with the history of the
 !> nearest contact of its overlap, so that the stress continues when an overlap becomes long enough
@@ -74,8 +74,8 @@ contains
       end do
    end subroutine add_points
 
-   !> Add the points of the overlap of the edge that corner c touches with one of the corner's
-   !> edges, once.
+   !> Add the points of the overlap between the touched edge of corner c and an edge at the corner.
+   !> Points that another corner has added are not added again.
    subroutine add_overlap(list, contacts, c, own, blocks, laws, distance)
       type(point_list_type), intent(inout) :: list  !< receives them
       type(contacts_type), intent(in) :: contacts   !< corners
@@ -103,7 +103,7 @@ contains
       end do
    end subroutine add_overlap
 
-   !> Sort two edges: the longer one is touched, the shorter one has the points.
+   !> Sort two edges: the longer one is the touched edge, the shorter one has the points.
    pure subroutine order(blocks, a, b, touched, own)
       type(blocks_type), intent(in) :: blocks  !< reference shapes
       integer, intent(in) :: a, b              !< edges
@@ -119,7 +119,7 @@ contains
       own = merge(b, a, length(1) > length(2))
    end subroutine order
 
-   !> Fraction of the edge before point i of n.
+   !> Fraction of the edge length at which point i of n lies.
    pure real(wp) function fraction_of(overlap, n, i) result(fraction)
       type(overlap_type), intent(in) :: overlap  !< of the edge with another
       integer, intent(in) :: n, i                !< points, number of one
@@ -222,7 +222,7 @@ contains
          laws%columns%of_contact)
    end subroutine begin_beside
 
-   !> Fraction of edge f before contact k in its overlap with edge e; huge if it is in none.
+   !> Fraction of edge f at which contact k in its overlap with edge e lies; huge if it is in none.
    pure real(wp) function fraction_in(contacts, k, blocks, e, f) result(fraction)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: k                     !< number of the contact

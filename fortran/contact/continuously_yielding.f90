@@ -36,7 +36,7 @@ module dda_continuously_yielding
 
 contains
 
-   !> The law of a joint material, without its stiffness.
+   !> Create the law of a joint material, without its stiffness.
    pure type(continuously_yielding_type) function new_continuously_yielding(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -48,7 +48,7 @@ contains
       law%convex = .false.
    end function new_continuously_yielding
 
-   !> The strength must decrease with damage.
+   !> Check that the strength decreases with damage.
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint              !< input of the law
@@ -62,7 +62,7 @@ contains
          ', to which slip wears the joint'
    end subroutine complete
 
-   !> φ_m, rad
+   !> Friction angle φ_m, rad.
    pure real(wp) function angle(law, state)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state           !< of the contact
@@ -80,7 +80,7 @@ contains
       strength = tan(angle(law, state))*max(normal_force, 0.0_wp)
    end function strength
 
-   !> Divide tan φ and tan φ_m0 by a factor.
+   !> Divide tan φ and tan φ_m0 by a reduction factor.
    pure function reduced(law, joint, factor) result(strengths)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint                 !< input of the law
@@ -92,7 +92,7 @@ contains
          reduced_angle(joint%initial_friction_angle, factor))]
    end function reduced
 
-   !> Shear force at the end of a step, and its slope.
+   !> Compute the shear force at the end of a step, and its slope.
    pure subroutine flow(law, state, normal_force, stretch, shear_force, tangent)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state           !< at the start of the step
@@ -116,7 +116,7 @@ contains
       tangent = max(0.0_wp, k_s*(1.0_wp - share)*left/(1.0_wp - ratio))
    end subroutine flow
 
-   !> r for slip in a direction, from a stress that is a fraction of τ_m.
+   !> Value of r for slip in a direction, from a stress given as a fraction of τ_m.
    pure real(wp) function ratio_of(state, direction, share)
       type(joint_state_type), intent(in) :: state  !< at the start of the step
       real(wp), intent(in) :: direction, share
@@ -125,8 +125,8 @@ contains
       if (direction*state%memory(way) < 0.0_wp) ratio_of = min(most_reversal, share)
    end function ratio_of
 
-   !> Shear force at the start of a step over the strength, with its sign.  It may exceed a strength
-   !> that decreases by slip or with the normal force; a large excess is removed at once.
+   !> Shear force at the start of a step over the strength, with its sign.
+   !> It may exceed a strength that decreases by slip or normal force; a large excess is removed.
    pure real(wp) function first_share(law, state, normal_force) result(share)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state           !< at the start of the step
@@ -136,7 +136,7 @@ contains
       share = sign(min(abs(share), most_share), share)
    end function first_share
 
-   !> The state after an inelastic slip.
+   !> Update the state after an inelastic slip.
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state           !< before

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Coulomb joint: friction N tan φ, and a bond that holds cohesion c L and tension T L until it
-!> breaks, at once.
+!> Coulomb joint: friction N tan φ, and a brittle bond with cohesion c L and tension T L, which
+!> fails suddenly.
 !>
-!> If all joints of a model are such and contacts are at corners only, a contact has no memory but
-!> its stretch and bond, and `respond` gives its forces.  With the general code steps take 1.2 times
-!> (15 layers) to 1.7 times (a quiet wall of 1,000 bricks) as long.
+!> If all joints of a model are of this kind and contacts are at corners only, the state of a
+!> contact is its stretch and bond, and `respond` computes its forces.  General code would make
+!> steps 1.2 times (15 layers) to 1.7 times (a static wall of 1,000 bricks) as long.
 module dda_coulomb
    use dda_kinds, only: wp, pi
    use dda_contact, only: contact_open, contact_slide, contact_stick
@@ -15,7 +15,7 @@ module dda_coulomb
    private
    public :: coulomb_type, new_coulomb, coulomb_contact_type, respond
 
-   !> Strength before and after the bond breaks.
+   !> Strength before and after bond failure.
    type, extends(joint_law_type) :: coulomb_type
       real(wp) :: friction = 0.0_wp   !< tan φ
       real(wp) :: cohesion = 0.0_wp   !< Pa, until it breaks
@@ -26,7 +26,7 @@ module dda_coulomb
       procedure :: tension
    end type coulomb_type
 
-   !> One contact without a state.
+   !> Data of one contact without a state.
    type :: coulomb_contact_type
       real(wp) :: normal_stiffness    !< k_n, N/m per metre of thickness
       real(wp) :: shear_stiffness     !< k_s, N/m per metre of thickness
@@ -39,7 +39,7 @@ module dda_coulomb
 
 contains
 
-   !> The law of a joint material, without its stiffness.
+   !> Create the law of a joint material, without its stiffness.
    pure type(coulomb_type) function new_coulomb(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -59,7 +59,7 @@ contains
          + (1.0_wp - state%memory(weakened))*law%cohesion*state%length
    end function strength
 
-   !> Divide tan φ, c and T by a factor.
+   !> Divide tan φ, c and T by a reduction factor.
    pure function reduced(law, joint, factor) result(strengths)
       class(coulomb_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint   !< input of the law

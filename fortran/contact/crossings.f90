@@ -3,9 +3,9 @@
 !>
 !> At a crossing of joints, such as four blocks of a lattice or three at a step of its surface,
 !> opposite blocks share a corner but no face.  No length of joint belongs to such a pair, but its
-!> coinciding corners could touch in the direction of either joint, and a spring across the joint
+!> coinciding corners could touch in the direction of either joint.  A spring across the joint
 !> that slips would lock it.  Such corners therefore have no contact while they are nearer than
-!> their size.  A block that slides farther over a crossing meets the edge of the opposite block,
+!> their size.  A block that slides farther over a crossing touches the edge of the opposite block,
 !> with the gap offset by its present penetration.
 module dda_crossings
    use dda_kinds, only: wp
@@ -21,8 +21,8 @@ module dda_crossings
 
 contains
 
-   !> Find corners across a crossing: they are connected through touching faces of other blocks, but
-   !> have no common face.  Their contacts are marked.
+   !> Find corners across a crossing and mark their contacts.
+   !> They are connected through touching faces of other blocks, but have no common face.
    pure subroutine find_crossings(contacts, blocks, across, marked)
       type(contacts_type), intent(in) :: contacts   !< first list of the run
       type(blocks_type), intent(in) :: blocks       !< in their first state
@@ -52,7 +52,7 @@ contains
       end do
    end subroutine find_crossings
 
-   !> Number the nodes at which touching faces connect corners; vertices of a node get its number.
+   !> Number the nodes at which touching faces connect corners, and assign them to vertices.
    pure subroutine number_nodes(contacts, joined, node)
       type(contacts_type), intent(in) :: contacts  !< first list of the run
       logical, intent(in) :: joined(:)             !< [n] contacts of faces in touch
@@ -75,7 +75,7 @@ contains
       end do
    end subroutine number_nodes
 
-   !> If blocks are removed, corners that were opposite to theirs can meet again.
+   !> Allow contacts at corners that were opposite to those of removed blocks.
    pure subroutine part_corners(across, contacts, removed)
       integer, intent(inout) :: across(:,:)        !< [most_across,vertices or 0] vertices, else 0
       type(contacts_type), intent(in) :: contacts  !< with the blocks
@@ -90,7 +90,7 @@ contains
       end do
    end subroutine part_corners
 
-   !> Corners that have moved apart can meet again like any others.
+   !> Allow contacts at corners that have moved apart.
    pure subroutine forget_parted(across, blocks, distance)
       integer, intent(inout) :: across(:,:)    !< [most_across,vertices or 0] vertices, else 0
       type(blocks_type), intent(in) :: blocks  !< present geometry

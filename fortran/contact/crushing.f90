@@ -2,9 +2,9 @@
 !> Coulomb joint whose faces crush: the normal stress is at most the compressive strength σ_c.
 !>
 !> At a closure x, counted from the plastic closure p of the previous steps, the normal force is
-!> min(k_n x, σ_c L), with a convex potential.  What exceeds σ_c L/k_n at the end of a step is added
-!> to p, and the joint unloads elastically from there; σ_c L Δp is lost.  With a fracture energy G_c
-!> the strength of the next step is σ_c (1 − p σ_c/2G_c), which falls to 0 at p = 2 G_c/σ_c.
+!> min(k_n x, σ_c L), with a convex potential.  The excess over σ_c L/k_n at the end of a step is
+!> added to p, and the joint unloads elastically from there; σ_c L Δp is dissipated.  With a
+!> fracture energy G_c, the next strength is σ_c (1 − p σ_c/2G_c), 0 at p = 2 G_c/σ_c.
 module dda_crushing
    use dda_kinds, only: wp
    use dda_coulomb, only: coulomb_type, new_coulomb
@@ -35,7 +35,7 @@ module dda_crushing
 
 contains
 
-   !> The law of a joint material, without its stiffness.
+   !> Create the law of a joint material, without its stiffness.
    pure type(crushing_type) function new_crushing(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -76,7 +76,7 @@ contains
       if (tangent*closure > (1.0_wp + round_off)*law%most(state)) tangent = 0.0_wp
    end function tangent
 
-   !> The closure at a normal force, m; unbounded at the strength.
+   !> Closure at a normal force, m; unlimited at the strength.
    pure real(wp) function closure(law, state, force)
       class(crushing_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -97,7 +97,7 @@ contains
       energy = 0.5_wp*law%initial_spring(state)*elastic**2 + law%most(state)*(closure - elastic)
    end function stored
 
-   !> The state after a step: slip adds to its path, and closure beyond the elastic one is plastic.
+   !> Update the state after a step: slip adds to its path, closure beyond the elastic is plastic.
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(crushing_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
@@ -110,7 +110,7 @@ contains
          - state%memory(crushed) - law%most(state)/law%initial_spring(state))
    end function slipped
 
-   !> Plastic closure lowers the contact, m.
+   !> Distance, m, by which plastic closure lowers the contact.
    pure real(wp) function lift(law, state)
       class(crushing_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -118,7 +118,7 @@ contains
       lift = -state%memory(crushed)
    end function lift
 
-   !> Divide tan φ, c, T, σ_c and G_c by a factor; the plastic closure at failure stays.
+   !> Divide tan φ, c, T, σ_c and G_c by a factor; the plastic closure at failure does not change.
    pure function reduced(law, joint, factor) result(strengths)
       class(crushing_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint    !< input of the law

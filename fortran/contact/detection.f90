@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Contacts of the present geometry, from the probes of the last search.
+!> Contacts of the present geometry, found among the probes of the last search.
 !>
 !> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: the entrance edge of
 !> the two corners (see dda_entrance).  Corners of parallel edges give one contact, on the edge that
@@ -29,15 +29,15 @@ module dda_detection
    type :: detection_type
       real(wp) :: least = 0.0_wp         !< least distance at which a contact is listed, m
       real(wp) :: distance = 0.0_wp      !< distance in this step, m
-      !> farthest that two vertices may approach each other in this step, m
+      !> farthest distance by which two vertices may approach each other in this step, m
       real(wp) :: travel = 0.0_wp
       real(wp) :: deepest = 0.0_wp       !< deepest penetration of a contact in compression, m
       real(wp) :: largest_corner = 0.0_wp !< m
-      !> the same, less the depth at which the contact was first detected, m
+      !> the same, minus the depth at which the contact was first detected, m
       real(wp) :: pressed = 0.0_wp
       !> [vertices] deepest penetration of each vertex in compression, m
       real(wp), allocatable :: depth(:)
-      !> [2, vertices] edges that each vertex is pressed on, else 0
+      !> [2, vertices] edges on which each vertex is pressed, else 0
       integer, allocatable :: pressing(:,:)
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
       logical, allocatable :: flat(:)    !< [vertices] cells of a body meet on a straight side
@@ -51,7 +51,7 @@ module dda_detection
 
 contains
 
-   !> Sizes of corners: a fraction of the shorter edge at each vertex, at most the contact distance.
+   !> Set the sizes of corners: a fraction of the shorter edge, at most the contact distance.
    subroutine prepare_detection(detection, blocks, distance)
       type(detection_type), intent(out) :: detection  !< ready for the first step
       type(blocks_type), intent(in) :: blocks         !< reference shapes
@@ -75,7 +75,7 @@ contains
       detection%largest_corner = maxval(detection%corner)
    end subroutine prepare_detection
 
-   !> Cells of a body meet at the vertex, on a straight side.
+   !> .true. if cells of a body meet at the vertex on a straight side.
    pure logical function is_flat(blocks, v)
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: v                 !< vertex
@@ -85,9 +85,9 @@ contains
          blocks%along(:, blocks%outline(2, v))) > straight
    end function is_flat
 
-   !> Penetrations at the end of the last step, and the edges that each vertex presses on.
+   !> Measure penetrations at the end of the last step, and the edges on which each vertex presses.
    !>
-   !> Surface displacement by strain of cells counts as penetration too, because a corner that
+   !> Surface displacement by strain of cells is part of the penetration, because a corner that
    !> slides off a body is lower than the next body by that much.
    pure subroutine measure_depths(detection, contacts, blocks)
       type(detection_type), intent(inout) :: detection  !< depths are replaced
@@ -121,7 +121,7 @@ contains
       detection%pressed = hardest
    end subroutine measure_depths
 
-   !> Surface displacement of a cell of a body by its strain, m; 0 for other blocks.
+   !> Surface displacement of a cell of a body due to its strain, m; 0 for other blocks.
    pure real(wp) function settled(blocks, b)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: b                 !< block
@@ -131,7 +131,7 @@ contains
          *sqrt(blocks%whole_area(b))
    end function settled
 
-   !> Set numbers to zero in one pass through memory: no vertex is pressed on an edge.
+   !> Clear the pressed edges of all vertices in one pass through memory.
    pure subroutine release_all(n, pressing)
       integer, intent(in) :: n             !< numbers
       integer, intent(out) :: pressing(n)  !< become zero
@@ -139,10 +139,10 @@ contains
       pressing = 0
    end subroutine release_all
 
-   !> List all contacts nearer than the distance of this step, with geometry, without history.
+   !> List all contacts within the distance of this step, with geometry, without history.
    !>
-   !> A large list is allocated for slightly more contacts than the last one; if there are more, it
-   !> is listed again with enough memory.
+   !> A large list is allocated for slightly more contacts than the last one; if more are found,
+   !> detection is repeated with enough memory.
    subroutine detect_contacts(contacts, blocks, neighbours, detection)
       type(contacts_type), intent(inout) :: contacts     !< list that is replaced
       type(blocks_type), intent(in) :: blocks            !< present geometry
@@ -194,8 +194,8 @@ contains
       end associate
    end function most_edges
 
-   !> Threads test chunks of the probes; the list is in the order of the probes.  Contacts beyond
-   !> its capacity are counted but not stored.
+   !> Test all probes in chunks by several threads; the list has the order of the probes.
+   !> Contacts beyond its capacity are counted but not stored.
    subroutine detect_pieces(contacts, room, blocks, neighbours, detection, edges)
       type(contacts_type), intent(inout) :: contacts     !< list that is replaced
       integer, intent(in) :: room                        !< capacity
@@ -223,7 +223,7 @@ contains
       contacts%n = listed
    end subroutine detect_pieces
 
-   !> Find the candidates of some probes, stored after those of other threads.
+   !> Find the candidates of some probes and store them after those of other threads.
    subroutine detect_contacts_range(detection, blocks, neighbours, first, last, before, found)
       type(detection_type), intent(inout) :: detection  !< receives the candidates
       type(blocks_type), intent(in) :: blocks           !< present geometry
@@ -252,7 +252,7 @@ contains
       found = at - before
    end subroutine detect_contacts_range
 
-   !> The convex vertex of the other block nearest to the probe's vertex, within `distance`; else 0.
+   !> Find the convex vertex of the other block nearest to the probe's vertex, or 0.
    pure subroutine find_corner(blocks, neighbours, p, distance, nearest, least)
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< probes
@@ -275,8 +275,8 @@ contains
       end do
    end subroutine find_corner
 
-   !> Vertex–edge test.  A convex block is entered through the edge of least penetration; in a
-   !> concave corner a vertex may have contacts with two edges.
+   !> Test a vertex against edges.  A convex block is entered through the edge of least penetration.
+   !> In a concave corner a vertex may have contacts with two edges.
    subroutine test_edges(last, blocks, neighbours, p, detection, met)
       integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
@@ -295,7 +295,7 @@ contains
          call project(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
          if (abs(choice%gap) > detection%distance .or. .not. faces(blocks, neighbours, choice, &
             detection)) cycle
-         ! At small depths a vertex that presses on a corner has not left the block.
+         ! At small depths a vertex pressed on a corner has not left the block.
          if (choice%gap < -detection%least) then
             if (is_beyond(blocks, neighbours, choice)) cycle
          end if
@@ -314,8 +314,8 @@ contains
       end if
    end subroutine test_edges
 
-   !> The foot lies on the edge; or, if the vertex penetrates, beyond an end where the block has a
-   !> concave corner.  Glancing contacts at a convex corner are left to the vertex–vertex test.
+   !> .true. if the foot lies on the edge.
+   !> A penetrating vertex may also lie beyond an end at a concave corner of the block.
    pure logical function faces(blocks, neighbours, choice, detection)  ! total
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< which vertices are convex
@@ -338,9 +338,9 @@ contains
       faces = .not. neighbours%convex(end_vertex)
    end function faces
 
-   !> The vertex was pressed on the edge in the last step.  Such a contact is never glancing;
-   !> otherwise two corners in vibrating contact would alternate between their edges, with slightly
-   !> more penetration at each change.
+   !> .true. if the vertex was pressed on the edge in the last step.
+   !> Such a contact is never glancing; otherwise corners in vibrating contact would alternate
+   !> between their edges, with slightly more penetration at each change.
    elemental logical function was_pressed(detection, vertex, edge)  ! total
       type(detection_type), intent(in) :: detection  !< edges that vertices were pressed on
       integer, intent(in) :: vertex, edge            !< an edge is named by its first vertex
@@ -348,7 +348,7 @@ contains
       was_pressed = any(detection%pressing(:, vertex) == edge)
    end function was_pressed
 
-   !> The corners v and w were pressed on each other in the last step.
+   !> .true. if the corners v and w were pressed on each other in the last step.
    pure logical function were_pressed(detection, blocks, v, w)
       type(detection_type), intent(in) :: detection  !< edges that vertices were pressed on
       type(blocks_type), intent(in) :: blocks        !< which edges meet at the vertices
@@ -360,8 +360,8 @@ contains
          .or. any(detection%pressing(:, w) == blocks%previous(v))
    end function were_pressed
 
-   !> Depth, m, up to which a contact of two corners is glancing: twice their present penetration,
-   !> less than their size.
+   !> Depth, m, up to which a contact of two corners is glancing: twice their penetration.
+   !> It is less than their size.
    pure real(wp) function tolerance_of(detection, v, w)
       type(detection_type), intent(in) :: detection  !< penetrations and sizes of corners
       integer, intent(in) :: v, w                    !< vertices of two blocks
@@ -370,8 +370,8 @@ contains
          detection%corner(w))
    end function tolerance_of
 
-   !> The vertex has left the block although it is behind this edge: it is outside another edge or,
-   !> if the block is not convex, outside an edge between the vertex and its foot.
+   !> .true. if the vertex has left the block although it is behind this edge.
+   !> It is outside another edge or, for a concave block, outside an edge between vertex and foot.
    pure logical function is_beyond(blocks, neighbours, choice)
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< which blocks are convex
@@ -399,8 +399,8 @@ contains
       end do
    end function is_beyond
 
-   !> The edge is behind another edge of the same block through which the vertex has less
-   !> penetration: across a convex corner, or on the other face of a thin part.  The other edge is
+   !> .true. if the vertex penetrates another edge less than this one.
+   !> The other edge is across a convex corner, or on the other face of a thin part.  It is
    !> extended at both ends by the size of a corner, as needed for a vertex at the foot of a step.
    pure logical function hidden(blocks, neighbours, p, choice, size)
       type(blocks_type), intent(in) :: blocks          !< present geometry
@@ -425,8 +425,8 @@ contains
       end do
    end function hidden
 
-   !> Vertex–vertex test.  Two corners that are not close have a contact only if neither vertex has
-   !> its foot on an edge of the other block.
+   !> Test a vertex against a vertex.
+   !> Corners that are not close have a contact only if neither has its foot on the other block.
    subroutine test_vertex(last, blocks, neighbours, p, w, detection, close)
       integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
@@ -455,7 +455,7 @@ contains
          neighbours%probe(2, p), merge(w, v, corners%vertex(best) == v))
    end subroutine test_vertex
 
-   !> The choices at two corners; glancing ones are marked.
+   !> List the choices at two corners and mark the glancing ones.
    pure subroutine list_corners(blocks, v, w, detection, corners, tolerance)
       type(blocks_type), intent(in) :: blocks         !< present geometry
       integer, intent(in) :: v, w                     !< vertices of two blocks
@@ -469,8 +469,8 @@ contains
          .not. was_pressed(detection, corners%vertex, corners%edge)
    end subroutine list_corners
 
-   !> If two near corners are on sides of bodies: the contact at the other end of their overlap,
-   !> which `test_vertex` omits.  It is listed by the probe of the higher vertex.
+   !> Add the contact at the other end of an overlap between sides of two bodies.
+   !> `test_vertex` omits it; it is listed by the probe of the higher vertex.
    subroutine add_other_end(last, blocks, neighbours, p, w, detection)
       integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry

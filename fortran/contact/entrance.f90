@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Geometry of a vertex beside an edge, and the choice of the entrance edge at two corners.
 !>
-!> Of the up to four (vertex, edge) choices at two corners, those whose edge can separate the two
-!> blocks are entrance edges (Shi's first-entrance theory), and the one of least penetration acts.
+!> Among the up to four (vertex, edge) choices at two corners, those whose edge can separate the two
+!> blocks are entrance edges (Shi's first-entrance theory); the one with least penetration is used.
 !>
-!> A vertex that slides from one block to the next one of equal height is below the corner of the
-!> next block by its penetration.  To prevent it from catching there, a contact with an edge whose
-!> overlap is hardly more than that penetration is glancing, and not an entrance.
+!> A vertex that slides from one block to the next block of equal height is below the corner of the
+!> next block by its penetration.  To prevent it from catching there, a contact with an edge is
+!> glancing, and not an entrance, if the overlap is hardly more than that penetration.
 module dda_entrance
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -15,7 +15,7 @@ module dda_entrance
    public :: choice_type, corners_type, project, list_choices, is_glancing, entrance_edge, &
       other_end
 
-   !> edges nearer than this are parallel
+   !> sine of the angle below which edges are parallel
    real(wp), parameter :: parallel_angle = 3.0_wp*pi/180.0_wp
    real(wp), parameter :: parallel_sine = sin(parallel_angle)
    real(wp), parameter :: same_direction = cos(2*parallel_angle)
@@ -32,16 +32,15 @@ module dda_entrance
       logical :: past_end      !< the vertex is nearer to the end of the edge than to its start
    end type choice_type
 
-   !> The choices at corners v and w: v on the edges before and after w, w on those before and after
-   !> v.
+   !> The choices at corners v and w: v on both edges at w, w on both edges at v.
    type :: corners_type
       integer :: vertex(4), edge(4)
       real(wp) :: normal(4, 2)
       real(wp) :: gap(4), overshoot(4)
-      !> least sine of the angle between the edge and the vertex' own edges: how well the edge
-      !> separates the vertex' own block from it
+      !> least sine of the angle between the edge and the edges at the vertex: how well the edge
+      !> separates the two blocks
       real(wp) :: separation(4)
-      !> the contact is glancing, at the corner that is met and not at the other end of the edge
+      !> the contact is glancing, at the corner in contact and not at the other end of the edge
       logical :: glancing(4)
    end type corners_type
 
@@ -78,7 +77,7 @@ contains
       past_end = foot > 0.5_wp*length
    end subroutine measure
 
-   !> The choices at corners v and w.
+   !> List the choices at corners v and w.
    pure subroutine list_choices(blocks, v, w, tolerance, travel, corners)
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: v, w                  !< vertices of two blocks
@@ -114,8 +113,8 @@ contains
          .and. (past_end .eqv. at_end)
    end subroutine list_choices
 
-   !> Least sine of the angle between an edge and the outline of another body at a vertex, at which
-   !> several cells may meet; −1 for an edge inside a body.
+   !> Least sine of the angle between an edge and the outline of another body at a vertex.
+   !> Several cells may meet at the vertex; the result is −1 for an edge inside a body.
    pure real(wp) function separation(blocks, vertex, edge)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: vertex, edge      !< of two blocks
@@ -130,8 +129,8 @@ contains
       end associate
    end function separation
 
-   !> The vertex is outside or within the tolerance, can reach the edge in this step, and its foot
-   !> lies on the edge within the tolerance of an end.
+   !> .true. if the contact is glancing at an end of the edge: the vertex is outside or within the
+   !> tolerance, can reach the edge in this step, and its foot is within the tolerance of an end.
    elemental logical function is_glancing(gap, overshoot, tolerance, travel)  ! total
       real(wp), intent(in) :: gap, overshoot   !< of a vertex beside an edge, m
       real(wp), intent(in) :: tolerance        !< m, depth of a glancing contact
@@ -141,9 +140,9 @@ contains
          .and. overshoot <= 0.0_wp .and. overshoot > -tolerance
    end function is_glancing
 
-   !> The entrance: of the choices that can separate the blocks, the one of least penetration; of
-   !> parallel edges, the one that contains the foot.  A glancing choice is taken only if there is
-   !> no other; if all are glancing, the one along which the corners move.
+   !> Select the entrance edge: of the choices that can separate the blocks, least penetration.
+   !> Of parallel edges, it is the one that contains the foot.  A glancing choice is used only if
+   !> all are glancing, and then the one along which the corners move.
    pure integer function entrance_edge(blocks, corners, size, tolerance) result(best)
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
@@ -169,8 +168,8 @@ contains
       if (best == 0) best = maxloc(corners%separation, 1)
    end function entrance_edge
 
-   !> The choice at the other end of a short overlap of parallel edges, away from the entrance; 0 if
-   !> there is none.  Longer overlaps also have contacts at both ends.
+   !> Find the choice at the other end of a short overlap of parallel edges; 0 if there is none.
+   !> Longer overlaps have contacts at both ends anyway.
    pure integer function other_end(blocks, corners, entrance, size, distance) result(other)
       type(blocks_type), intent(in) :: blocks    !< present geometry
       type(corners_type), intent(in) :: corners  !< choices
@@ -188,7 +187,7 @@ contains
       other = 0
    end function other_end
 
-   !> The foot of choice i is farther from its edge than that of a parallel edge.
+   !> .true. if the foot of choice i is farther from its edge than that of a parallel edge.
    pure logical function superseded(corners, admissible, i, small)
       type(corners_type), intent(in) :: corners  !< choices
       logical, intent(in) :: admissible(4)       !< choices that may be the entrance
@@ -204,8 +203,8 @@ contains
       end do
    end function superseded
 
-   !> Mark glancing choices to exclude: those beside a choice of another direction that is neither
-   !> glancing nor deep; if there is none, those along which the corners do not move.
+   !> Mark the glancing choices that are excluded.
+   !> Excluded are those beside a choice of another direction that is neither glancing nor deep, or
    pure function excluded(blocks, corners, tolerance)  ! total
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
@@ -229,8 +228,7 @@ contains
       end do
    end function excluded
 
-   !> Of the admissible choices, mark those of another direction than the one with the slowest
-   !> approach.
+   !> Mark the admissible choices in another direction than that of the slowest approach.
    pure function approached_faster(blocks, corners, admissible) result(faster)
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
@@ -262,7 +260,7 @@ contains
       end associate
    end function velocity_at
 
-   !> The normals of choices i and j push the two blocks apart in the same direction.
+   !> .true. if the normals of choices i and j push the two blocks apart in the same direction.
    pure logical function parallel(corners, i, j)  ! total
       type(corners_type), intent(in) :: corners  !< choices
       integer, intent(in) :: i, j                !< two of them

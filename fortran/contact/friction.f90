@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The joint laws of a model applied to its contacts: forces at a trial d, and states at the end of
+!> Joint laws applied to the contacts of a model: forces at a trial d, and states at the end of
 !> a step.
 !>
 !> The normal spring acts exactly in penetration, without a dead band: its potential is convex, so
-!> it cannot create energy.  The shear force is elastic in the slip since the contact stuck, up to
-!> a bound that follows the normal force of the same iteration.
+!> it cannot create energy.  The shear force is elastic in the slip since the contact began to
+!> stick, up to a bound that depends on the normal force of the same iteration.
 module dda_friction
    use dda_kinds, only: wp, pi
    use dda_contact, only: contacts_type, contact_open, contact_slide, is_carried, is_struck
@@ -39,7 +39,7 @@ module dda_friction
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
       real(wp), allocatable :: tension(:)       !< [joints] Pa
       logical :: plain = .true.                 !< all joints have Coulomb's law, as above
-      !> with frozen bounds of friction the forces of all contacts have a convex potential
+      !> with frozen friction bounds, the forces of all contacts have a convex potential
       logical :: convex = .true.
       logical :: dilating = .false.             !< slip lifts contacts of some joint
       logical :: curved = .false.               !< forces of some joint are curves
@@ -89,8 +89,8 @@ contains
       end do
    end subroutine set_laws
 
-   !> The weaker of two joint materials governs a contact between them: the one with less friction;
-   !> if equal, with less cohesion, then with less tensile strength, then the first.
+   !> Find the weaker of two joint materials, which governs a contact between them.
+   !> Weaker: less friction; if equal, less cohesion, then less tensile strength, then the first.
    pure integer function weaker_joint(laws, a, b) result(weaker)
       type(laws_type), intent(in) :: laws  !< strengths of the joint materials
       integer, intent(in) :: a, b          !< joint materials
@@ -124,7 +124,7 @@ contains
       law%tension_force = laws%tension(joint)*length
    end function law_of
 
-   !> Length that the bond of contact c acts on, m; 0 in a model without strengths.
+   !> Bonded length of contact c, m; 0 in a model without strengths.
    pure real(wp) function bond_length_of(contacts, c) result(length)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c                     !< number of the contact
@@ -152,7 +152,7 @@ contains
       if (.not. laws%plain) force = contacts%line(1, c) - contacts%tangent(1, c)*contacts%gap(c)
    end function start_force
 
-   !> Forces of contact c if the step ends at a gap and a trial stretch.
+   !> Forces of contact c for a gap and a trial stretch at the end of the step.
    pure subroutine find_response(contacts, laws, c, gap, stretch, response)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -191,8 +191,7 @@ contains
       end if
    end function friction_bound
 
-   !> Friction of contact c that slides as assumed, at a gap and a trial stretch, beyond the part of
-   !> the tilted normal force, N/m.
+   !> Friction force, N/m, of contact c that slides as assumed, without the tilted normal force.
    pure real(wp) function slide_response(contacts, laws, c, gap, stretch) result(friction)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -223,7 +222,7 @@ contains
       if (.not. laws%plain) springs = contacts%tangent(:, c)
    end function closed_springs
 
-   !> The forces of contact c are linear in the displacement between two responses.
+   !> .true. if the forces of contact c are linear in the displacement between two responses.
    pure logical function same_branch(contacts, laws, c, a, b)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -238,7 +237,7 @@ contains
       end associate
    end function same_branch
 
-   !> Contact c acts at t₀ + θΔt, θ < 1: it is bonded and its law permits this.
+   !> .true. if contact c acts at t₀ + θΔt, θ < 1: it is bonded and its law permits this.
    elemental logical function acts_at_theta(contacts, laws, c) result(acts)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -262,7 +261,7 @@ contains
       end associate
    end function shear_stiffness_of
 
-   !> The gap and the trial stretch at which contact c acts, m.
+   !> The gap and the trial stretch on which the law of contact c acts, m.
    pure function acting(contacts, laws, c, trial)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -280,8 +279,8 @@ contains
       end if
    end function acting
 
-   !> Elastic stretch of the shear spring of contact c after the converged step, m.  Impact forces
-   !> are excluded: springs do not exert them.
+   !> Elastic stretch of the shear spring of contact c after the converged step, m.
+   !> Impact forces are excluded, since springs do not exert them.
    elemental real(wp) function end_stretch(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -302,7 +301,7 @@ contains
          end_stretch = contacts%stretch(c)
    end function end_stretch
 
-   !> States and stretches at the end of the converged step.
+   !> Update states and stretches of contacts at the end of the converged step.
    subroutine accept_contacts(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -318,7 +317,7 @@ contains
       end do
    end subroutine accept_contacts
 
-   !> Contacts first … last.
+   !> Update contacts first … last.
    pure subroutine accept_range(contacts, laws, first, last)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -351,7 +350,7 @@ contains
       end do
    end subroutine accept_range
 
-   !> Most of the slip of contact c, whose shear force is a curve, is inelastic.
+   !> .true. if most of the slip of contact c is inelastic; its shear force is then a curve.
    pure logical function creeps(contacts, laws, c, stretch)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -365,7 +364,7 @@ contains
          round_off*abs(stretch))
    end function creeps
 
-   !> The inelastic slip of contact c counts in the converged step, under a joint law.
+   !> .true. if the inelastic slip of contact c is included in its law.
    pure logical function slip_counts(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -2,12 +2,12 @@
 !> Transfer of history from the contacts of the last step to those of this one.
 !>
 !> The predecessor of a contact is the contact of the same vertex and edge.  If a contact moves
-!> around a corner or from edge to edge, it is one between the same two blocks that involves the
-!> same vertex and acts in nearly the same direction.  Each history is transferred once.
+!> around a corner or to another edge, its predecessor is a contact between the same two blocks with
+!> the same vertex and nearly the same direction.  Each history is transferred once.
 !>
 !> A new contact starts without force: if it already penetrates (a vertex that passed a corner
-!> within a step), its gap is offset until it opens.  A force passes with the energy of its spring
-!> to a contact of another depth or, if a vertex slides across a joint, of another block.
+!> within a step), its gap is offset until it opens.  The force of a contact, with the energy of its
+!> spring, passes to its successor of another depth or, after sliding across a joint, another block.
 module dda_history
    use dda_growth, only: grow
    use dda_kinds, only: wp
@@ -23,8 +23,7 @@ module dda_history
    !> of a penetration: change of the gap when vertex and edge exchange roles
    real(wp), parameter :: slack = 0.1_wp
 
-   !> Limits of a transfer, and an index of the old contacts that are not at the same position in
-   !> the new list.
+   !> Limits of a transfer, and an index of the old contacts whose position differs in the new list.
    type :: history_type
       real(wp) :: deepest = huge(1.0_wp) !< deepest penetration of a new contact, m
       !> largest change of the distance from a contact to its successor on another edge, m
@@ -52,13 +51,13 @@ contains
       allocate (history%next(1), history%transferred(0), history%matched(0), history%unmatched(0))
    end subroutine prepare_history
 
-   !> Transfer histories from the old list to the new one.  Contacts without a predecessor start
-   !> unbonded, and are assumed to stick if they touch.
+   !> Transfer histories from the old list to the new one.
+   !> Contacts without a predecessor begin unbonded, and are assumed to stick if they touch.
    subroutine inherit(new, old, history, begun)
       type(contacts_type), intent(inout) :: new   !< `gap`: enters as distance, leaves less `offset`
       type(contacts_type), intent(in) :: old        !< list of the last step, solved
       type(history_type), intent(inout) :: history  !< limits of this step
-      !> .false. at the start of a run, when penetration belongs to the first state
+      !> .false. at the start of a run, when penetration is part of the first state
       logical, intent(in) :: begun
 
       call grow(history%matched, capacity_of(new), exactly=.true.)
@@ -77,7 +76,7 @@ contains
       if (begun) call reject_deep(new, history)
    end subroutine inherit
 
-   !> Copy histories at equal positions, which most contacts keep; others start without history.
+   !> Copy histories at equal list positions, as for most contacts; others begin without history.
    subroutine transfer_in_place(new, old, history, begun)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -122,7 +121,7 @@ contains
       end do
    end subroutine transfer_in_place_range
 
-   !> Positions at which the two lists differ: in most steps few or none.
+   !> List the positions at which the two lists differ: in most steps few or none.
    pure subroutine list_unmatched(history, new, old)
       type(history_type), intent(inout) :: history  !< `unmatched` is set
       integer, intent(in) :: new, old               !< numbers of contacts
@@ -140,9 +139,9 @@ contains
       end do
    end subroutine list_unmatched
 
-   !> Transfer to unmatched contacts: from the same vertex and edge elsewhere in the old list, or
-   !> from a contact of the same two blocks that the new one replaces.  Of several candidates the
-   !> one at the nearest distance replaces it.
+   !> Transfer histories to the unmatched contacts of the new list.
+   !> The predecessor has the same vertex and edge elsewhere in the old list, or is a contact of the
+   !> same two blocks; of several candidates it is the one with the nearest distance.
    subroutine transfer_unmatched(new, old, history, same_edge)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -180,7 +179,7 @@ contains
 
    contains
 
-      !> The predecessor of a position in the new list without history; 0 if there is none.
+      !> Find the predecessor of a position in the new list without history; 0 if there is none.
       pure integer function open_predecessor(c) result(found)
          integer, intent(in) :: c  !< position in either list
 
@@ -190,8 +189,8 @@ contains
       end function open_predecessor
    end subroutine transfer_unmatched
 
-   !> Offset, m, of a contact at its present distance: a penetration free of force ends as it opens,
-   !> a closure of stress in situ stays.
+   !> Offset, m, of a contact at its present distance.
+   !> A penetration without force ends when the contact opens; a closure by initial stress remains.
    elemental real(wp) function kept_offset(offset, distance) result(kept)
       real(wp), intent(in) :: offset    !< before, m
       real(wp), intent(in) :: distance  !< between vertex and edge, m
@@ -199,7 +198,7 @@ contains
       kept = min(max(0.0_wp, offset), max(offset, distance))
    end function kept_offset
 
-   !> Change of the distance from an old contact to a new one, m.
+   !> Change of the distance, m, from an old contact to a new contact.
    pure real(wp) function jump(new, c, old, o)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
@@ -207,7 +206,7 @@ contains
       jump = abs(new%gap(c) - (old%new_gap(o) + old%offset(o)))
    end function jump
 
-   !> Measure gaps from the offset, at which the normal spring has no force.
+   !> Subtract the offsets from the gaps, so that gaps count from zero force.
    pure subroutine subtract_offsets(new, history)
       type(contacts_type), intent(inout) :: new  !< distances become gaps
       type(history_type), intent(in) :: history  !< index of the unmatched contacts
@@ -246,8 +245,7 @@ contains
       new%memory(:, c) = new%begins
    end subroutine start_contact
 
-   !> Chain unmatched old contacts to their vertices (the touching one and the corner that it
-   !> meets).
+   !> Link unmatched old contacts to their vertices: the touching vertex and the corner it touches.
    subroutine index_by_vertex(history, old)
       type(history_type), intent(inout) :: history  !< `head` and `next` are set
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -277,10 +275,10 @@ contains
       end do
    end subroutine clear_index
 
-   !> Old contact that a new one continues; 0 if there is none.
+   !> Find the old contact that a new contact continues; 0 if there is none.
    !>
-   !> It has the same vertex and edge; or else the same two blocks, one of the same vertices and the
-   !> same direction.  Its history has not yet been transferred.
+   !> It has the same vertex and edge, or else the same two blocks, a common vertex and the same
+   !> direction.  Its history has not yet been transferred.
    pure integer function predecessor(new, old, history, c, same_edge) result(found)
       type(contacts_type), intent(in) :: new, old  !< lists
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
@@ -307,7 +305,7 @@ contains
       end do
    end function predecessor
 
-   !> Contacts c and o are both corners, or points of the same number.
+   !> .true. if contacts c and o are both corners, or points of the same number.
    pure logical function same_point(new, c, old, o)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
@@ -316,8 +314,8 @@ contains
       if (new%with_laws) same_point = new%point(c) == old%point(o)
    end function same_point
 
-   !> New contact c can replace old contact o: same two blocks, about the same distance, same
-   !> direction.
+   !> .true. if new contact c can replace old contact o.
+   !> It can if both have the same two blocks, about the same distance, and the same direction.
    pure logical function succeeds(new, c, old, o, largest_jump)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
@@ -334,8 +332,8 @@ contains
       end if
    end function succeeds
 
-   !> Offset, m, of a contact that replaces another one: that of the replaced one, unless the spring
-   !> would at once be compressed much more.
+   !> Offset, m, of a contact that replaces another contact.
+   !> It is the offset of that contact, unless the spring would at once be compressed much more.
    pure real(wp) function transferred_offset(distance, pressed, offset) result(transferred)
       real(wp), intent(in) :: distance  !< of the new contact, m
       real(wp), intent(in) :: pressed   !< gap of the old one if in compression, else 0, m
@@ -346,7 +344,7 @@ contains
          distance - pressed)
    end function transferred_offset
 
-   !> An old contact without a successor was still in compression.
+   !> .true. if an old contact without a successor was still in compression.
    pure logical function force_left(old, history)
       type(contacts_type), intent(in) :: old     !< list of the last step
       type(history_type), intent(in) :: history  !< index of the unmatched contacts
@@ -360,8 +358,8 @@ contains
       end do
    end function force_left
 
-   !> The force of an old contact without a successor passes to a contact of the same vertex in the
-   !> same direction, as when a vertex slides across the joint between two blocks.
+   !> Transfer the force of old contacts without a successor to a contact of the same vertex.
+   !> Its direction is the same, such as when a vertex slides across the joint between two blocks.
    subroutine transfer_forces(new, old, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -383,8 +381,8 @@ contains
       end do
    end subroutine transfer_forces
 
-   !> Reject new contacts that are deeper than the displacement of a step: the vertex is inside a
-   !> block and only faces another edge of it.
+   !> Reject new contacts that are deeper than the displacement of a step.
+   !> Such a vertex is inside a block and only faces another edge of it.
    subroutine reject_deep(new, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(history_type), intent(inout) :: history  !< index of the unmatched contacts
@@ -414,8 +412,8 @@ contains
       call filter_contacts(new, keep)
    end subroutine drop_deep
 
-   !> Old contact without a successor whose force passes to a new penetrating contact: same vertex,
-   !> same direction; 0 if there is none.
+   !> Find an old contact without a successor whose force passes to a new penetrating contact.
+   !> Both have the same vertex and direction; 0 if there is none.
    pure integer function force_predecessor(new, old, history, c) result(found)
       type(contacts_type), intent(in) :: new, old  !< lists
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
@@ -435,7 +433,7 @@ contains
       end do
    end function force_predecessor
 
-   !> Deformation of one spring with the energy of two of the same stiffness: ± √(a² + b²).
+   !> Deformation of a spring that has the energy of two equal springs: ± √(a² + b²).
    pure real(wp) function combined(a, b)
       real(wp), intent(in) :: a, b  !< m, deformations
 

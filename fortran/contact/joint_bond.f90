@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The bond of a contact under a cohesive law: a fraction 1 − D of the bond acts at t₀ + θΔt, and a
+!> Bond of a contact under a cohesive law: a fraction 1 − D of the bond acts at t₀ + θΔt, and a
 !> fraction D of the unbonded contact at the end of the step.
 !>
-!> The contact slides as without the bond.  Its slip p is the shear of the bond less that of the
-!> contact's spring.  Within a step a damage D* between D₀ (before) and D₁ (after) acts, chosen so
-!> that exactly the fracture energy g(D₁) − g(D₀) is spent for any Δt.  With the energies E₀ and E₁
-!> of the bond the step loses E₁ (D₁ − D*) + E₀ (D* − D₀), which lies between E₀ (D₁ − D₀) and E₁
+!> The contact slides as if there were no bond.  Its slip p is the shear of the bond minus that of
+!> the contact's spring.  Within a step a damage D* between D₀ (before) and D₁ (after) acts, chosen
+!> so that exactly the fracture energy g(D₁) − g(D₀) is dissipated for any Δt.  With the energies E₀
+!> and E₁ of the bond the step dissipates E₁ (D₁ − D*) + E₀ (D* − D₀), between E₀ (D₁ − D₀) and E₁
 !> (D₁ − D₀).
 module dda_joint_bond
    use dda_kinds, only: wp
@@ -21,7 +21,7 @@ module dda_joint_bond
 
 contains
 
-   !> Contact c has a bond that is damaged step by step.
+   !> .true. if contact c has a bond with gradual damage.
    pure logical function is_cohesive(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -75,7 +75,7 @@ contains
       end associate
    end subroutine add_bond_terms
 
-   !> Stretch of the contact's own shear spring after the converged step, m.
+   !> Stretch of the shear spring of contact c without the bond after the converged step, m.
    pure real(wp) function slider_stretch(contacts, law, c) result(stretch)
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -104,7 +104,7 @@ contains
          max(contacts%memory(weakened, c), contacts%acting_damage(c)))
    end function new_damage
 
-   !> The damage D* that the solution requires of contact c.
+   !> Find the damage D* of contact c that corresponds to the solution.
    pure real(wp) function fitting_damage(contacts, law, c) result(fitting)
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -124,7 +124,7 @@ contains
       end associate
    end function fitting_damage
 
-   !> Losses of contact c in the converged step by friction and by fracture, J/m.
+   !> Dissipation of contact c in the converged step by friction and by fracture, J/m.
    pure function bond_losses(contacts, law, c) result(losses)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -142,7 +142,7 @@ contains
       end associate
    end function bond_losses
 
-   !> The state of contact c after the converged step.
+   !> State of contact c after the converged step.
    pure type(joint_state_type) function bond_after(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law     !< of the contact

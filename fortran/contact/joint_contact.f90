@@ -2,9 +2,9 @@
 !> A contact under a joint law: its response, and the linearisation of its normal force in an
 !> open–close iteration.
 !>
-!> The line N = N₀ − k g touches the law at a closure.  If the joint closes more than the line
-!> predicted, the next line is the tangent at the closure of the line's force, else at the computed
-!> closure: Newton's method for the compliance or for the stiffness, each in its safe direction.
+!> The line N = N₀ − k g is tangent to the law at a closure.  If the joint closes more than the line
+!> predicted, the next line is the tangent at the closure for the force of the line, otherwise at
+!> the computed closure: Newton's method for compliance or stiffness, each in its safe direction.
 module dda_joint_contact
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
@@ -21,7 +21,7 @@ module dda_joint_contact
 
 contains
 
-   !> Memory of contact c.
+   !> Read the memory of contact c.
    pure type(joint_state_type) function state_of(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -43,7 +43,7 @@ contains
       contacts%memory(law%row(:law%columns), c) = state%memory(:law%columns)
    end subroutine keep_state
 
-   !> The state of contact c from which its assumed spring acts, after slip back to the centre.
+   !> State of contact c at which its assumed spring begins, after slip back to the centre.
    pure type(joint_state_type) function assumed_state(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -53,7 +53,7 @@ contains
       if (starts_at_centre(contacts, c)) state = law%slipped(state, -state%memory(net_slip), 0.0_wp)
    end function assumed_state
 
-   !> Contact c is assumed to slip back to its centre first.
+   !> .true. if contact c is assumed to slip back to its centre first.
    pure logical function starts_at_centre(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       integer, intent(in) :: c                     !< number of the contact
@@ -71,7 +71,7 @@ contains
       if (starts_at_centre(contacts, c)) shift = contacts%memory(net_slip, c)
    end function centre_shift
 
-   !> A bonded contact that cannot slip or crush acts at t₀ + θΔt, others at the end of the step.
+   !> .true. if contact c acts at t₀ + θΔt: it is bonded and cannot slip or crush.
    pure logical function acts_before_end(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -92,8 +92,8 @@ contains
       if (law%dilates .or. law%crushes) closure = law%lift(state_of(contacts, law, c)) - gap
    end function closure_of
 
-   !> Slip of this step lifts contact c.  Slip of the step in which it closes does not; its normal
-   !> force would jump at closure.
+   !> .true. if slip in this step lifts contact c.
+   !> Slip in the step in which it closes does not, because its normal force would jump.
    pure logical function slip_lifts(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -103,7 +103,7 @@ contains
       if (slip_lifts) slip_lifts = contacts%was_closed(c)
    end function slip_lifts
 
-   !> Contact c has opened in this step while slip returns to its centre.
+   !> .true. if contact c has opened in this step while slip returns to its centre.
    pure logical function opens_at_centre(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list, solved
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -113,7 +113,7 @@ contains
       if (opens_at_centre) opens_at_centre = contacts%was_closed(c)
    end function opens_at_centre
 
-   !> Forces at a gap and a trial stretch, both at the instant at which the contact acts.
+   !> Compute the forces for a gap and a trial stretch at the instant at which the contact acts.
    pure type(response_type) function joint_response(contacts, law, c, gap, stretch) &
       result(response)
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -141,7 +141,7 @@ contains
          response%strength_ratio = excess(contacts, law, c, state, response, intact)
    end function joint_response
 
-   !> Largest friction beyond the rise at a gap and a trial stretch, without a frozen bound, N/m.
+   !> Largest friction, N/m, for a gap and a trial stretch, without rise and frozen bound.
    pure real(wp) function joint_bound(contacts, law, c, at) result(bound)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -176,7 +176,7 @@ contains
       rise = law%rise(state, max(0.0_wp, abs(stretch) - bound/law%shear_spring(state)))
    end function rise_of
 
-   !> Friction as a curve of slip, at the normal force of this iteration or a frozen one.
+   !> Apply friction as a curve of slip, at the normal force of this iteration or a frozen one.
    pure subroutine apply_flow(law, state, normal_force, stretch, response)
       class(joint_law_type), intent(in) :: law        !< of the contact
       type(joint_state_type), intent(in) :: state     !< of the contact
@@ -189,7 +189,7 @@ contains
       call law%flow(state, response%bound, stretch, response%shear_force, tangent)
    end subroutine apply_flow
 
-   !> Friction at a frozen bound, for any normal force and also if the contact opens.
+   !> Apply friction at a frozen bound, for any normal force and also if the contact opens.
    pure subroutine bound_friction(response, bound, trial)
       type(response_type), intent(inout) :: response  !< with the normal force
       real(wp), intent(in) :: bound  !< N/m
@@ -202,7 +202,7 @@ contains
          response%state = merge(contact_stick, contact_slide, abs(trial) <= bound)
    end subroutine bound_friction
 
-   !> Forces of a contact whose friction follows its normal force, unless `state` has frozen bounds.
+   !> Forces of a contact whose friction depends on its normal force, or on a frozen bound.
    pure subroutine respond_at(contacts, law, c, state, gap, stretch, intact, response)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -235,7 +235,7 @@ contains
       if (law%has_centre .and. lifts) call pass_centre(law, state, closure, stretch, response)
    end subroutine respond_at
 
-   !> Elastic in shear up to the strength.
+   !> Set the shear force: elastic up to the strength.
    pure subroutine stick_or_slide(law, state, closure, stretch, intact, lifts, response)
       class(joint_law_type), intent(in) :: law         !< of the contact
       type(joint_state_type), intent(in) :: state      !< of the contact
@@ -262,8 +262,8 @@ contains
       end if
    end subroutine stick_or_slide
 
-   !> Largest friction at a normal force, N/m: by the law, or the frozen bound plus the part of the
-   !> rise.
+   !> Largest friction, N/m, at a normal force: by the law, or by the frozen bound.
+   !> With a frozen bound, the contribution of the rise is added.
    pure real(wp) function friction_of(law, state, normal_force) result(friction)
       class(joint_law_type), intent(in) :: law     !< of the contact
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -276,8 +276,8 @@ contains
       end if
    end function friction_of
 
-   !> Normal force of a sliding contact that slip lifts, N/m; with frozen friction beyond the rise,
-   !> that of an associated joint.
+   !> Normal force, N/m, of a sliding contact that is lifted by slip.
+   !> With frozen friction, its shear force beyond the rise is that of an associated joint.
    pure real(wp) function lifted_force(law, state, closure, stretch) result(force)
       class(joint_law_type), intent(in) :: law     !< of the contact
       type(joint_state_type), intent(in) :: state  !< at the start of the step
@@ -294,8 +294,8 @@ contains
          /(1.0_wp + springs(1)*rise**2/springs(2)))
    end function lifted_force
 
-   !> Slip that returns to its centre continues beyond it or sticks; if it descends faster than the
-   !> joint closes, the contact opens.
+   !> Let a slip that returns to its centre pass the centre or stick.
+   !> If the slip lowers the contact faster than the joint closes, the contact opens.
    pure subroutine pass_centre(law, state, closure, stretch, response)
       class(joint_law_type), intent(in) :: law        !< of the contact
       type(joint_state_type), intent(in) :: state     !< of the contact
@@ -315,7 +315,7 @@ contains
       if (response%normal_force <= 0.0_wp) response = response_type(contact_open)
    end subroutine pass_centre
 
-   !> Force in excess of the strength that a contact loses by breaking, over that strength.
+   !> Force in excess of the strength that a contact loses by failure, over that strength.
    pure real(wp) function excess(contacts, law, c, state, response, intact)
       type(contacts_type), intent(in) :: contacts     !< this step's list
       class(joint_law_type), intent(in) :: law        !< of the contact
@@ -332,8 +332,8 @@ contains
       excess = excess/max(tension, response%bound, tiny(1.0_wp))
    end function excess
 
-   !> Friction of a contact that slides as assumed, in a given direction, beyond the part of the
-   !> rise, at the normal force of its line or of the law with the lift of the slip, N/m.
+   !> Friction, N/m, of a contact that slides as assumed in a given direction, without the rise.
+   !> Its normal force is that of its line, or of the law with the lift of the slip.
    pure real(wp) function joint_slide(contacts, law, c, gap, stretch) result(friction)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -352,8 +352,8 @@ contains
       if (allocated(contacts%held_bound)) friction = contacts%slip_sign(c)*contacts%held_bound(c)
    end function joint_slide
 
-   !> Contact c slides and rises by it, at a response of the law: its normal spring acts along
-   !> gap − rise × slip, in series with the shear spring.
+   !> Tilt the line of contact c, which slides and is lifted by slip, at a response of the law.
+   !> Its normal spring acts along gap − rise × slip, in series with the shear spring.
    pure subroutine tilt_line(contacts, law, c, at, response)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, gets tilt and line
       class(joint_law_type), intent(in) :: law        !< of the contact
@@ -374,7 +374,7 @@ contains
       end associate
    end subroutine tilt_line
 
-   !> The tangent of the law at a closure, with the lift at the start of the step.
+   !> Set the line to the tangent of the law at a closure, with the lift at the start of the step.
    pure subroutine touch_law(contacts, law, c, closure, tangent, normal_free)
       type(contacts_type), intent(in) :: contacts        !< this step's list
       class(joint_law_type), intent(in) :: law           !< of the contact
@@ -388,7 +388,7 @@ contains
       normal_free = law%normal_force(state, closure) + tangent*(law%lift(state) - closure)
    end subroutine touch_law
 
-   !> The tangent of the law's shear force at a stretch, for a contact that sticks.
+   !> Set the shear spring of a sticking contact to the tangent of the law at a stretch.
    pure subroutine touch_shear(contacts, law, c, normal_force, stretch)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law        !< of the contact
@@ -406,7 +406,7 @@ contains
       contacts%line(2, c) = force - contacts%tangent(2, c)*stretch
    end subroutine touch_shear
 
-   !> The line of the next iteration, from the response of the law at a solution.
+   !> Line of the next iteration, from the response of the law at a solution.
    pure subroutine line_of(contacts, law, c, gap, response, tangent, normal_free)
       type(contacts_type), intent(in) :: contacts        !< this step's list
       class(joint_law_type), intent(in) :: law           !< of the contact
@@ -425,7 +425,7 @@ contains
             law%closure(state_of(contacts, law, c), expected))
       end if
       call touch_law(contacts, law, c, max(closure, 0.0_wp), tangent, normal_free)
-      ! at a frozen bound the tangent of the law, so that the next solution reduces the energy
+      ! at a frozen bound, the tangent of the law, so that the next solution reduces the energy
       if ((response%state == contact_slide .and. law%dilates) .or. &
          (response%state /= contact_open .and. allocated(contacts%held_bound))) &
          normal_free = response%normal_force + tangent*gap

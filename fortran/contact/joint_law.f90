@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A joint law gives the forces of one contact at a closure of its joint and a stretch of its shear
-!> spring.
+!> Joint laws: forces of a contact as functions of the closure of its joint and of the stretch of
+!> its shear spring.
 !>
-!> Common to all laws: the closure x counts from the state without force and is the penetration plus
-!> the lift of the dilation; the normal force has a convex potential `stored`; the shear force is
-!> elastic up to `strength`, which follows the normal force.  A law overrides the procedures in
-!> which it differs.  Stiffness is that of a contact, or per area: times the tributary length of the
-!> contact.
+!> Common to all laws: the closure x is the penetration plus the lift by dilation, counted from the
+!> state without force; the normal force has a convex potential `stored`; the shear force is
+!> elastic up to `strength`, which depends on the normal force.  A law overrides the procedures in
+!> which it differs.  Stiffness is that of a contact, or per area: then multiplied by the tributary
+!> length.
 module dda_joint_law
    use dda_kinds, only: wp, pi
    use dda_material, only: joint_type
@@ -21,8 +21,8 @@ module dda_joint_law
    ! Columns that every law has, and one of laws that depend on the direction of slip
    integer, parameter :: slip_path = 1, weakened = 2, net_slip = 3
 
-   !> A variable that a law stores for each contact: a column of the list, of its history, the
-   !> checkpoint and the output, whose schema has its unit and meaning.
+   !> A variable that a law stores for each contact: a column of the list, its history, the
+   !> checkpoint and the output, whose schema contains its unit and meaning.
    type :: column_type
       character(len=24) :: name            !< in the output, after `contact_`
       real(wp) :: initial = 0.0_wp         !< of a contact without a history
@@ -59,13 +59,13 @@ module dda_joint_law
       logical :: past_centre = .false. !< slip has returned to the centre and continues beyond it
    end type response_type
 
-   !> A variable of &joint that strength depends on.
+   !> A variable of &joint on which the strength depends.
    type :: strength_type
       character(len=32) :: name    !< in the input
       real(wp) :: value            !< in its unit there
    end type strength_type
 
-   !> A law with the parameters of one joint material.
+   !> A joint law with the parameters of a joint material.
    type, abstract :: joint_law_type
       real(wp) :: normal_stiffness = 0.0_wp  !< at small closure, N/m, or Pa/m per area
       real(wp) :: shear_stiffness = 0.0_wp   !< N/m, or Pa/m per area
@@ -76,7 +76,7 @@ module dda_joint_law
       logical :: dilates = .false.           !< slip lifts the contact
       logical :: crushes = .false.           !< plastic closure lowers the contact
       logical :: has_centre = .false.        !< slip away from a centre and back to it differ
-      !> at frozen bounds of friction its forces have a convex potential
+      !> with frozen friction bounds, its forces have a convex potential
       logical :: convex = .true.
       logical :: flows = .false.             !< the shear force is a curve of slip, see `flow`
       logical :: cohesive = .false.   !< a bond in parallel with the contact is damaged step by step
@@ -117,7 +117,7 @@ module dda_joint_law
          real(wp), intent(in) :: normal_force         !< compression positive, N/m
       end function strength_at
 
-      !> The variables of &joint that divide all strength by a factor.
+      !> Names of the variables of &joint that divide all strength by a factor.
       pure function reduced_strength(law, joint, factor) result(strengths)
          import :: joint_law_type, joint_type, strength_type, wp
          class(joint_law_type), intent(in) :: law  !< of the joint
@@ -129,15 +129,15 @@ module dda_joint_law
 
 contains
 
-   !> The law depends on the direction of slip.
+   !> .true. if the law depends on the direction of slip.
    pure logical function follows_way(law)  ! total
       class(joint_law_type), intent(in) :: law  !< of the joint
 
       follows_way = law%has_centre .or. law%cohesive
    end function follows_way
 
-   !> Assign the memory of a law to columns of the contacts' memory, which begins with the shared
-   !> columns; equal names share one column.
+   !> Assign the memory of a law to columns of the contacts' memory, after the shared columns.
+   !> Variables with equal names share one column.
    pure subroutine add_columns(columns, law)
       type(column_type), allocatable, intent(inout) :: columns(:)  !< of the model
       class(joint_law_type), intent(inout) :: law  !< gets its column numbers
@@ -152,7 +152,7 @@ contains
       end do
    end subroutine add_columns
 
-   !> Derive values from other variables of &joint, and check those of the law.
+   !> Check the variables of the law and derive missing ones; default: nothing to do.
    pure subroutine complete_nothing(law, joint, shear_ratio, wrong)
       class(joint_law_type), intent(in) :: law       !< of the joint
       type(joint_type), intent(inout) :: joint       !< input with the variables that the law needs
@@ -162,7 +162,7 @@ contains
       wrong = ''
    end subroutine complete_nothing
 
-   !> Friction angle whose tangent is divided by a factor, degrees.
+   !> Angle, degrees, whose tangent is that of the friction angle divided by a factor.
    pure real(wp) function reduced_angle(angle, factor)
       real(wp), intent(in) :: angle   !< degrees
       real(wp), intent(in) :: factor  !< above 0
@@ -204,7 +204,7 @@ contains
       tangent = law%initial_spring(state)
    end function linear_tangent
 
-   !> The closure at a normal force, m.
+   !> Closure at a normal force, m.
    pure real(wp) function linear_closure(law, state, force) result(closure)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -222,7 +222,7 @@ contains
       energy = 0.5_wp*law%initial_spring(state)*closure**2
    end function linear_energy
 
-   !> Largest tension of a bonded contact, N/m; here: none.
+   !> Largest tension of a bonded contact, N/m; default: none.
    pure real(wp) function no_tension(law, state) result(tension)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -230,7 +230,7 @@ contains
       tension = 0.0_wp
    end function no_tension
 
-   !> The state after an inelastic slip; here: its path is added.
+   !> Update the state after an inelastic slip; default: the slip is added to its path.
    pure type(joint_state_type) function longer_path(law, state, slip, shear_force) result(after)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
@@ -241,7 +241,7 @@ contains
       after%memory(slip_path) = state%memory(slip_path) + abs(slip)
    end function longer_path
 
-   !> Lift of the contact by slip, m; here: none.
+   !> Lift of the contact by slip, m; default: none.
    pure real(wp) function no_lift(law, state) result(lift)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -249,7 +249,7 @@ contains
       lift = 0.0_wp
    end function no_lift
 
-   !> Rise of the contact per unit of slip in the direction of `state`, after a slip; here: none.
+   !> Rise of the contact per unit of slip in the direction of `state`; default: none.
    pure real(wp) function no_rise(law, state, slip) result(rise)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step
@@ -258,7 +258,7 @@ contains
       rise = 0.0_wp
    end function no_rise
 
-   !> Normal force of a contact that slides, N/m: with the lift of the slip of this step.
+   !> Normal force of a sliding contact, N/m, including the lift by the slip of this step.
    pure real(wp) function force_without_lift(law, state, closure, stretch) result(force)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step
@@ -268,7 +268,7 @@ contains
       force = law%normal_force(state, closure)
    end function force_without_lift
 
-   !> Shear force as a curve of slip, and its slope, at a normal force; here: the spring.
+   !> Shear force as a curve of slip, and its slope, at a normal force; default: the spring.
    pure subroutine elastic_flow(law, state, normal_force, stretch, shear_force, tangent)
       class(joint_law_type), intent(in) :: law            !< of the joint
       type(joint_state_type), intent(in) :: state         !< at the start of the step
@@ -280,7 +280,7 @@ contains
       shear_force = tangent*stretch
    end subroutine elastic_flow
 
-   !> Slip of a step to start the iteration from, m; here: none.
+   !> Slip in this step from which the iteration begins, m; default: none.
    pure real(wp) function no_slip(law, state) result(slip)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step
@@ -288,7 +288,7 @@ contains
       slip = 0.0_wp
    end function no_slip
 
-   !> Damage of a bond at an opening and a slip, never less than before; here: unchanged.
+   !> Damage of a bond at an opening and a slip, never decreasing; default: unchanged.
    pure real(wp) function same_damage(law, opening, slip, before) result(damage)
       class(joint_law_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip     !< m
@@ -297,7 +297,7 @@ contains
       damage = before
    end function same_damage
 
-   !> Fracture energy spent between two damages, N/m; here: none.
+   !> Fracture energy dissipated between two damages, N/m; default: none.
    pure real(wp) function nothing_spent(law, opening, slip, from, to) result(spent)
       class(joint_law_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip     !< m
@@ -306,7 +306,7 @@ contains
       spent = 0.0_wp
    end function nothing_spent
 
-   !> Energy of a bond less that of the parallel contact, N/m; here: none.
+   !> Energy of a bond minus that of the parallel contact, N/m; default: none.
    pure real(wp) function no_bond(law, opening, slip) result(energy)
       class(joint_law_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip     !< m

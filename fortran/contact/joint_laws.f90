@@ -16,14 +16,14 @@ module dda_joint_laws
    private
    public :: law_slot_type, new_joint_law
 
-   !> A law of any kind.
+   !> Container of a joint law of any type.
    type :: law_slot_type
       class(joint_law_type), allocatable :: law
    end type law_slot_type
 
 contains
 
-   !> Make the law of a joint material.  A new law is registered here.
+   !> Create the law of a joint material.  New laws are registered here.
    subroutine new_joint_law(slot, joint, normal_stiffness, shear_ratio)
       type(law_slot_type), intent(out) :: slot  !< gets the law; empty if the name is unknown
       type(joint_type), intent(in) :: joint     !< checked input

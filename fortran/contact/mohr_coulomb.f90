@@ -38,7 +38,7 @@ module dda_mohr_coulomb
 
 contains
 
-   !> The law of a joint material, without its stiffness.
+   !> Create the law of a joint material, without its stiffness.
    pure type(mohr_coulomb_type) function new_mohr_coulomb(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -53,7 +53,7 @@ contains
       law%dilates = joint%dilation_angle > 0.0_wp
    end function new_mohr_coulomb
 
-   !> Check the residual strength, which is at most the peak strength, weakening and dilation.
+   !> Check residual strength (at most the peak strength), weakening and dilation.
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint     !< input of the law
@@ -86,7 +86,7 @@ contains
 
    end subroutine complete
 
-   !> Between peak and residual value.
+   !> Interpolate between peak and residual value.
    pure real(wp) function between(values, weakened)
       real(wp), intent(in) :: values(2), weakened
 
@@ -103,7 +103,7 @@ contains
          + between(law%cohesion, state%memory(weakened))*state%length
    end function strength
 
-   !> Divide tan φ, c, T and tan ψ by a factor.
+   !> Divide tan φ, c, T and tan ψ by a reduction factor.
    pure function reduced(law, joint, factor) result(strengths)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint        !< input of the law
@@ -128,7 +128,7 @@ contains
       tension = between(law%tensile, state%memory(weakened))*state%length
    end function tension
 
-   !> The state after a slip: the contact weakens unless it is brittle.
+   !> Update the state after a slip: the contact weakens unless it is brittle.
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
@@ -158,7 +158,7 @@ contains
       rise = merge(law%dilation, 0.0_wp, state%memory(slip_path) + slip < law%dilation_slip)
    end function rise
 
-   !> Normal force of a contact that slides, N/m: with the lift of the slip of this step.
+   !> Normal force of a sliding contact, N/m, including the lift by the slip of this step.
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step

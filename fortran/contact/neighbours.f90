@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Neighbour search: near pairs of blocks by a grid of cells in O(n), then probes for each pair.
+!> Neighbour search: near pairs of blocks by a grid of cells in O(n), then probes of each pair.
 !>
 !> A probe is a convex vertex and the edges of another block within reach of it.  The list is
 !> complete until a vertex has moved by half the margin searched beyond the contact distance.
@@ -12,7 +12,7 @@ module dda_neighbours
    private
    public :: neighbours_type, find_neighbours, find_near_pairs, find_corners
 
-   !> limit for a small model; large ones may have 100 more per block
+   !> limit of near pairs of a small model; large models may have 100 more per block
    integer, parameter :: most_pairs = 1000000
 
    !> Near pairs and probes.
@@ -28,9 +28,9 @@ module dda_neighbours
       integer, allocatable :: first_edge(:)  !< [probes+1] first of a probe's edges
       integer, allocatable :: edge(:)        !< edges of the probes, named by first vertex
       integer, allocatable :: first_corner(:) !< [probes+1] first of a probe's corners
-      !> convex ends of a probe's edges that its vertex can meet before the next search
+      !> convex ends of a probe's edges that its vertex can reach before the next search
       integer, allocatable :: corner(:)
-      !> too many pairs; the list is not complete
+      !> too many pairs; the list is incomplete
       logical :: crowded = .false.
       logical, allocatable :: convex(:)      !< [vertices] angle below 180°
       logical, allocatable :: convex_block(:) !< [n] all its angles are below 180°
@@ -38,7 +38,7 @@ module dda_neighbours
       real(wp) :: travel = 0.0_wp            !< bound on the displacement of vertices since, m
    end type neighbours_type
 
-   !> Square cells over the boxes of all blocks.
+   !> Square cells over the bounding boxes of all blocks.
    type :: grid_type
       real(wp) :: origin(2)               !< lower left corner, m
       real(wp) :: cell                    !< side of a cell, m
@@ -64,7 +64,7 @@ contains
       call find_corners(neighbours, blocks)
    end subroutine find_neighbours
 
-   !> Pairs of blocks whose boxes come within a distance.
+   !> Find pairs of blocks whose boxes are closer than a distance.
    subroutine find_near_pairs(neighbours, blocks, reach)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs, or `crowded` if too many
       type(blocks_type), intent(in) :: blocks             !< present geometry
@@ -79,8 +79,7 @@ contains
       call sort_pairs(neighbours, blocks%n)
    end subroutine find_near_pairs
 
-   !> Sort pairs by the rows of the matrix, so that contacts, which are listed pair by pair, are
-   !> read in the order of memory.
+   !> Sort pairs by matrix rows, so that contacts are read in the order of memory.
    subroutine sort_pairs(neighbours, n)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs
       integer, intent(in) :: n                            !< blocks
@@ -94,7 +93,7 @@ contains
       call move_alloc(sorted, neighbours%pair)
    end subroutine sort_pairs
 
-   !> Keep only pairs of blocks that belong to the model.
+   !> Remove pairs with blocks that were removed from the model.
    pure subroutine drop_removed(neighbours, removed)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs
       logical, intent(in) :: removed(:)                   !< [blocks]
@@ -109,7 +108,7 @@ contains
       neighbours%n_pairs = kept
    end subroutine drop_removed
 
-   !> Keep only pairs of blocks that are not joined in a body.
+   !> Remove pairs of blocks that are joined in a body.
    pure subroutine drop_joined(neighbours, blocks)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs
       type(blocks_type), intent(in) :: blocks             !< with their bodies
@@ -128,7 +127,7 @@ contains
       neighbours%n_pairs = kept
    end subroutine drop_joined
 
-   !> Convex vertices and blocks: constants of the run.
+   !> Mark convex vertices and blocks, which are constants of the run.
    subroutine mark_convex(neighbours, blocks)
       type(neighbours_type), intent(inout) :: neighbours  !< `convex`, `convex_block`
       type(blocks_type), intent(in) :: blocks             !< reference shapes
@@ -144,7 +143,7 @@ contains
       end do
    end subroutine mark_convex
 
-   !> Boxes round the blocks, enlarged by a margin.
+   !> Compute the bounding boxes of the blocks, enlarged by a margin.
    subroutine bound_blocks(blocks, margin, box)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       real(wp), intent(in) :: margin           !< m
@@ -159,8 +158,8 @@ contains
       end do
    end subroutine bound_blocks
 
-   !> Pairs of overlapping boxes; each is listed in the cell of the lower left corner of the
-   !> overlap.
+   !> Find pairs of overlapping boxes; each is listed in one cell.
+   !> This is the cell of the lower left corner of the overlap.
    subroutine find_pairs(neighbours, n, box)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs, or `crowded` if too many
       integer, intent(in) :: n                            !< blocks
@@ -190,7 +189,7 @@ contains
       end do
    end subroutine find_pairs
 
-   !> A grid of about n cells, each listing the boxes that reach into it.
+   !> Fill a grid of about n cells: each lists the boxes that overlap it.
    subroutine fill_grid(grid, n, box)
       type(grid_type), intent(out) :: grid  !< with members
       integer, intent(in) :: n              !< blocks
@@ -222,7 +221,7 @@ contains
       end do
    end subroutine fill_grid
 
-   !> After counting: starts of each cell; after filling: shift the advanced starts back.
+   !> Convert counts to starts of the cells; after filling, shift the advanced starts back.
    pure subroutine turn_counts_to_starts(first, pass)
       integer, intent(inout) :: first(:)  !< [cells+1] counts or advanced starts; starts
       integer, intent(in) :: pass         !< 1 after counting, 2 after filling
@@ -259,7 +258,7 @@ contains
       cell_of = 1 + index(1) + index(2)*grid%shape(1)
    end function cell_of
 
-   !> For each pair, the convex vertices of one near edges of the other.
+   !> Find, for each pair, the convex vertices of one block near edges of the other.
    subroutine find_probes(neighbours, blocks, reach)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs; probes are replaced
       type(blocks_type), intent(in) :: blocks             !< present geometry
@@ -277,7 +276,7 @@ contains
             call probe_block(neighbours, blocks, p, b, a, reach)
          end associate
       end do
-      ! Trim the arrays: they last for many steps.
+      ! Trim the arrays, which are used for many steps.
       associate (n => neighbours%n_probes)
          neighbours%probe = neighbours%probe(:, :n)
          neighbours%first_edge = neighbours%first_edge(:n + 1)
@@ -285,7 +284,7 @@ contains
       end associate
    end subroutine find_probes
 
-   !> Vertices of block a against edges of block b.
+   !> Find the probes of vertices of block a on edges of block b.
    subroutine probe_block(neighbours, blocks, pair, a, b, reach)
       type(neighbours_type), intent(inout) :: neighbours  !< probes are appended
       type(blocks_type), intent(in) :: blocks             !< present geometry
@@ -318,9 +317,9 @@ contains
       end do
    end subroutine probe_block
 
-   !> For each probe, the convex ends of its edges that are near, in the order of the edges.
+   !> Find, for each probe, the near convex ends of its edges, in the order of the edges.
    !>
-   !> Vertices farther apart than twice the unused reach cannot meet before the next search.
+   !> Vertices farther apart than twice the unused reach cannot touch before the next search.
    subroutine find_corners(neighbours, blocks)
       type(neighbours_type), intent(inout) :: neighbours  !< probes; corners are replaced
       type(blocks_type), intent(in) :: blocks             !< present geometry
@@ -335,7 +334,7 @@ contains
          neighbours%first_corner(p) = corners + 1
          w = 0
          do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-            ! An end that two edges share is listed once.
+            ! An end shared by two edges is listed once.
             do k = merge(2, 1, w == neighbours%edge(i)), 2
                w = neighbours%edge(i)
                if (k == 2) w = blocks%next(w)

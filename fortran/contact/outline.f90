@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Find the parts of edges that form the outline of a model, and those in a given region.
+!> Parts of edges that form the outline of a model, and parts of the outline in a given region.
 !>
-!> Parts of an edge along which no edge of another block runs belong to the outline.  They are in
-!> the order of the blocks and of their edges.
+!> Parts of an edge along which no edge of another block runs belong to the outline.  They have the
+!> order of the blocks and of their edges.
 module dda_outline
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -12,7 +12,7 @@ module dda_outline
    private
    public :: sides, outline_of, pieces_on_side, pieces_along, common_span, touching
 
-   !> Sides of the box around the model, and the upward surface.
+   !> Sides of the bounding box of the model, and the upward surface.
    character(len=*), parameter :: sides(5) = [character(len=7) :: 'left', 'right', 'bottom', &
       'top', 'surface']
 
@@ -22,7 +22,7 @@ module dda_outline
 
 contains
 
-   !> The outline of the marked blocks in a model.
+   !> Find the outline of the marked blocks in a model.
    subroutine outline_of(blocks, wanted, pieces)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       logical, intent(in) :: wanted(:)         !< [blocks] whose edges are listed
@@ -44,7 +44,7 @@ contains
       pieces = pieces(:n)
    end subroutine outline_of
 
-   !> Near blocks of each block.
+   !> List the near blocks of each block.
    pure subroutine list_neighbours(neighbours, n, first, other)
       type(neighbours_type), intent(in) :: neighbours   !< its pairs
       integer, intent(in) :: n                          !< blocks
@@ -97,7 +97,7 @@ contains
       end do
    end subroutine add_free_pieces
 
-   !> Of two covered intervals, the one that begins first among those that reach beyond a position.
+   !> Select, of the intervals that extend beyond a position, the one that begins first.
    pure subroutine choose_first(new, free, span)
       real(wp), intent(in) :: new(2)       !< fractions of an edge; empty if the first is larger
       real(wp), intent(in) :: free         !< fraction of the edge already treated
@@ -108,8 +108,8 @@ contains
          new(2) > span(2))) span = [max(new(1), free), new(2)]
    end subroutine choose_first
 
-   !> Fractions of edge e between which a segment runs along it, in the same (1), the opposite (−1)
-   !> or any direction (0); if it does not, the first fraction is larger.
+   !> Find the fractions of edge e between which a segment runs along it.
+   !> The segment runs in the same (1), the opposite (−1) or any direction (0); none: first > last.
    pure function common_span(blocks, e, from, to, sense) result(span)
       type(blocks_type), intent(in) :: blocks   !< in their present state
       integer, intent(in) :: e                  !< edge, named by its first vertex
@@ -136,7 +136,7 @@ contains
 
    contains
 
-      !> Distance of the segment from the edge, m.
+      !> Distance of a point of the segment from the edge, m.
       pure real(wp) function distance_at(x)
          real(wp), intent(in) :: x  !< m along the edge
 
@@ -159,7 +159,7 @@ contains
       pieces(n) = piece
    end subroutine append
 
-   !> The parts on a side of the box around the model; for 'surface' those that face upwards.
+   !> Select the parts on a side of the bounding box; for 'surface', the parts that face upwards.
    pure function pieces_on_side(blocks, pieces, side) result(found)
       type(blocks_type), intent(in) :: blocks            !< in their present state
       type(edge_piece_type), intent(in) :: pieces(:)     !< to choose from
@@ -189,7 +189,7 @@ contains
       end function is_there
    end function pieces_on_side
 
-   !> The parts that lie on a polyline.
+   !> Select the parts that lie on a polyline.
    pure function pieces_along(blocks, pieces, line) result(found)
       type(blocks_type), intent(in) :: blocks          !< in their present state
       type(edge_piece_type), intent(in) :: pieces(:)   !< to choose from

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The length over which two edges lie along each other, and the contacts that share it.
+!> Overlap of two edges that lie along each other, and the contacts that share it.
 !>
-!> A joint with two contact points has one at each end of an overlap, with half of it.  With more
-!> (3, 5, 9 or 17) the points have the positions and weights of Lobatto's rule, which are exact for
+!> A joint with two contact points has a contact at each end of an overlap, with half of it.  With
+!> 3, 5, 9 or 17 points, positions and weights are those of Lobatto's rule, which are exact for
 !> a stress that is linear along the overlap; the bending stiffness of the joint is then correct.
 module dda_overlap
    use dda_kinds, only: wp
@@ -14,7 +14,7 @@ module dda_overlap
    real(wp), parameter :: touching = 1.0e-6_wp  !< of the edge's length: no gap
    real(wp), parameter :: narrow = 0.0523_wp    !< sine of 3°
    real(wp), parameter :: wide = 0.2588_wp      !< sine of 15°
-   !> of the shorter edge: a shorter overlap has no points between its corners
+   !> fraction of the shorter edge: shorter overlaps have no points between corners
    real(wp), parameter :: least = 0.05_wp
    !> rules of 9 and 17 points: positions between −1 and 1, weights, from the end to the middle
    real(wp), parameter :: nodes_9(5) = [1.0_wp, 0.899757995411460157_wp, 0.677186279510737753_wp, &
@@ -27,18 +27,18 @@ module dda_overlap
       0.055296454503514081_wp, 0.06899387310096328_wp, 0.08019733099881077_wp, &
       0.088502126757828935_wp, 0.093608169838809618_wp, 0.095330937376734717_wp]
 
-   !> The overlap of edge f with edge e, against which it runs.
+   !> Overlap of edge f with edge e; they run in opposite directions.
    type :: overlap_type
       real(wp) :: length = 0.0_wp   !< length, m; 0: the edges do not overlap
-      !> fraction of f before the overlap, and before its end
+      !> fractions of f at the start and at the end of the overlap
       real(wp) :: from = 0.0_wp, to = 0.0_wp
-      !> a corner ends the overlap there
+      !> a corner ends the overlap at this end
       logical :: corner_from = .false., corner_to = .false.
    end type overlap_type
 
 contains
 
-   !> The overlap of edges f and e, which are named by their first vertices.
+   !> Find the overlap of edges f and e, given by their first vertices.
    pure type(overlap_type) function overlap_of(blocks, e, f, sine) result(overlap)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges
@@ -64,7 +64,7 @@ contains
       overlap%to = min(1.0_wp, first/(first - last))
    end function overlap_of
 
-   !> The overlap is long enough for points between its corners.
+   !> .true. if the overlap is long enough for points between its corners.
    pure logical function has_points(blocks, e, f, overlap)
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: e, f                  !< edges

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Rough joint whose asperities wear [Plesha, 1987].
+!> Rough joint with asperities that wear [Plesha, 1987].
 !>
-!> Asperities of an angle α meet at a centre.  Slip away from it climbs them: the shear strength is
-!> N tan(φ + α), and slip lifts the joint by tan α.  Slip back comes down again, at N tan(φ − α).
-!> The work W that slip does per area wears them, α = α₀ exp(−cW); the state is 1 − α/α₀.  Slip
+!> Asperities of an angle α have a centre.  Slip away from it climbs them: the shear strength is
+!> N tan(φ + α), and slip lifts the joint by tan α.  Slip towards it descends, at N tan(φ − α).
+!> The work W of slip per area wears them, α = α₀ exp(−cW); the state is 1 − α/α₀.  Slip
 !> dissipates N [tan(φ + α) − tan α] away from the centre and N [tan(φ − α) + tan α] towards it,
 !> both positive for φ > 0.
 !>
@@ -39,7 +39,7 @@ module dda_plesha
 
 contains
 
-   !> The law of a joint material, without its stiffness.
+   !> Create the law of a joint material, without its stiffness.
    pure type(plesha_type) function new_plesha(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -51,8 +51,7 @@ contains
       law%has_centre = .true.
    end function new_plesha
 
-   !> Check the asperities: slip can climb them, does not return by itself, and descends without a
-   !> jump.
+   !> Check the asperities: slip can climb them and descends without a jump or spontaneous return.
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(plesha_type), intent(in) :: law     !< of the joint
       type(joint_type), intent(inout) :: joint  !< input of the law
@@ -83,8 +82,8 @@ contains
       end associate
    end subroutine complete
 
-   !> Largest k_n/k_s at which slip back to the centre is stable for any wear.  Beyond it the
-   !> descent would reduce the normal force, and thereby the strength, faster than the shear spring
+   !> Largest k_n/k_s at which slip back to the centre is stable for any wear.
+   !> Beyond it, descent would reduce the normal force and the strength faster than the shear spring
    !> unloads.  tan α tan(φ − α) is largest at φ/2.
    pure real(wp) function steepest_return(joint) result(ratio)
       type(joint_type), intent(in) :: joint  !< checked input
@@ -95,7 +94,7 @@ contains
       ratio = 1.0_wp/max(tan(alpha)*tan(phi - alpha), tiny(1.0_wp))
    end function steepest_return
 
-   !> Angle of the asperities in the direction of slip, rad: positive if slip climbs them.
+   !> Angle of the asperities in the direction of slip, rad: positive if slip climbs.
    pure real(wp) function angle(law, state)
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -113,7 +112,7 @@ contains
       strength = tan(law%friction + angle(law, state))*max(normal_force, 0.0_wp)
    end function strength
 
-   !> Divide tan φ and tan α₀ by a factor.
+   !> Divide tan φ and tan α₀ by a reduction factor.
    pure function reduced(law, joint, factor) result(strengths)
       class(plesha_type), intent(in) :: law   !< of the joint
       type(joint_type), intent(in) :: joint   !< input of the law
@@ -127,7 +126,7 @@ contains
          min(reduced_angle(joint%asperity_angle, factor), steepest_climb - friction))]
    end function reduced
 
-   !> The state after a slip, which lifts or lowers the contact and wears the asperities.
+   !> Update the state after a slip, which moves the contact and wears the asperities.
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
@@ -152,7 +151,7 @@ contains
       lift = state%memory(lifted)
    end function lift
 
-   !> Rise of the contact per unit of slip, up or down the asperities.
+   !> Rise of the contact per unit of slip; negative if slip descends.
    pure real(wp) function rise(law, state, slip)
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step
@@ -161,8 +160,7 @@ contains
       rise = tan(angle(law, state))
    end function rise
 
-   !> Normal force of a contact that slides in one direction, N/m, with the lift of the slip of this
-   !> step.
+   !> Normal force of a contact that slides in one direction, N/m, including the lift by this slip.
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Friction that depends on the velocity v of slip and on a state θ [Dieterich, 1979; Ruina, 1983]:
+!> Friction that depends on the slip velocity v and on a state θ [Dieterich, 1979; Ruina, 1983]:
 !>
 !> μ = μ₀ + a ln[(v + v_c)/v₀] + b ln(θv₀/L), dθ/dt = 1 − vθ/L (ageing law).
 !>
-!> v_c regularises: below N μ(v = 0) the joint sticks, elastically.  For b = 0 friction depends on
-!> the velocity only.  In a step v is the mean velocity of slip, and θ that of its start, so that at
-!> a given normal force the friction has a convex potential for all a ≥ 0; θ then evolves exactly at
-!> that v.  Beyond the threshold, with u = v + v_c, the shear force of a trial stretch t is that of
-!> k_s (t − vΔt) = N μ(v): convex in ln u.
+!> v_c regularises: below N μ(v = 0) the joint sticks elastically.  For b = 0, friction depends on
+!> the velocity only.  In a step, v is the mean slip velocity and θ is the state at the start, so
+!> that at a given normal force the friction has a convex potential for all a ≥ 0; θ then evolves
+!> exactly with that v.  Above the threshold, with u = v + v_c, the shear force at a trial stretch t
+!> follows from k_s (t − vΔt) = N μ(v): convex in ln u.
 module dda_rate_state
    use dda_kinds, only: wp, pi
    use dda_joint_law, only: column_type, joint_law_type, joint_state_type, reduced_angle, &
@@ -42,7 +42,7 @@ module dda_rate_state
 
 contains
 
-   !> The law of a joint material, without its stiffness.
+   !> Create the law of a joint material, without its stiffness.
    pure type(rate_state_type) function new_rate_state(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -60,7 +60,7 @@ contains
       law%flows = .true.
    end function new_rate_state
 
-   !> Velocity and age that a state starts from.
+   !> Set the initial velocity and state.
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(rate_state_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint   !< input of the law
@@ -75,7 +75,7 @@ contains
          joint%initial_age = joint%state_distance/joint%reference_velocity
    end subroutine complete
 
-   !> μ at u = v + v_c = 1 m/s, without the direct effect of velocity.
+   !> Value of μ at u = v + v_c = 1 m/s, without the direct effect of velocity.
    pure real(wp) function slow_part(law, state) result(friction)
       class(rate_state_type), intent(in) :: law    !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -85,7 +85,7 @@ contains
          + law%evolution*log(age_of(law, state)*law%reference/law%distance)
    end function slow_part
 
-   !> θ, s
+   !> State θ, s.
    pure real(wp) function age_of(law, state) result(theta)
       class(rate_state_type), intent(in) :: law    !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -104,7 +104,7 @@ contains
          *max(normal_force, 0.0_wp)
    end function strength
 
-   !> Divide μ₀, a and b by a factor.
+   !> Divide μ₀, a and b by a reduction factor.
    pure function reduced(law, joint, factor) result(strengths)
       class(rate_state_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint      !< input of the law
@@ -116,7 +116,7 @@ contains
          strength_type('evolution_effect', joint%evolution_effect/factor)]
    end function reduced
 
-   !> Shear force at the end of a step, and its slope.
+   !> Compute the shear force at the end of a step, and its slope.
    pure subroutine flow(law, state, normal_force, stretch, shear_force, tangent)
       class(rate_state_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state    !< at the start of the step
@@ -143,7 +143,7 @@ contains
       tangent = k_s*slope/(k_s + slope)
    end subroutine flow
 
-   !> u of a ln u + c u = f, by Newton's method in ln u from above, where the function is convex.
+   !> Solve a ln u + c u = f by Newton's method in ln u from above, where the function is convex.
    pure real(wp) function velocity_at(a, c, f, most) result(u)
       real(wp), intent(in) :: a, c, f  !< > 0, > 0, any
       real(wp), intent(in) :: most     !< m/s, above u
@@ -160,7 +160,7 @@ contains
       u = exp(y)
    end function velocity_at
 
-   !> Slip at the velocity of the last step.
+   !> Slip at the velocity of the last step, m.
    pure real(wp) function expected_slip(law, state) result(slip)
       class(rate_state_type), intent(in) :: law    !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step
@@ -168,7 +168,7 @@ contains
       slip = state%memory(slip_rate)*state%time_step
    end function expected_slip
 
-   !> The state after an inelastic slip: θ of a constant velocity over the step.
+   !> Update the state after an inelastic slip: θ for constant velocity over the step.
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(rate_state_type), intent(in) :: law    !< of the joint
       type(joint_state_type), intent(in) :: state  !< before

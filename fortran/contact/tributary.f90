@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tributary length: the length of joint that belongs to a contact.
+!> Tributary length: the length of joint assigned to a contact.
 !>
-!> The contacts at the two ends of an overlap of two edges share it, so that the stiffness of a
+!> The contacts at both ends of an overlap of two edges share it, so that the stiffness of a
 !> joint does not depend on the number of touching corners.  A length is set when the contact
-!> closes, and kept while the overlap differs by less than a hundredth.  When it is set again, the
-!> stress does not change, and the change of spring energy is booked.  A corner on an edge without a
-!> parallel edge has half the shorter of the two edges, as if they were about to close.
+!> closes, and again when the overlap differs by more than a hundredth.  Setting it again does not
+!> change the stress; the change of spring energy enters the energy budget.  A corner on an edge
+!> without a parallel edge has half the shorter of the two edges, as if they were about to close.
 module dda_tributary
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -22,7 +22,7 @@ module dda_tributary
 
 contains
 
-   !> Lengths of the contacts of a new list, with joints and history.
+   !> Set the lengths of the contacts of a new list, with joints and history.
    pure subroutine set_lengths(contacts, blocks, laws, gained)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(blocks_type), intent(in) :: blocks         !< present geometry
@@ -47,7 +47,7 @@ contains
       end do
    end subroutine set_lengths
 
-   !> The tributary length of contact c, m, and its fraction of the stiffness of a contact.
+   !> Find the tributary length of contact c, m, and its fraction of the stiffness of a contact.
    pure subroutine find_length(contacts, blocks, laws, c, length, share)
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry
@@ -101,7 +101,7 @@ contains
       length = 0.5_wp*min(blocks%length(e), blocks%length(own))
    end function tributary_length
 
-   !> One of the edges at the vertex is parallel to the edge touched.
+   !> .true. if an edge at the vertex is parallel to the touched edge.
    pure logical function lies_along(contacts, blocks, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry
@@ -113,7 +113,7 @@ contains
       end associate
    end function lies_along
 
-   !> Part, m, of a contact of vertex v and edge e in the overlaps of e and the two edges at v.
+   !> Part, m, of a contact of vertex v and edge e in the overlaps of e with both edges at v.
    pure real(wp) function contact_overlap(blocks, e, v) result(length)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, v              !< edge touched, vertex that touches
@@ -121,8 +121,7 @@ contains
       length = common_length(blocks, e, v) + common_length(blocks, e, blocks%previous(v))
    end function contact_overlap
 
-   !> A contact's part, m, of the length over which edge f runs along edge e; 0 unless they are
-   !> parallel.
+   !> Part, m, of a contact in the length over which edge f runs along edge e; 0 if not parallel.
    !>
    !> The contacts at the two ends of the overlap share it.  If the edge continues straight on at
    !> one end, as at a change of joint, there is no contact at that end and the whole overlap
@@ -137,8 +136,7 @@ contains
       if (overlap%corner_from .and. overlap%corner_to) length = 0.5_wp*length
    end function common_length
 
-   !> The tributary length of contact c, m, from its weight, if its joint has points between
-   !> corners.
+   !> Tributary length of contact c, m, from its weight, if its joint has points between corners.
    pure real(wp) function weighted_overlap(contacts, blocks, c, n) result(length)
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Stages added to a started run: excavation, released supports, other joints.
+!> Stages added to a started run: excavation, release of supports, other joints.
 !>
-!> The last stage of the run ends now; with adaptive steps it ends at the next but one multiple of
+!> The last stage of the run ends now; with adaptive steps it ends at the second next multiple of
 !> its Δt, so that no earlier step would have differed.  A run of the input with these stages from
-!> the start is then bit-identical. ¶ A stage that adds supported points, loads, motions or bolts
+!> the start is then bit-identical.  A stage that adds supported points, loads, motions or bolts
 !> cannot be added, because they are part of the model from the start.
 module dda_added_stages
    use dda_kinds, only: wp, long
@@ -28,7 +28,7 @@ contains
       more = size(model%stages) > size(simulation%model%stages)
    end function has_more_stages
 
-   !> Append the additional stages of a changed input.
+   !> Append the additional stages of a changed input to a run.
    recursive subroutine add_stages(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< of the changed input
@@ -45,8 +45,7 @@ contains
       call adopt_stages(simulation%model, model)
    end subroutine add_stages
 
-   !> Check the stages: they follow the last, dynamic stage and add nothing that is part of the
-   !> model from the start.
+   !> Check that added stages follow a dynamic stage and add nothing but changes of the model.
    subroutine check_added(simulation, model, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< of the changed input
@@ -73,7 +72,7 @@ contains
       end associate
    end subroutine check_added
 
-   !> The present stage ends after the largest number of steps that an input can have.
+   !> Extend the present stage to the largest number of steps that an input can have.
    pure subroutine end_stage(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), parameter :: rounding = 1.0e-9_wp  !< of Δt, as for the end of a stage
@@ -87,7 +86,7 @@ contains
       end associate
    end subroutine end_stage
 
-   !> Number of additional stages of a changed input.
+   !> Adopt the additional stages of a changed input.
    pure subroutine adopt_stages(own, model)
       type(model_type), intent(inout) :: own  !< of the run
       type(model_type), intent(in) :: model   !< of the changed input

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Incoming motions and motions of boundaries: for a compliant base the upward wave and the mean
-!> motion of its edges, for a free-field side the motions of the column and of the model at its
+!> Incoming motions and motions of boundaries: for a compliant base, the upward wave and the mean
+!> motion of its edges; for a free-field side, the motions of the column and of the model at its
 !> upper end.
 module dda_boundary_motion
    use dda_kinds, only: wp
@@ -15,10 +15,10 @@ module dda_boundary_motion
 
 contains
 
-   !> Incoming motions of all boundaries.
+   !> Collect the incoming and present motions of all boundaries.
    subroutine take_boundary_motions(simulation, motions)
       type(simulation_type), intent(in) :: simulation  !< at its present time
-      !> [2,boundary motions,6] incoming displacement, velocity, acceleration, then its own
+      !> [2,boundary motions,6] displacement, velocity, acceleration: incoming, then those of the model
       real(wp), intent(out) :: motions(:,:,:)
       real(wp) :: part(2, 3)
       integer :: i, k
@@ -36,7 +36,7 @@ contains
       end do
    end subroutine take_boundary_motions
 
-   !> Displacement, velocity and acceleration of the incoming motion.
+   !> Find displacement, velocity and acceleration of the incoming motion.
    function incoming(simulation, motion) result(wave)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       type(boundary_motion_type), intent(in) :: motion  !< of a boundary

@@ -3,10 +3,10 @@
 !>
 !> The values of a changed input replace those of the run, at the present time:
 !>
-!> - Bonds, closed contacts and their stretch are kept; the laws have the new strengths.
-!> - A point that is fixed again, or gets another motion, keeps its present position.
-!> - A new Δt counts from now on; the remaining time is rounded up to whole steps.
-!> - Gained or lost stored energy is the term `changed`.
+!> - Bonds, closed contacts and their stretch are retained; the laws have the new strengths.
+!> - A point that is fixed again, or gets another motion, retains its present position.
+!> - A new Δt applies from now on; the remaining time is rounded up to whole steps.
+!> - Gained or lost stored energy is in the term `changed` of the energy budget.
 module dda_changes
    use dda_kinds, only: wp, long, pi
    use dda_added_stages, only: adopt_stages
@@ -33,7 +33,7 @@ module dda_changes
 
 contains
 
-   !> Adopt the changeable values of a model, at the present time.
+   !> Adopt the changeable values of a model at the present time.
    recursive subroutine change_now(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< of the changed input
@@ -89,7 +89,7 @@ contains
          'added to fixed edges')
    end subroutine check_same
 
-   !> Check that the new Δt permits the fitted Maxwell bodies, which do not change.
+   !> Check that the new Δt is valid for the Maxwell branches, which are not fitted again.
    subroutine check_bodies(simulation, new, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(model_type), intent(in) :: new  !< of the changed input
@@ -109,7 +109,7 @@ contains
       end do
    end subroutine check_bodies
 
-   !> Values that do not affect the state; removals by stages remain.
+   !> Adopt the values that do not affect the state; removals by stages remain.
    recursive subroutine adopt_values(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< of the changed input
@@ -139,7 +139,7 @@ contains
       end do
    end subroutine adopt_values
 
-   !> A motion that begins at a time.
+   !> Motion that begins at a given time.
    pure type(motion_type) function begun(motion, start)
       type(motion_type), intent(in) :: motion  !< of the input
       real(wp), intent(in) :: start  !< s
@@ -148,7 +148,7 @@ contains
       begun%curve%start = start
    end function begun
 
-   !> Replace loads, which may be more than before; their times count from the same origin.
+   !> Replace the loads; their number may grow, and their times count from the same origin.
    subroutine adopt_loads(own, model, removed)
       type(model_type), intent(inout) :: own  !< of the run
       type(model_type), intent(in) :: model   !< of the changed input
@@ -168,7 +168,7 @@ contains
       call move_alloc(loads, own%loads)
    end subroutine adopt_loads
 
-   !> Replace fixed points, which may be more than before, without those that stages have released.
+   !> Replace the fixed points, except those that stages have released; their number may grow.
    subroutine adopt_points(own, model, removed, stage)
       type(model_type), intent(inout) :: own  !< of the run
       type(model_type), intent(in) :: model   !< of the changed input
@@ -199,8 +199,8 @@ contains
       call move_alloc(points, own%fixed_points)
    end subroutine adopt_points
 
-   !> Targets of points that are fixed again, or have another motion, are their present positions;
-   !> other targets do not change.
+   !> Set the targets of points that are fixed again, or get another motion, to their positions.
+   !> Other targets do not change.
    subroutine keep_positions(simulation, before, motions)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(fixed_point_type), intent(in) :: before(:)  !< points before the change
@@ -229,7 +229,7 @@ contains
       end associate
    end subroutine keep_positions
 
-   !> Another Δt from now on.
+   !> Set another Δt from now on.
    subroutine set_time_step(simulation, time_step)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), intent(in) :: time_step  !< s

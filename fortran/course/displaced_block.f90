@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A block that is displaced slightly when dynamics begin: the twin of a run, with the same results
-!> as long as the motion is predictable.
+!> Twin of a run in which a block is displaced slightly when dynamics begin; its results are the
+!> same as long as the motion is predictable.
 !>
-!> Bonds, crossings and the reference contacts of slip are those of the run, because they are found
-!> before.
+!> Bonds, crossings and the reference contacts of slip are those of the run, because they are
+!> determined earlier.
 module dda_displaced_block
    use dda_kinds, only: wp
    use dda_blocks, only: update_geometry

@@ -1,27 +1,27 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Statics: a simulation is brought to rest under its weight and the loads of the present time.
+!> Statics: static equilibrium of a simulation under its weight and the loads of the present time.
 !>
-!> Velocities are dropped after each step, so a step of backward Euler (θ = χ = 1) solves
+!> Velocities are set to zero after each step, so a step of backward Euler (θ = χ = 1) solves
 !>
 !>     (M/Δt² + K) d = f − K q₀ − ∇U(q₀ + d) ,
 !>
 !> statics with a proximal term: the remaining unbalanced force is M d/Δt², which decreases with Δt.
-!> Contacts that touch start stuck.  The first Δt is long enough for blocks to share their loads
-!> before friction is mobilised; with the Δt of dynamics stiff joints would slip while the weight is
-!> applied.  A step that does not converge is repeated with a shorter Δt; a converged one is
-!> followed by a longer one.
+!> Touching contacts are first assumed to stick.  The first Δt is long enough for blocks to share
+!> their loads before friction is mobilised; with the Δt of dynamics, stiff joints would slip while
+!> the weight is applied.  A step that does not converge is repeated with a shorter Δt; after a
+!> converged step, Δt is increased.
 !>
-!> Rest: with all velocities zero and the contact laws evaluated in the present geometry, the
+!> Equilibrium: with all velocities zero and contact laws evaluated in the present geometry, the
 !> unbalanced force on each block is at most 10⁻⁶ of its own weight, or the tolerance of contact
 !> forces, or the force of coordinate rounding in its springs.  If the latter exceed 10⁻³ of the
-!> weight of an unsupported block, the outcome reports that it may still slide.  The steps end when
-!> blocks are found that fall for ever (`dda_falling`), or when they make no progress.
+!> weight of an unsupported block, the outcome reports that it may still slide.  The steps end if
+!> blocks are found that fall without limit (`dda_falling`), or if there is no progress.
 !>
-!> No contact at rest penetrates deeper than its force explains: such penetrations are released, and
-!> the steps continue.
+!> In equilibrium, no contact penetrates deeper than its force explains: such penetrations are
+!> released, and the steps continue.
 !>
-!> Materials do not damp in statics: they have the given modulus, and Maxwell bodies begin again at
-!> rest.
+!> Materials do not damp in statics: they have the given modulus, and Maxwell branches begin again
+!> without stress.
 module dda_equilibrium
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type, begin_memory
@@ -50,7 +50,7 @@ module dda_equilibrium
    private
    public :: equilibrium_type, equilibrate, evaluate_present, farthest_moved
 
-   !> Record of the search for rest.
+   !> Record of the search for equilibrium.
    type :: equilibrium_type
       integer :: steps = 0                      !< static steps
       integer(long) :: budget = 0               !< open–close iterations at most
@@ -71,7 +71,7 @@ module dda_equilibrium
    integer, parameter :: most_steps = 200
    integer(long), parameter :: most_iterations = 20000  !< open–close iterations in total
    !> iterations without halving the largest unbalanced force; in addition this number divided by
-   !> the number of blocks.  Walls need 50; stages with yielding materials converge soon or never
+   !> the number of blocks.  Walls need 50; stages with yielding materials converge early or never
    integer(long), parameter :: iterations_in_vain = 200, work_in_vain = 500000, &
       work_of_yield = 20000
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the weight
@@ -84,21 +84,21 @@ module dda_equilibrium
    !> steps without halving the unbalanced force, after which it is round-off; models on dashpots
    !> must reach it
    integer, parameter :: most_in_vain = 3
-   !> of the distance at which contacts are listed: penetration at rest without force
+   !> fraction of the contact distance: penetration without force in equilibrium
    real(wp), parameter :: fully_explained = 1.0e-3_wp
-   !> releases after which a vertex that is pushed between two edges is left there
+   !> releases after which a vertex that is pushed between two edges remains there
    integer, parameter :: most_releases = 5
    integer, parameter :: few_iterations = 20       !< iterations of an easy step
    real(wp), parameter :: shrink = 0.1_wp          !< factor of Δt after a failed step
    real(wp), parameter :: longest = 1.0e2_wp       !< largest Δt over the first one
    real(wp), parameter :: shortest = 1.0e-5_wp     !< smallest Δt over the first one
-   !> of half the model size: largest total displacement of a search for equilibrium
+   !> fraction of half the model size: largest total displacement of a search for equilibrium
    real(wp), parameter :: fall = 1.0_wp
 
 contains
 
-   !> Bring a simulation to rest; time, step count and settings are restored.  The error names the
-   !> blocks that keep moving.
+   !> Find static equilibrium of a simulation; time, step count and settings are restored.
+   !> The error names the blocks that do not stop moving.
    subroutine equilibrate(simulation, equilibrium, error, budget)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(out) :: equilibrium  !< record of the search
@@ -140,7 +140,7 @@ contains
          simulation%system%rhs)
    end subroutine equilibrate
 
-   !> Set stresses to those of the given modulus, and book the energy of the Maxwell bodies.
+   !> Set stresses to those of the given modulus, and book the energy of Maxwell branches.
    subroutine stop_damping(blocks, energy)
       type(blocks_type), intent(inout) :: blocks  !< between two steps
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -153,7 +153,7 @@ contains
       call add_energy(energy, energy_algorithmic, before - energy%value(energy_strain))
    end subroutine stop_damping
 
-   !> Backward Euler without velocities; time-dependent values are those of the present time.
+   !> Set backward Euler without velocities, and time-dependent values at the present time.
    subroutine begin_statics(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -173,7 +173,7 @@ contains
       call stop_damping(simulation%blocks, simulation%energy)
    end subroutine begin_statics
 
-   !> Static steps until forces balance and explain all penetrations.
+   !> Perform static steps until forces balance and explain all penetrations.
    subroutine step_to_rest(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
@@ -219,7 +219,7 @@ contains
       end do
    end subroutine step_to_rest
 
-   !> One static step; if it fails, the blocks do not move and Δt is reduced.
+   !> Perform one static step; if it fails, the blocks do not move and Δt is reduced.
    subroutine static_step(simulation, first, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), intent(in) :: first  !< Δt of the first step, s
@@ -241,7 +241,7 @@ contains
       call stop_blocks(simulation)
    end subroutine static_step
 
-   !> Drop all velocities and book their energy.
+   !> Set all velocities to zero and add their energy to the budget.
    subroutine stop_blocks(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: loss
@@ -268,8 +268,8 @@ contains
          simulation%system%d, unused(1), unused(2))
    end subroutine evaluate_present
 
-   !> Unbalanced forces on the blocks: contact laws, stresses and forces of the elements at the
-   !> present positions, without velocities.  Moments and forces on strains count over the radius.
+   !> Find the unbalanced forces on the blocks at the present positions, without velocities.
+   !> Forces of contacts, stresses and elements are included; moments are divided by the radius.
    subroutine find_unbalanced(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< its contacts are listed again
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets the largest and the worst
@@ -300,8 +300,8 @@ contains
       call compare_with_allowed(simulation, equilibrium)
    end subroutine find_unbalanced
 
-   !> The largest force, the block with the largest excess over its tolerance, and the block with
-   !> too large a tolerance.
+   !> Find the largest force, and the block with the largest excess over its tolerance.
+   !> The block with too large a tolerance is found too.
    subroutine compare_with_allowed(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< with the unbalanced forces in `system%rhs`
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets the largest and the worst
@@ -336,7 +336,7 @@ contains
       end associate
    end subroutine compare_with_allowed
 
-   !> Tolerance of the unbalanced force on block b at rest, N/m.
+   !> Tolerance of the unbalanced force on block b in equilibrium, N/m.
    pure real(wp) function allowed_force(simulation, b) result(allowed)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, intent(in) :: b  !< number of the block
@@ -358,8 +358,8 @@ contains
       weight_of = norm2(simulation%model%control%gravity)*simulation%blocks%mass(b)
    end function weight_of
 
-   !> A contact in compression that penetrates deeper than its force explains: the forces balance,
-   !> but belong to another position of the blocks.
+   !> Find a contact in compression that penetrates deeper than its force explains.
+   !> The forces balance, but for another position of the blocks.
    subroutine doubt_contacts(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< with the contacts at rest
       type(equilibrium_type), intent(inout) :: equilibrium  !< no rest if there is such a contact
@@ -380,7 +380,7 @@ contains
          .or. (equilibrium%releases == most_releases .and. most <= simulation%detection%least)
    end subroutine doubt_contacts
 
-   !> Blocks that no contact forces can support, and that nothing can stop.
+   !> Record blocks that no contact forces can support, and that nothing can stop.
    subroutine record_falling(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< with its loads and contacts
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets their number, and the first one
@@ -392,9 +392,9 @@ contains
       equilibrium%falls = findloc(falls, .true., 1)
    end subroutine record_falling
 
-   !> Let contacts press by their whole penetration.  Vertices that changed edges in soft contacts,
-   !> as in a fallen pile, have penetrations without force, because otherwise they would gain
-   !> energy.
+   !> Remove offsets, so that contact forces correspond to the whole penetration.
+   !> Vertices that changed edges in soft contacts, such as in a fallen pile, penetrate without
+   !> force, because otherwise they would gain energy.
    subroutine release_depths(simulation, equilibrium)
       type(simulation_type), intent(inout) :: simulation  !< its contacts are evaluated
       type(equilibrium_type), intent(inout) :: equilibrium  !< the contact is reset, releases count
@@ -408,7 +408,7 @@ contains
       equilibrium%releases = equilibrium%releases + 1
    end subroutine release_depths
 
-   !> The block that has moved farthest from given positions, and its distance.
+   !> Find the block that has moved farthest from given positions, and its distance.
    subroutine farthest_moved(blocks, from, block, way)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: from(:,:)        !< [≥2,blocks] centroids, m
@@ -428,7 +428,7 @@ contains
       end do
    end subroutine farthest_moved
 
-   !> The outcome of the search: an error if there is no rest.
+   !> Write the outcome of the search: an error if there is no equilibrium.
    subroutine put_in_words(simulation, equilibrium, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
@@ -459,8 +459,8 @@ contains
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine put_in_words
 
-   !> The contact with the largest normal force and its joint: of the sliding ones of an unbalanced
-   !> block, else of all that slide, else of all of the block.
+   !> Text on the contact with the largest normal force and its joint.
+   !> Priority: sliding contacts of an unbalanced block, all sliding contacts, contacts of the block.
    function words_of_slip(simulation, b) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: b                         !< block that is out of balance
@@ -496,7 +496,7 @@ contains
       end associate
    end function words_of_slip
 
-   !> The one of two contacts with the larger normal force; if the first is 0, the second.
+   !> Select the contact with the larger normal force; the second, if the first is 0.
    pure integer function larger(contacts, first, second)
       type(contacts_type), intent(in) :: contacts  !< of the last step
       integer, intent(in) :: first, second         !< contacts; first may be 0
@@ -506,7 +506,7 @@ contains
       if (contacts%normal_force(first) >= contacts%normal_force(second)) larger = first
    end function larger
 
-   !> Text: a block falls, and the number of others.
+   !> Text ' falls', or ' and others fall' with their number.
    pure function others_fall(others) result(words)
       integer, intent(in) :: others  !< blocks
       character(len=:), allocatable :: words
@@ -535,7 +535,7 @@ contains
       end associate
    end function words_of_depth
 
-   !> Text on the number of releases.
+   !> Text on the number of static steps.
    pure function static_steps(equilibrium) result(words)
       type(equilibrium_type), intent(in) :: equilibrium  !< so far
       character(len=:), allocatable :: words
@@ -543,7 +543,7 @@ contains
       words = counted(to_text(equilibrium%steps), 'static step', 'static steps')
    end function static_steps
 
-   !> Text on the accuracy of the rest.
+   !> Text on the accuracy of the equilibrium.
    function words_of_rest(simulation, equilibrium) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(equilibrium_type), intent(in) :: equilibrium  !< at rest

@@ -2,11 +2,11 @@
 !> Groups of blocks that no contact forces can support, and that nothing can stop.
 !>
 !> Loads act along one direction, "down".  A block may be supported if an element acts on it, or if
-!> it is above such a block or above one that may be supported.  The others form groups of blocks in
-!> contact.  Such a group is in equilibrium only if the forces of its contacts with other blocks
+!> it is above such a block or above a block that may be supported.  The others form groups in
+!> contact.  A group is in equilibrium only if the forces of its contacts with other blocks
 !> balance its loads.  These forces lie in friction cones, and their sums in the cone between the
-!> first and the last direction.  If the opposite of the loads is outside it, the forces cannot
-!> balance, and there is nothing below on which the group could land.
+!> first and the last direction.  If the opposite of the loads is outside this cone, the forces
+!> cannot balance, and there is nothing below on which the group could land.
 module dda_falling
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -30,7 +30,7 @@ module dda_falling
 
 contains
 
-   !> Blocks that fall for ever.
+   !> Find the blocks that fall without limit.
    subroutine find_falling(blocks, contacts, laws, load, held, falls)
       type(blocks_type), intent(in) :: blocks      !< in their present state
       type(contacts_type), intent(in) :: contacts  !< of the present state
@@ -62,7 +62,7 @@ contains
       call keep_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
    end subroutine find_falling
 
-   !> Extents of blocks along and across the loads.  Sides that meet within rounding do not overlap.
+   !> Set the extents of blocks along and across the loads; sides that just touch do not overlap.
    subroutine set_extents(extents, blocks, down)
       type(extents_type), intent(out) :: extents  !< of all blocks
       type(blocks_type), intent(in) :: blocks     !< in their present state
@@ -94,7 +94,7 @@ contains
       end associate
    end subroutine set_extents
 
-   !> Blocks above a part of a supported block may be supported as well.
+   !> Find blocks above a part of a supported block, which may be supported as well.
    subroutine find_resting(extents, removed, stands)
       type(extents_type), intent(in) :: extents   !< of all blocks
       logical, intent(in) :: removed(:)           !< [blocks]
@@ -133,7 +133,7 @@ contains
       end subroutine add
    end subroutine find_resting
 
-   !> Keep groups whose contacts with other blocks cannot balance their loads.
+   !> Retain groups whose contacts with other blocks cannot balance their loads.
    subroutine keep_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
       type(blocks_type), intent(in) :: blocks      !< in their present state
       type(contacts_type), intent(in) :: contacts  !< of the present state
@@ -143,8 +143,8 @@ contains
       integer, intent(in) :: part(:)               !< [blocks] first block of its group
       logical, intent(in) :: stands(:)             !< [blocks]
       logical, intent(inout) :: falls(:)           !< [blocks]
-      !> [blocks] first and last direction of forces on a group, as angles from the opposite of its
-      !> loads
+      !> [blocks] first and last direction of forces on a group, as angles from the direction
+      !> opposite to its loads
       real(wp) :: range(2, blocks%n), direction, friction
       logical :: balances(blocks%n)
       integer :: c, b

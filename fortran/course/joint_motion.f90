@@ -23,8 +23,8 @@ module dda_joint_motion
 
 contains
 
-   !> Mean slip and widest opening, m, NaN if the joint no longer exists; sums of the normal force,
-   !> compression positive, and of the shear force that resists slip; force on the first set, N/m.
+   !> Measure mean slip and widest opening of a joint, m, and its forces; NaN if no longer existing.
+   !> Forces, N/m: sum of normal forces (compression positive), of resisting shear forces, on set one.
    pure subroutine measure_joint(joint, first, contacts, blocks, values)
       type(measured_joint_type), intent(in) :: joint   !< of the model
       type(first_contacts_type), intent(in) :: first   !< contacts that touched at first
@@ -59,7 +59,7 @@ contains
       end do
    end subroutine measure_joint
 
-   !> A contact of these two blocks belongs to the joint.
+   !> .true. if a contact of these two blocks belongs to the joint.
    pure logical function is_between(joint, one, other)
       type(measured_joint_type), intent(in) :: joint  !< of the model
       integer, intent(in) :: one, other               !< blocks
@@ -67,7 +67,7 @@ contains
       is_between = joint%side(one) + joint%side(other) == 3
    end function is_between
 
-   !> An error for a joint without contacts when the run begins.
+   !> Reject a joint without contacts at the start of the run.
    subroutine check_measured_joints(simulation, error)
       type(simulation_type), intent(in) :: simulation        !< that has begun to count
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once

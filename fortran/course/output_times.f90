@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Output at equal times: each stage has samples and frames at whole multiples of their intervals
-!> after its beginning, and adaptive steps are shortened to end there.
+!> after its start, and adaptive steps are shortened to end at these times.
 module dda_output_times
    use dda_kinds, only: wp, long
    use dda_simulation, only: simulation_type
@@ -10,7 +10,7 @@ module dda_output_times
 
    real(wp), parameter :: nearly = 1.0_wp + 1.0e-9_wp  !< for rounding of times
 
-   !> A step that is shortened to end at an output.
+   !> A step that is shortened to end at an output time.
    type :: aim_type
       real(wp) :: time = 0.0_wp      !< time of the output at which the step must end, s
       real(wp) :: planned = 0.0_wp   !< Δt before it was shortened, s; 0: it was not
@@ -20,8 +20,8 @@ module dda_output_times
 
 contains
 
-   !> Shorten the next adaptive step to end at the next output, or half-way if that is less than two
-   !> steps ahead.
+   !> Shorten the next adaptive step to end at the next output time, or half-way before it.
+   !> It ends half-way if the output time is less than two steps ahead.
    pure subroutine aim_at_output(simulation, aim)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(aim_type), intent(out) :: aim                  !< target time
@@ -41,7 +41,7 @@ contains
       aim%taken = simulation%time_step
    end subroutine aim_at_output
 
-   !> After the step: set the time exactly, and the next Δt as if the step had not been shortened.
+   !> After the step, set the exact time, and restore the Δt from before the step was shortened.
    pure subroutine reach_output(simulation, aim)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(aim_type), intent(in) :: aim                   !< of `aim_at_output`
@@ -57,7 +57,7 @@ contains
       if (left > 0.0_wp) simulation%time_step = min(simulation%time_step, left)
    end subroutine reach_output
 
-   !> The next multiple of an interval after the beginning of the stage, s.
+   !> Next multiple of an interval after the start of the stage, s.
    pure real(wp) function next_time(simulation, interval)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       real(wp), intent(in) :: interval                 !< s; 0: none
@@ -67,7 +67,7 @@ contains
          *(aint((simulation%time - simulation%first_time)/interval*nearly) + 1.0_wp)
    end function next_time
 
-   !> A step has ended at a multiple of an interval after the beginning of the stage.
+   !> .true. if a step has ended at a multiple of an interval after the start of the stage.
    pure logical function is_output_time(simulation, interval) result(here)  ! total
       type(simulation_type), intent(in) :: simulation  !< between two steps
       real(wp), intent(in) :: interval                 !< s; 0: none

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The largest values of a run, step by step.
+!> Largest values of a run, updated in each step.
 !>
-!> Counting begins with the first frame of the output, which is at rest if the first stage is
+!> Counting begins with the first frame of the output, in static equilibrium if the first stage is
 !> static.  Every dynamic step counts.  Of a later static stage only its end counts, without
-!> velocities and accelerations, because its steps are no motion of the model.
+!> velocities and accelerations, because its steps are not a motion in time.
 module dda_running_maxima
    use dda_kinds, only: wp
    use dda_base_motion, only: begin_base, renew_base, update_base
@@ -29,14 +29,14 @@ module dda_running_maxima
 
 contains
 
-   !> Movement of a contact that counts, m.
+   !> Smallest contact movement that is reported, m.
    pure real(wp) function least_movement(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
       least_movement = least_share*2*half_size(simulation%model%blocks)
    end function least_movement
 
-   !> Count from the present state.
+   !> Begin to count from the present state.
    subroutine begin_maxima(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -49,7 +49,7 @@ contains
       call count_state(simulation, .true., .true.)
    end subroutine begin_maxima
 
-   !> Allocate the counters, for a number of contacts that touch at first.
+   !> Allocate the counters for a number of initial contacts.
    subroutine reserve_maxima(simulation, contacts)
       type(simulation_type), intent(inout) :: simulation  !< started
       integer, intent(in) :: contacts                     !< contacts of slip and opening
@@ -74,7 +74,7 @@ contains
       end associate
    end subroutine reserve_maxima
 
-   !> The nearest measured point below point i, within 45° of the vertical at the start; 0 without.
+   !> Find the nearest measured point below point i, initially within 45° of vertical; 0 if none.
    pure integer function point_below(simulation, i) result(below)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< measured point
@@ -102,7 +102,7 @@ contains
       end associate
    end function reference_position
 
-   !> After a dynamic step.
+   !> Update the largest values after a dynamic step.
    subroutine count_step(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       logical :: look
@@ -111,7 +111,7 @@ contains
          size_of_model => 2*half_size(simulation%model%blocks))
          call update_base(maxima%base, simulation%model, simulation%blocks, &
             step_type(simulation%scheme, simulation%time - dt, dt), simulation%time)
-         ! The path counts at most half the model size per step.
+         ! The path increases by at most half the model size per step.
          look = may_exceed(maxima%contacts, maxima%largest, simulation%path, &
             least_recorded*size_of_model) .or. 2*simulation%speed*dt >= size_of_model
       end associate
@@ -119,7 +119,7 @@ contains
       call count_state(simulation, .true., look)
    end subroutine count_step
 
-   !> After the start of a stage: consider removed blocks, and the rest of a static stage.
+   !> Update for removed blocks, and for the equilibrium of a static stage, after a stage starts.
    subroutine count_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -128,7 +128,7 @@ contains
       call count_state(simulation, .false., .true.)
    end subroutine count_rest
 
-   !> Count the present state.
+   !> Update by the present state.
    subroutine count_state(simulation, rates, look)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       logical, intent(in) :: rates             !< with velocities and accelerations
@@ -142,7 +142,7 @@ contains
       simulation%maxima%largest = largest
    end subroutine count_state
 
-   !> Values of the present state, without slip and opening.
+   !> Update by the values of the present state, except slip and opening.
    subroutine add_state(simulation, largest, rates)
       type(simulation_type), intent(in) :: simulation   !< between two steps
       type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
@@ -157,7 +157,7 @@ contains
       if (any(simulation%model%materials%yields())) call add_yielding(simulation, largest)
    end subroutine add_state
 
-   !> The largest plastic strain of all blocks.
+   !> Update the largest plastic strain of all blocks.
    subroutine add_yielding(simulation, largest)
       type(simulation_type), intent(in) :: simulation   !< between two steps
       type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
@@ -169,7 +169,7 @@ contains
       call take(largest(of_plastic_strain), strain(b), simulation%time, [b, 0])
    end subroutine add_yielding
 
-   !> Motions of the measured points relative to the base, and their drift.
+   !> Update motions of the measured points relative to the base, and their drift.
    subroutine add_points(simulation, largest, rates)
       type(simulation_type), intent(in) :: simulation   !< between two steps
       type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
@@ -212,7 +212,7 @@ contains
       sideways = place(1)
    end function sideways
 
-   !> Update after supports or motions have changed between two steps.
+   !> Update the base after supports or motions have changed between two steps.
    subroutine change_base(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -220,7 +220,7 @@ contains
          simulation%blocks, simulation%time)
    end subroutine change_base
 
-   !> Update after displacements of measured points have been set to zero.
+   !> Restart measured points after their displacements have been set to zero.
    subroutine restart_points(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(largest_type) :: none
@@ -230,7 +230,7 @@ contains
       simulation%maxima%largest(of_point_drift) = none
    end subroutine restart_points
 
-   !> Values of the present state, and the number of contacts that have moved.
+   !> Collect residual values of the present state, and the number of contacts that have moved.
    subroutine take_residuals(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(largest_type) :: last(number_of_maxima)

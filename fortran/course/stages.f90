@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Stages of a run: statics to rest, excavation, changes, dynamics, in the order of the input.
+!> Stages of a run: static equilibrium, excavation, changes, dynamics, in the order of the input.
 !>
 !> A static stage is completed at its start: it has no time and no steps.  If the first stage is
-!> static, the energy budget begins after it, with the energy stored then; losses of later static
-!> stages have a term of their own.
+!> static, the energy budget begins after it, with the energy stored then; dissipation in later
+!> static stages has its own term.
 module dda_stages
    use dda_kinds, only: wp, long
    use dda_blocks, only: change_material, place_of, remove_block
@@ -39,7 +39,7 @@ module dda_stages
 
 contains
 
-   !> Set up a run of a model, with its first stages up to the first dynamic one.
+   !> Start a run of a model and its stages up to the first dynamic stage.
    subroutine begin_simulation(simulation, model, error)
       type(simulation_type), intent(out) :: simulation  !< ready for its first step
       type(model_type), intent(in) :: model             !< as read from the input
@@ -49,8 +49,7 @@ contains
       if (.not. allocated(error)) call begin_first_stage(simulation, error)
    end subroutine begin_simulation
 
-   !> Begin the first stage of a simulation that has just been started; if it is static, also the
-   !> dynamic one that follows.
+   !> Begin the first stage of a started simulation; if it is static, also the next dynamic one.
    subroutine begin_first_stage(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -66,7 +65,7 @@ contains
       call check_measured_joints(simulation, error)
    end subroutine begin_first_stage
 
-   !> Begin the stage after the present one, of columns of free fields first.
+   !> Begin the stage after the present stage, for columns of free fields first.
    recursive subroutine begin_next_stage(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -95,8 +94,8 @@ contains
          quoted(trim(simulation%model%stages(s)%name))//unsettled(error)
    end subroutine begin_next_stage
 
-   !> Displace a block at the start of dynamics, if the input requests it; the stored energy belongs
-   !> to the initial state.
+   !> Displace a block at the start of dynamics, if the input requests it.
+   !> The stored energy belongs to the initial state.
    subroutine begin_displaced(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
@@ -114,7 +113,7 @@ contains
       if (.not. allocated(error)) call book(simulation, energy_initial, 1.0_wp)
    end subroutine begin_displaced
 
-   !> An error if a support continues moving, because blocks on it cannot rest.
+   !> Reject supports that continue moving, because blocks on them cannot reach equilibrium.
    subroutine refuse_moving_supports(simulation, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< names the motion
@@ -138,7 +137,7 @@ contains
       end associate
    end subroutine refuse_moving_supports
 
-   !> Text: why a stage is not at rest, and what to do.
+   !> Text on why a stage has not reached equilibrium, and what to do.
    pure function unsettled(error) result(words)
       type(error_type), intent(in) :: error  !< of its static steps
       character(len=:), allocatable :: words
@@ -148,7 +147,7 @@ contains
          'resume starts it again'
    end function unsettled
 
-   !> The stage begins a motion or changes blocks, supports, materials or joints.
+   !> .true. if the stage begins a motion or changes blocks, supports, materials or joints.
    pure logical function changes_model(stage)  ! total
       type(stage_type), intent(in) :: stage
 
@@ -158,7 +157,7 @@ contains
          .or. replaces(stage%joint) .or. replaces(stage%material)
    end function changes_model
 
-   !> A number differs from the one that it replaces.
+   !> .true. if a number differs from the number that it replaces.
    pure logical function replaces(list)  ! total
       integer, intent(in) :: list(:)  !< [joints] or [materials]
       integer :: i
@@ -166,7 +165,7 @@ contains
       replaces = any(list /= [(i, i=1, size(list))])
    end function replaces
 
-   !> Δt, number of steps and integration of a dynamic stage.
+   !> Set Δt, number of steps and integration of a dynamic stage.
    subroutine set_stepping(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
@@ -183,7 +182,7 @@ contains
       end associate
    end subroutine set_stepping
 
-   !> Set blocks, supports, motions, materials and joints of a stage, and book the energies.
+   !> Set blocks, supports, motions, materials and joints of a stage, and update the energy budget.
    subroutine change_model(simulation, s, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
@@ -221,7 +220,7 @@ contains
       end associate
    end subroutine change_model
 
-   !> Stored energies of the present state; the difference is booked in a term.
+   !> Update the stored energies; add their difference to a term of the budget.
    subroutine book(simulation, term, sign_of)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: term  !< one of the list
@@ -253,7 +252,7 @@ contains
       end do
    end subroutine begin_motions
 
-   !> Fixed points that begin to act keep their present positions; loads start.
+   !> Activate fixed points at their present positions, and loads.
    subroutine activate_points(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
@@ -305,7 +304,7 @@ contains
       end associate
    end subroutine replace_properties
 
-   !> Bolts and edge loads that the stage adds.
+   !> Add bolts and edge loads of the stage.
    pure subroutine add_attachments(model, stage)
       type(model_type), intent(inout) :: model  !< its bolts and edge loads
       type(stage_type), intent(in) :: stage
@@ -316,7 +315,7 @@ contains
       end associate
    end subroutine add_attachments
 
-   !> Bolts and edge loads that the stage removes, and bolts of removed blocks.
+   !> Remove bolts and edge loads of the stage, and bolts of removed blocks.
    pure subroutine drop_attachments(model, removed, stage)
       type(model_type), intent(inout) :: model  !< its bolts and edge loads
       logical, intent(in) :: removed(:)         !< [blocks]
@@ -332,7 +331,7 @@ contains
       end associate
    end subroutine drop_attachments
 
-   !> Remove blocks and supports, with the supports and loads of these blocks.
+   !> Remove blocks and supports of the stage, with the supports and loads of these blocks.
    subroutine remove_parts(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
@@ -370,7 +369,7 @@ contains
 
    contains
 
-      !> Displacements of points count from their present positions.
+      !> Set the present positions of points as origins of their displacements.
       pure subroutine fix_here(points)
          type(point_type), intent(inout) :: points(:)  !< measured
          integer :: k
@@ -381,7 +380,7 @@ contains
       end subroutine fix_here
    end subroutine zero_displacements
 
-   !> Rest under gravity and the loads of the present time.
+   !> Find static equilibrium under gravity and the loads of the present time.
    subroutine settle(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -417,8 +416,8 @@ contains
       end associate
    end subroutine settle
 
-   !> A doubt that bonds have broken in a static stage: the remaining points of a brittle joint may
-   !> be too strong.
+   !> Warn that bonds have broken in a static stage.
+   !> The remaining points of a brittle joint may then be too strong.
    pure subroutine doubt_broken(simulation, broken)
       type(simulation_type), intent(inout) :: simulation  !< at rest
       integer(long), intent(in) :: broken                 !< bonds, in this stage
@@ -428,7 +427,7 @@ contains
          '(contact_points = 5)')
    end subroutine doubt_broken
 
-   !> Largest change of a stress in situ until rest.
+   !> Text on the largest change of initial stress during a static stage.
    function corrected_in_words(simulation, before) result(words)
       type(simulation_type), intent(in) :: simulation  !< at rest
       real(wp), intent(in) :: before(:,:)              !< [3,blocks] as given, Pa
@@ -445,7 +444,7 @@ contains
          ' of the largest, in block '//block_name(simulation, most(2))
    end function corrected_in_words
 
-   !> Movement of blocks in a static stage, and from the model as drawn.
+   !> Text on the movement of blocks in a static stage, and relative to the input.
    function moved_in_words(simulation, places) result(words)
       type(simulation_type), intent(in) :: simulation  !< at rest
       real(wp), intent(in) :: places(:,:)             !< [2,blocks] at the beginning of the stage, m
@@ -466,7 +465,7 @@ contains
          ', by '//short_text(way)//' m'
    end function moved_in_words
 
-   !> Book losses of the scheme in static steps in the term of static stages.
+   !> Add losses of the scheme in static steps to the term of static stages.
    pure subroutine book_statics(energy, before)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(energy_type), intent(in) :: before  !< at the beginning of the stage
@@ -479,8 +478,7 @@ contains
       energy%value(terms) = before%value(terms)
    end subroutine book_statics
 
-   !> After the stage is read from a checkpoint: apply the changes of all stages up to it to a new
-   !> model.
+   !> Apply the changes of all stages up to the present one to a new model, for a checkpoint.
    subroutine restore_stages(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer :: s, i

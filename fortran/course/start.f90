@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The first state of a run, and rates set from outside.
+!> First state of a run, and rates that the caller sets.
 module dda_start
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
@@ -96,7 +96,7 @@ contains
       contacts%with_strengths = .not. laws%plain .or. any(max(laws%cohesion, laws%tension) > 0.0_wp)
    end subroutine prepare_lists
 
-   !> Limits and tolerances of the open–close iteration.
+   !> Set limits and tolerances of the open–close iteration.
    subroutine prepare_iteration(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< with its contact laws and scheme
       type(model_type), intent(in) :: model  !< as read from the input
@@ -148,8 +148,8 @@ contains
       call move_alloc(across, simulation%detection%across)
    end subroutine skip_crossings
 
-   !> Set the rates of all blocks except those fixed by supports; their energy is input, or
-   !> part of the first state.
+   !> Set the rates of all blocks except those fixed by supports.
+   !> Their energy is input, or part of the first state.
    subroutine set_rates(simulation, rates, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: rates(:,:)  !< [6,blocks] m/s, rad/s, 1/s

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The end of a run before its duration: displacement or tilt beyond a limit, blocks that have
-!> fallen, or rest.
+!> End of a run before its duration: displacement or tilt beyond a limit, fallen blocks, or static
+!> equilibrium.
 !>
-!> Movement counts from the first frame of the output, which is at rest if the first stage is
-!> static.  Rest is judged by positions and not by velocities, because velocities of stiff modes may
-!> alternate from step to step while nothing moves.
+!> Movement counts from the first frame of the output, in equilibrium if the first stage is
+!> static.  Equilibrium is judged by positions, not by velocities, because velocities of stiff modes
+!> may alternate from step to step while nothing moves.
 module dda_stop_rule
    use dda_kinds, only: wp, pi
    use dda_edge_load, only: history_of
@@ -28,7 +28,7 @@ contains
          simulation%stop%window(3, simulation%blocks%n), source=0.0_wp)
    end subroutine prepare_stop_rule
 
-   !> Count movement from the present state.
+   !> Begin to count movement from the present state.
    pure subroutine begin_stop_rule(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -37,7 +37,7 @@ contains
       call begin_window(simulation)
    end subroutine begin_stop_rule
 
-   !> Check for rest from now on.
+   !> Begin the window in which blocks must not move.
    pure subroutine begin_window(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -45,7 +45,7 @@ contains
       simulation%stop%since = simulation%time
    end subroutine begin_window
 
-   !> After a step: the reason to end the run, if there is one.
+   !> Find the reason to end the run after a step, if there is one.
    pure subroutine apply_stop_rule(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -54,7 +54,7 @@ contains
       if (simulation%stop%reason == '') call judge_rest(simulation)
    end subroutine apply_stop_rule
 
-   !> Displacement, tilt and fallen blocks, relative to the reference block.
+   !> Judge displacement, tilt and fallen blocks, relative to the reference block.
    pure subroutine judge_movement(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: zero(3), moved(3), far
@@ -91,7 +91,7 @@ contains
       end associate
    end subroutine judge_movement
 
-   !> A block counts; of a body only its first cell counts.
+   !> .true. if a block is counted; of a body only its first cell is.
    pure logical function first_of_body(body, b)
       integer, intent(in) :: body(:)  !< [blocks] that a cell is part of; 0: none
       integer, intent(in) :: b        !< block
@@ -106,8 +106,8 @@ contains
       degrees = angle*180.0_wp/pi
    end function degrees
 
-   !> No vertex has moved since the beginning of the window, in the last stage, after all motions
-   !> and loads; movement is relative to the supports if all of them continue with one velocity
+   !> .true. if no vertex has moved since the window began, in the last stage, after all motions
+   !> and loads.  Movement is relative to the supports if all of them continue with one velocity
    !> after their records.
    pure subroutine judge_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
@@ -164,8 +164,7 @@ contains
       end associate
    end function quiet_from
 
-   !> Time of the last change of a load that is linear between its times, s; its end counts when it
-   !> is over.
+   !> Time of the last change of a load that is linear between its times, s.
    pure real(wp) function last_change(times, values, now)
       real(wp), intent(in) :: times(:)     !< s, ascending
       real(wp), intent(in) :: values(:,:)  !< [any,times]

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The motion of the base from which displacements, velocities and accelerations count.
+!> Base motion relative to which displacements, velocities and accelerations are reported.
 !>
 !> It is the motion of the supports if all of them, in this and later stages, have the same
-!> translation; else that of the measured point that all groups &amplification name as their base;
-!> else that of an outcrop of the half-space below, if a single motion enters there.  Otherwise
-!> values are absolute.
+!> translation; otherwise that of the measured point that all groups &amplification name as base;
+!> otherwise that of an outcrop of the half-space below, if a single motion enters there.  If none
+!> exists, values are absolute.
 module dda_base_motion
    use dda_kinds, only: wp
    use dda_baseline, only: displacement_at, velocity_at
@@ -53,8 +53,7 @@ contains
       call renew_base(base, model, blocks, time)
    end subroutine begin_base
 
-   !> Update the base after supports or motions have changed; the displacement continues from its
-   !> present value.
+   !> Update the base after supports or motions have changed; its displacement is continuous.
    subroutine renew_base(base, model, blocks, time)
       type(base_type), intent(inout) :: base     !< of the model
       type(model_type), intent(in) :: model      !< of the run
@@ -77,8 +76,8 @@ contains
       end select
    end subroutine renew_base
 
-   !> The common translation of all supports: the combination of the motions u that matches, by
-   !> least squares, their components along the supported directions.
+   !> Find the common translation of all supports as a combination of the motions u.
+   !> It matches, by least squares, their components along the supported directions.
    pure subroutine find_base(base, model)
       type(base_type), intent(inout) :: base     !< gets its kind and its coefficients
       type(model_type), intent(in) :: model      !< of the run
@@ -113,7 +112,7 @@ contains
       end if
    end subroutine find_base
 
-   !> The motion of the outcrop, if the same one enters from all half-spaces.
+   !> Find the motion of the outcrop, if the same motion enters from all half-spaces.
    pure subroutine find_outcrop(base, model)
       type(base_type), intent(inout) :: base     !< gets its kind and its coefficients
       type(model_type), intent(in) :: model      !< of the run
@@ -138,7 +137,7 @@ contains
       end do
    end subroutine find_outcrop
 
-   !> The Moore–Penrose inverse of a sum of dyads n nᵀ of unit vectors.
+   !> Moore–Penrose inverse of a sum of dyads n nᵀ of unit vectors.
    pure function inverse_of(matrix) result(inverse)
       real(wp), intent(in) :: matrix(2, 2)  !< symmetric, not negative
       real(wp) :: inverse(2, 2), trace, determinant
@@ -153,7 +152,7 @@ contains
       end if
    end function inverse_of
 
-   !> Every support moves with the base.
+   !> .true. if every support moves with the base.
    pure logical function agree(base, model)  ! total
       type(base_type), intent(in) :: base        !< with its coefficients
       type(model_type), intent(in) :: model      !< of the run
@@ -173,7 +172,7 @@ contains
       end do
    end function agree
 
-   !> The measured point that all groups &amplification name as their base; 0 without one.
+   !> Find the measured point that all groups &amplification name as base; 0 if there is none.
    pure integer function named_point(model) result(point)
       type(model_type), intent(in) :: model      !< of the run
 
@@ -183,7 +182,7 @@ contains
       if (any(model%amplifications%base /= point)) point = 0
    end function named_point
 
-   !> The motion of the base at the end of a step, as for supports (`dda_spring_element`).
+   !> Update the motion of the base at the end of a step, as for supports (`dda_spring_element`).
    subroutine update_base(base, model, blocks, step, time)
       type(base_type), intent(inout) :: base     !< of the model
       type(model_type), intent(in) :: model      !< of the run
@@ -227,7 +226,7 @@ contains
       end do
    end function motion_at
 
-   !> The origin of values must be reported: something moves the model.
+   !> .true. if something moves the model, so that the origin of values must be reported.
    pure logical function counts_from_motion(base, model)
       type(base_type), intent(in) :: base        !< of the model
       type(model_type), intent(in) :: model      !< of the run
@@ -235,7 +234,7 @@ contains
       counts_from_motion = base%kind /= base_rests .and. size(model%motions) > 0
    end function counts_from_motion
 
-   !> Text on the origin from which values count.
+   !> Text on the origin of reported values.
    pure function base_words(base, model) result(words)
       type(base_type), intent(in) :: base        !< of the model
       type(model_type), intent(in) :: model      !< of the run

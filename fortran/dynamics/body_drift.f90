@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solve a step of moving bodies for the difference from the translation of each body.
+!> Solution of a step of moving bodies for the difference from the translation of each body.
 !>
 !> If a body moves by d₀ in a step, the stiff springs between its cells have no force, but K̂d₀ is
 !> rounded to 10⁻¹⁶ K̂d₀, with the same sign in each step: a body of E = 10¹⁴ Pa would gain 10⁻⁸ of
@@ -22,14 +22,14 @@ module dda_body_drift
    public :: begin_drift, solve_step_for
 
    real(wp), parameter :: least_drift = 1.0e-6_wp  !< of half the model: less displacement is rest
-   !> of loads, which scale residuals: forces of moving supports and contacts are far larger than
+   !> fraction of loads, which scale residuals: forces of moving supports and contacts far exceed
    !> those between bodies
    real(wp), parameter :: share_of_rounding = 1.0e-3_wp
 
 contains
 
-   !> Find the translation d₀ of each body and the linear part of K̂d₀; pass the remaining loads to
-   !> the solver.
+   !> Find the translation d₀ of each body and the linear part of K̂d₀.
+   !> Pass the remaining loads to the solver.
    subroutine begin_drift(system, solver, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step, without contacts
       type(solver_type), intent(inout) :: solver  !< linear solver
@@ -66,7 +66,7 @@ contains
       call record_rigid_terms(solver)
    end subroutine begin_drift
 
-   !> Mean velocity of each body × Δt, for each of its cells; zero for other blocks.
+   !> Set mean velocity × Δt of each body for each of its cells; zero for other blocks.
    pure subroutine translate_bodies(blocks, time_step, drift)
       type(blocks_type), intent(in) :: blocks    !< in their present state
       real(wp), intent(in) :: time_step          !< s
@@ -90,8 +90,8 @@ contains
       end do
    end subroutine translate_bodies
 
-   !> Solve K̂ d = f̂ with the contacts in their assumed states, or for a change of f̂, see
-   !> `solve_change`.
+   !> Solve K̂ d = f̂ with the contacts in their assumed states, or for a change of f̂.
+   !> See `solve_change` for the latter.
    subroutine solve_step_for(system, solver, contacts, error, reduction, change)
       type(system_type), intent(inout) :: system   !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver   !< linear solver

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Break welded faces at the end of each step.
+!> Breaking of welded faces at the end of each step.
 !>
 !> If the traction of a face reaches the strength of its joint at one of three points, the joint
-!> replaces the face and begins with the tractions of all three.  The triangles of the face return
-!> to their cells.  The difference of their stress from that of the cell is kept in the initial
-!> stress, so that no force changes; it is released as the joint is damaged.  When the bond is spent
-!> and the face is open, its edges become sides, which have contacts like those of other blocks.
-!> The energy that this takes or gives is booked as `breaking`.
+!> replaces the face and begins with the tractions of all three points.  The triangles of the face
+!> return to their cells.  The difference between their stress and that of the cell becomes initial
+!> stress, so that no force changes; it is released as the joint is damaged.  When the bond has
+!> failed and the face is open, its edges become sides, which have contacts like those of other
+!> blocks. The energy of these changes is the term `breaking` of the budget.
 module dda_breaking
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, update_geometry
@@ -25,7 +25,7 @@ module dda_breaking
    private
    public :: break_faces, can_break, restore_faces
 
-   !> of the length of a face: after more slip its joint no longer acts
+   !> fraction of the length of a face: after more slip its joint no longer acts
    real(wp), parameter :: farthest = 0.1_wp
 
 contains
@@ -66,7 +66,7 @@ contains
       call add_energy(simulation%energy, energy_breaking, total_energy(simulation%energy) - before)
    end subroutine break_faces
 
-   !> Some faces of a model can break.
+   !> .true. if some faces of a model can break.
    pure logical function can_break(model)
       type(model_type), intent(in) :: model  !< as read from the input
 
@@ -97,7 +97,7 @@ contains
       end associate
    end function faces_at_strength
 
-   !> Separate broken faces whose bond is spent, if they are open at all points or have slipped far.
+   !> Separate faces whose bond has failed, if open at all points or after large slip.
    function gaping_faces(simulation) result(found)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, allocatable :: found(:)
@@ -133,7 +133,7 @@ contains
       end do
    end subroutine release_stresses
 
-   !> Keep a fraction of the initial stress that face i left when it broke.
+   !> Retain a fraction of the initial stress that face i left when it broke.
    subroutine keep_fraction(simulation, i, share)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face
@@ -152,7 +152,7 @@ contains
       end associate
    end subroutine keep_fraction
 
-   !> Break face i: its triangles return to its cells, and no force changes.
+   !> Break face i: return its triangles to its cells without changing any force.
    subroutine free_face(simulation, i, traction)
       type(simulation_type), intent(inout) :: simulation    !< between two steps
       integer, intent(in) :: i                              !< intact face
@@ -189,8 +189,8 @@ contains
       simulation%model%welds(i)%state = weld_open
    end subroutine open_face
 
-   !> Update the area of cells that has their own strain and, if faces have opened, sides, joints
-   !> and neighbours.
+   !> Update the area of cells that has their own strain.
+   !> If faces have opened, update sides, joints and neighbours too.
    subroutine renew_faces(simulation, opened)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       logical, intent(in) :: opened                       !< faces have opened

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The columns of the free fields of a run.  Each is a run of its own (`dda_column_model`) that is
-!> stepped before the model and is independent of it.  It passes on the forces between its blocks
+!> Columns of the free fields of a run.  Each column is a separate run (`dda_column_model`) that is
+!> stepped before the model and is independent of it.  It provides the forces between its blocks
 !> and their images at t₀ + θΔt, the instant of bonded joints, and the motion of its side.
 module dda_columns
    use dda_kinds, only: wp
@@ -13,7 +13,7 @@ module dda_columns
    private
    public :: make_columns, column_count, column_of, take_over_columns, name_column
 
-   !> The runs of all columns.
+   !> Runs of all columns.
    type, extends(companions_type) :: columns_type
       type(simulation_type), allocatable :: run(:)  !< [free fields]
    end type columns_type
@@ -40,7 +40,7 @@ contains
       if (allocated(simulation%columns)) column_count = size(simulation%model%free_fields)
    end function column_count
 
-   !> The run of a column.
+   !> Run of a column.
    function column_of(simulation, i) result(run)
       type(simulation_type), intent(in), target :: simulation  !< a run and its state
       integer, intent(in) :: i                                 !< number, from 1
@@ -53,8 +53,8 @@ contains
       end select
    end function column_of
 
-   !> Pass the present step of the columns, solved but not yet accepted, to the sides of the model;
-   !> in statics, the rest of the columns.
+   !> Pass the solved, not yet accepted step of the columns to the sides of the model.
+   !> In statics, pass the equilibrium of the columns.
    subroutine take_over_columns(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(simulation_type), pointer :: run
@@ -70,8 +70,8 @@ contains
       end do
    end subroutine take_over_columns
 
-   !> Forces of the neighbours that the blocks at the side would have in level ground.  At the side
-   !> of the model the triangle of such a face has the cell's own strain, whose forces are
+   !> Forces of the neighbours that the blocks at the side would have in level ground.
+   !> At the side, the triangle of such a face has the strain of its cell, whose forces are
    !> subtracted.
    function forces_at_side(run, field) result(force)
       type(simulation_type), intent(in) :: run     !< of the column
@@ -88,7 +88,7 @@ contains
       end do
    end function forces_at_side
 
-   !> State in an error that a column has failed.
+   !> Name the failed column in an error.
    subroutine name_column(simulation, i, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< number of the column

@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Add the springs and friction forces of the contacts, in their assumed states, to the linear part
-!> of K̂ and f̂.
+!> Assembly of the springs and friction forces of contacts, in their assumed states, into K̂ and f̂.
 !>
-!> A dirty block is summed again from its linear part, always in the same order: near pairs with the
-!> blocks before it, then with those after it, each with its contacts as they are listed.  The
+!> A dirty block is summed again from its linear part, always in the same order: near pairs with
+!> earlier blocks, then pairs with later blocks, each with its contacts in list order.  The
 !> result is bit-identical to a full assembly, for any number of threads.
 module dda_contact_assembly
    use dda_kinds, only: wp
@@ -51,7 +50,7 @@ contains
       call lap(system%watch, phase_assemble)
    end subroutine assemble_contacts
 
-   !> Positions of the contacts of each near pair in the list, which is in the order of the pairs.
+   !> Index the contacts of each near pair in the list, which has the order of the pairs.
    pure subroutine index_contacts(system, contacts)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -66,8 +65,8 @@ contains
       system%first_contact(pair + 1:) = contacts%n + 1
    end subroutine index_contacts
 
-   !> Assemble block rows first … last of K̂ and f̂, which no other thread writes.  A near pair
-   !> inside the range is read once, for both its blocks; other pairs are read twice.
+   !> Assemble block rows first … last of K̂ and f̂, which no other thread writes.
+   !> A pair with both blocks in the range is read once; other pairs are read twice.
    subroutine assemble_rows(system, contacts, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -92,7 +91,7 @@ contains
       end associate
    end subroutine assemble_rows
 
-   !> Terms of a near pair of blocks i > j in K̂ and f̂.
+   !> Assemble the terms of a near pair of blocks i > j in K̂ and f̂.
    subroutine assemble_pair(system, contacts, i, j, entry, row_too, column_too)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -164,8 +163,8 @@ contains
       to = from
    end subroutine copy_row
 
-   !> Terms of a contact in the rows of the blocks of its vertex and of its edge; the forces are
-   !> those on the first.
+   !> Add the terms of a contact in the rows of the blocks of its vertex and its edge.
+   !> The forces are those on the block of the vertex.
    pure subroutine add_sides(dirty_v, dirty_e, normal, shear, force, rows, diagonal_v, diagonal_e, &
       rhs_v, rhs_e)
       integer, intent(in) :: dirty_v, dirty_e
@@ -183,7 +182,7 @@ contains
          rows%normal_e, normal, rows%shear_e, rows%shear_e, shear)
    end subroutine add_sides
 
-   !> rhs += N normal − T shear
+   !> Add forces: rhs += N normal − T shear.
    pure subroutine add_forces(rhs, normal_force, normal, shear_force, shear)
       real(wp), intent(inout) :: rhs(6)
       real(wp), intent(in) :: normal_force, normal(6), shear_force, shear(6)
@@ -191,7 +190,7 @@ contains
       rhs = rhs + normal_force*normal - shear_force*shear
    end subroutine add_forces
 
-   !> block += k₁ a₁b₁ᵀ + k₂ a₂b₂ᵀ
+   !> Add products: block += k₁ a₁b₁ᵀ + k₂ a₂b₂ᵀ.
    !>
    !> Loops over four and two rows fill vector registers directly; unrolled loops would shuffle them
    !> into longer ones.
@@ -214,8 +213,8 @@ contains
       end do
    end subroutine add_products
 
-   !> Add force in contact c, at the same assumed state, to those of its two blocks that are among
-   !> block rows first … last of f̂; the blocks are dirty when states change.
+   !> Add the force in contact c to those of its blocks that are in rows first … last of f̂.
+   !> Its assumed state has not changed; if states change, the blocks are dirty.
    pure subroutine add_to_rows(system, contacts, c, more, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< this step's list

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Evaluate all contacts at a trial d: gaps, slips, forces of the laws, and their differences from
-!> the assumed forces.
+!> Evaluation of all contacts at a trial d: gaps, slips, forces of the laws, and their differences
+!> from the assumed forces.
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
@@ -15,7 +15,7 @@ module dda_contact_evaluation
 
 contains
 
-   !> Gap and slip of all contacts at d.
+   !> Compute gap and slip of all contacts at d.
    subroutine measure_contacts(contacts, d)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -31,7 +31,7 @@ contains
       end do
    end subroutine measure_contacts
 
-   !> Contacts first … last.
+   !> Compute gap and slip of contacts first … last.
    pure subroutine measure_range(contacts, d, first, last)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -46,7 +46,7 @@ contains
       end do
    end subroutine measure_range
 
-   !> Forces and states that the laws give at d.
+   !> Compute forces and states of all contacts by their laws at d.
    subroutine evaluate_contacts(contacts, laws, d, largest, residual)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -69,7 +69,7 @@ contains
       end do
    end subroutine evaluate_contacts
 
-   !> Contacts first … last; update the largest force and the largest difference.
+   !> Evaluate contacts first … last; update the largest force and the largest difference.
    pure subroutine evaluate_range(contacts, laws, first, last, largest, residual)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -97,9 +97,9 @@ contains
       end do
    end subroutine evaluate_range
 
-   !> The state to assume next.  A contact whose slip reverses sticks first, because otherwise the
-   !> iteration could jump between the two bounds for ever.  A contact that closes repeatedly slides
-   !> first, because its shear force would open it each time if it stuck.
+   !> State that the next iteration assumes.
+   !> A contact whose slip reverses sticks first, to prevent jumps between the two bounds.  A
+   !> contact that closes repeatedly slides first, because its shear force would otherwise open it.
    pure integer function next_state(contacts, laws, response, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

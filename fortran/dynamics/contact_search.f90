@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> List the contacts of this step from geometry, with the histories of the last step's list.
+!> Contacts of a step, found from geometry, with the histories of the last step's list.
 module dda_contact_search
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
@@ -32,8 +32,7 @@ module dda_contact_search
 
 contains
 
-   !> List the contacts of the present geometry; search for neighbours if the margin of the last
-   !> search is used up.
+   !> List the contacts of the present geometry; search neighbours if the margin is used up.
    subroutine find_contacts(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -41,7 +40,7 @@ contains
       associate (detection => simulation%detection, neighbours => simulation%neighbours)
          detection%travel = 2.5_wp*simulation%speed*simulation%time_step
          call measure_depths(detection, simulation%contacts(simulation%now), simulation%blocks)
-         ! Contacts that press must not be lost from the list.
+         ! Contacts under compression must not be lost from the list.
          detection%distance = max(detection%least, detection%travel, 2*detection%deepest) &
             + highest_lift(simulation)
          if (detection%distance + 2*neighbours%travel > neighbours%reach) &
@@ -56,7 +55,7 @@ contains
       call lap(simulation%system%watch, phase_detect)
    end subroutine find_contacts
 
-   !> Search for neighbours; the pattern of the matrix and its ordering follow.
+   !> Search for neighbours, and update the pattern of the matrix and its ordering.
    subroutine search_neighbours(simulation, reach, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: reach  !< m
@@ -78,7 +77,7 @@ contains
       call lap(simulation%system%watch, phase_search)
    end subroutine search_neighbours
 
-   !> A new list from geometry, with the histories of the old one.
+   !> Make a new list from geometry, with the histories of the old list.
    subroutine renew_contacts(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer :: old

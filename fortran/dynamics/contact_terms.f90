@@ -4,7 +4,7 @@
 !>
 !> A contact assumes N = N₀ − K_n (z − z₀) and T = T₀ + K_s s at a gap z and a slip s.  These four
 !> numbers contain its state, its law, the instant at which it acts, its damping and its retained
-!> stiffness. A fraction of a spring that a state lacks may be retained for an iteration, with zero
+!> stiffness. An iteration may retain a fraction of a spring that a state does not have, with zero
 !> force at the last iterate.  It regularises an iteration that would overshoot, and vanishes at the
 !> solution.
 !>
@@ -32,7 +32,7 @@ module dda_contact_terms
 
    integer, parameter :: none = -1   !< no state
 
-   !> Terms of the contacts that must be assembled, or that the solver has not yet received.
+   !> Terms of the contacts that must be assembled, or passed to the solver.
    type :: contact_terms_type
       logical :: rebuild = .true.             !< the contacts or the linear part are new
       logical :: other_matrix = .true.        !< K̂ is not that of the last call
@@ -48,7 +48,7 @@ module dda_contact_terms
 
 contains
 
-   !> Assemble the contacts in their assumed states; blocks of those that have changed become dirty.
+   !> Update the terms of contacts in their assumed states; blocks with changes become dirty.
    subroutine update_contact_terms(terms, contacts, laws)
       type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -81,7 +81,7 @@ contains
       end do
    end subroutine update_contact_terms
 
-   !> Forces at d = 0 of contacts first … last, and their changes; in a new list all are new.
+   !> Compare forces at d = 0 of contacts first … last; in a new list all are new.
    pure subroutine compare_range(terms, contacts, laws, first, last)
       type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -136,7 +136,7 @@ contains
       contacts%spring(:, c) = springs
    end subroutine renew_springs
 
-   !> The assumed rise of contact c by slip differs from that in K̂.
+   !> .true. if the assumed rise of contact c by slip differs from that in K̂.
    pure logical function tilts(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c  !< number of the contact
@@ -145,14 +145,14 @@ contains
       if (tilts) tilts = .not. same_bits(contacts%tilt(1, c), contacts%tilt(2, c))
    end function tilts
 
-   !> Also if only the sign of zero or a NaN differs.
+   !> .true. if bits are equal; they differ even if only the sign of zero or a NaN differs.
    elemental logical function same_bits(a, b)
       real(wp), intent(in) :: a, b
 
       same_bits = transfer(a, 0_long) == transfer(b, 0_long)
    end function same_bits
 
-   !> Contact c has no force and retains no spring.
+   !> .true. if contact c has no force and retains no spring.
    elemental logical function is_free(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c  !< number of the contact
@@ -162,7 +162,7 @@ contains
       if (is_free) is_free = .not. contacts%bonded(c)
    end function is_free
 
-   !> Contact c is open but has friction at a frozen bound.
+   !> .true. if contact c is open but has friction at a frozen bound.
    elemental logical function rubs_open(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c  !< number of the contact
@@ -172,7 +172,7 @@ contains
          contacts%held_bound(c) > 0.0_wp
    end function rubs_open
 
-   !> Normal and shear stiffness of contact c in K̂, and its forces at d = 0, in its assumed state.
+   !> Find stiffness of contact c in K̂ and its forces at d = 0, in its assumed state.
    pure subroutine find_terms(contacts, laws, c, springs, forces)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -195,7 +195,7 @@ contains
       end associate
    end subroutine find_terms
 
-   !> Stiffness and forces without a damaged bond, of a contact that has a force.
+   !> Find stiffness and forces of a contact with force, without a damaged bond.
    pure subroutine find_own_terms(contacts, laws, c, springs, forces)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Damage of bonds within a step: solve, set the damage that the solution requires, solve again.
+!> Damage of bonds within a step: solve, set the damage that corresponds to the solution, repeat.
 !> The first solve, without further damage, is the stiffest; each pass opens the bonds more.  If a
-!> step has one solution, the passes converge to it.  They may end early, because the energy spent
-!> is right for the damage that acted (see `dda_joint_bond`).  Steps that end before convergence are
-!> counted.
+!> step has one solution, the passes converge to it.  They may end early, because the dissipated
+!> energy is exact for the damage that acted (see `dda_joint_bond`).  Steps that end before
+!> convergence are counted.
 module dda_damage_passes
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
@@ -19,7 +19,7 @@ module dda_damage_passes
 
 contains
 
-   !> Let bonds act at their present damage, and other contacts fully.
+   !> Set bonds to their present damage, and other contacts to full action.
    pure subroutine begin_damage(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -32,8 +32,8 @@ contains
       end do
    end subroutine begin_damage
 
-   !> Set the damage that the solution requires.  `passes` counts its changes, and exceeds
-   !> `most_passes` if the step is accepted with a damage that is not converged.
+   !> Set the damage that corresponds to the solution.
+   !> `passes` counts changes; it exceeds `most_passes` if the step is accepted without convergence.
    pure subroutine renew_damage(contacts, laws, passes, settled)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Messages on a failed step and doubts on a run: what, where, when, and what to try.
+!> Messages on a failed step and warnings on a run: what, where, when, and what to try.
 module dda_diagnostics
    use dda_kinds, only: wp
    use dda_doubts, only: add_doubt, add_doubts, doubt_type
@@ -14,18 +14,18 @@ module dda_diagnostics
    private
    public :: explain, check_state, audit_warning, doubt_state
 
-   !> of half the model size, from its middle: a block beyond is lost
+   !> fraction of half the model size, from its middle: a block farther away is lost
    real(wp), parameter :: most_away = 1.0e4_wp
-   !> of the gross energy exchanged: tolerance of the audit
+   !> fraction of the gross energy exchanged: tolerance of the audit
    real(wp), parameter :: most_unexplained = 1.0e-6_wp
    real(wp), parameter :: most_strain = 0.02_wp  !< that counts as small
    real(wp), parameter :: deepest = 0.05_wp      !< contact, of the smaller block's size
-   !> of the same, given to the springs between steps
+   !> fraction of the same energy, gained by springs between steps
    real(wp), parameter :: most_geometric = 1.0e-2_wp
 
 contains
 
-   !> Make an error with what, where and what to try.
+   !> Make an error with cause, position and remedy.
    subroutine explain(simulation, reason, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=*), intent(in) :: reason  !< what went wrong
@@ -58,7 +58,7 @@ contains
          reason//place//advice)
    end subroutine explain
 
-   !> Check the new state: all values are numbers, and all blocks are near the model.
+   !> Check the new state: all values are finite, and all blocks are near the model.
    subroutine check_state(simulation, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -84,8 +84,7 @@ contains
          '; look at loads, supports and initial values, or try a smaller time_step')
    end subroutine check_state
 
-   !> All positions are within a distance of the middle, and the other coordinates and all rates are
-   !> numbers.
+   !> .true. if all positions are within a distance of the middle, and all other values are finite.
    pure logical function all_are_sound(n, position, velocity, allowed) result(sound)  ! total
       integer, intent(in) :: n  !< blocks
       real(wp), intent(in) :: position(6, n), velocity(6, n)  !< coordinates and their rates
@@ -100,7 +99,7 @@ contains
       end do
    end function all_are_sound
 
-   !> Objection of the energy audit to a run; '' if it balances.
+   !> Warning of the energy audit on a run; '' if energies balance.
    pure function audit_warning(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
@@ -121,8 +120,8 @@ contains
       end if
    end function audit_warning
 
-   !> Doubts on strains and penetrations in any step, and on bending of joints now, beyond the range
-   !> of the method.
+   !> Add warnings on strains and penetrations in any step, and on bending of joints now.
+   !> They concern values beyond the range of the method.
    pure subroutine doubt_state(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< gets more
@@ -133,7 +132,7 @@ contains
       call doubt_memory(simulation, doubts)
    end subroutine doubt_state
 
-   !> Doubts on the memory of joint laws beyond its limits.
+   !> Add warnings if variables of joint laws exceed their limits.
    pure subroutine doubt_memory(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< may get more
@@ -152,7 +151,7 @@ contains
       end associate
    end subroutine doubt_memory
 
-   !> Doubt on the largest strain, if it is too large.
+   !> Add a warning on the largest strain, if it is too large.
    pure subroutine doubt_strain(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< may get one more
@@ -165,7 +164,7 @@ contains
       end associate
    end subroutine doubt_strain
 
-   !> Doubt on the deepest contact over the size of the smaller block, if it is too deep.
+   !> Add a warning on the largest penetration relative to the smaller block, if it is too large.
    pure subroutine doubt_depth(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< may get one more
@@ -180,9 +179,9 @@ contains
       end associate
    end subroutine doubt_depth
 
-   !> Energy residual due to rounding of positions, J/m: work of the weight over the rounding in all
-   !> steps, work of its contact forces over the path, and kinetic energy.  A model at rest, or
-   !> without weight, balances no better.
+   !> Energy residual due to rounding of positions, J/m.
+   !> It has three parts: work of the weight over the rounding in all steps, work of contact forces
+   !> over the path, and kinetic energy.  A static or weightless model balances no better.
    pure real(wp) function rounding(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp) :: places, mass

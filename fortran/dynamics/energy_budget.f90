@@ -24,7 +24,7 @@ module dda_energy_budget
 
 contains
 
-   !> Energies of the first state.
+   !> Set the energies of the first state.
    subroutine start_energy_budget(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(out) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -39,8 +39,8 @@ contains
       energy%value(energy_initial) = total_energy(energy)
    end subroutine start_energy_budget
 
-   !> Book the geometric energy: spring energies in the exact geometry at the start of a step differ
-   !> from those of the linear one at the end of the last step.
+   !> Add the geometric energy to the budget.
+   !> It is the difference of spring energies in exact geometry and in that of the last linear step.
    subroutine update_geometric(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -64,7 +64,7 @@ contains
       call add_energy(energy, energy_geometric, energy%value(energy_water) - water)
    end subroutine update_geometric
 
-   !> Losses and work of the converged step, before its d is added to the coordinates.
+   !> Add losses and work of the converged step, before its d is added to the coordinates.
    subroutine update_step(energy, blocks, contacts, laws, elements, step, d)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -79,7 +79,7 @@ contains
       call account_elements(elements, blocks, step, d, energy)
    end subroutine update_step
 
-   !> Energies that follow from the new state of the blocks.
+   !> Set the energies that follow from the new state of the blocks.
    subroutine update_state(energy, blocks)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -88,7 +88,7 @@ contains
       energy%value(energy_strain) = strain_energy(blocks)
    end subroutine update_state
 
-   !> Losses of all blocks by the scheme, (θ − ½) ΔσΔε + (χ − ½) ΔvᵀMΔv, and by damping.
+   !> Add the losses of all blocks by damping and by the scheme: (θ − ½) ΔσΔε + (χ − ½) ΔvᵀMΔv.
    subroutine add_block_losses(energy, blocks, step, d)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -114,7 +114,7 @@ contains
       call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*damped(2))
    end subroutine add_block_losses
 
-   !> Σ dᵀKd of the strains and, where χ > ½, Σ ΔvᵀMΔv of blocks first … last.
+   !> Sum dᵀKd of the strains and, if χ > ½, ΔvᵀMΔv of blocks first … last.
    pure function loss_range(blocks, step, d, first, last) result(total)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the present step
@@ -134,7 +134,7 @@ contains
       end do
    end function loss_range
 
-   !> εᵀDε
+   !> Quadratic form εᵀDε.
    pure real(wp) function strain_form(stiffness, strain)
       real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N/m; of a block
 
@@ -142,7 +142,7 @@ contains
          + stiffness(:, 3)*strain(3))
    end function strain_form
 
-   !> Stored energy at the end of the step and losses of all contacts.
+   !> Set the stored energy at the end of the step and add the losses of all contacts.
    subroutine update_contacts(energy, contacts, laws, step)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -170,8 +170,8 @@ contains
       call add_energy(energy, energy_impact, total(7))
    end subroutine update_contacts
 
-   !> Stored energy, losses by slip, fracture and scheme, gain by dilation, losses in dashpots and
-   !> in impacts, of contacts first … last.
+   !> Sum stored energy, losses and gains of contacts first … last.
+   !> Losses: slip, fracture, scheme, dashpots and impacts; gain: dilation.
    pure function contact_range(contacts, laws, step, first, last) result(total)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -197,7 +197,7 @@ contains
       end do
    end function contact_range
 
-   !> The contact has dashpots or impacts.
+   !> .true. if the contact has dashpots or impacts.
    pure logical function is_damped(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -207,7 +207,7 @@ contains
       if (is_damped) is_damped = contacts%damping(c) /= not_damped
    end function is_damped
 
-   !> Stored energy, and losses by slip, by fracture and by the scheme, of one contact.
+   !> Add stored energy, and losses by slip, by fracture and by the scheme, of one contact.
    pure subroutine add_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -233,8 +233,8 @@ contains
       end if
    end subroutine add_contact
 
-   !> Energies of one contact under a joint law.  Slip returns the work of lifting against the
-   !> normal force, so friction has all the work of the shear force.  Plastic closure is fracture.
+   !> Add the energies of one contact under a joint law.
+   !> Slip recovers the work of lifting, so friction includes all work of the shear force.  Plastic
    pure subroutine add_joint_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -276,7 +276,7 @@ contains
       end if
    end subroutine add_joint_contact
 
-   !> Contact c has a bond that is damaged step by step.
+   !> .true. if contact c has a bond with gradual damage.
    pure logical function has_bond(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -286,7 +286,7 @@ contains
       if (has_bond) has_bond = is_cohesive(contacts, laws%slot(contacts%joint(c))%law, c)
    end function has_bond
 
-   !> Energies of one contact with such a bond.
+   !> Add the energies of one contact with such a bond.
    pure subroutine add_bond(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -308,8 +308,8 @@ contains
       total(4) = total(4) + loss - losses(1) - losses(2)
    end subroutine add_bond
 
-   !> Spring energy of a contact at a gap and a shear stretch.  With augmented Lagrangian the normal
-   !> force is that of a rigid contact, which stores nothing.
+   !> Spring energy of a contact at a gap and a shear stretch.
+   !> With augmented Lagrangian, the normal force is that of a rigid contact and stores no energy.
    pure real(wp) function stored(laws, gap, closed, bonded, stretch)
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: gap, stretch  !< at the end of the step; of the spring, m
@@ -338,7 +338,7 @@ contains
       contact_energy = sum(part(:pieces(contacts%n)))
    end function contact_energy
 
-   !> Contacts first … last.
+   !> Sum the energies of contacts first … last.
    pure real(wp) function stored_range(contacts, laws, first, last)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -391,7 +391,7 @@ contains
       elastic_energy = sum(part(:pieces(blocks%n)))
    end function elastic_energy
 
-   !> Blocks first … last.
+   !> Sum the energies of blocks first … last.
    pure real(wp) function strain_range(blocks, first, last) result(energy)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       integer, intent(in) :: first, last  !< of the range

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Slip and opening of the contacts that touch when counting begins, measured between the vertex and
-!> the point of the edge at its first foot.  That point keeps its fraction of the edge, because
-!> strains of a block are uniform.
+!> Slip and opening of the initially touching contacts, measured between the vertex and the point of
+!> the edge at its first foot.  That point retains its fraction of the edge, because strains of a
+!> block are uniform.
 !>
 !> Contacts are not scanned in every step.  Since the last scan no contact can have moved farther
-!> than the blocks, so that no value can exceed the largest one, or the smallest that is recorded,
-!> while the blocks have moved little.  Movements of more than 1e-7 of the model's size are
+!> than the blocks.  So, while the blocks have moved little, no value can exceed the largest value
+!> or the smallest recorded one.  Movements of more than 1e-7 of the model's size are
 !> recorded.
 module dda_first_contacts
    use dda_kinds, only: wp
@@ -18,8 +18,8 @@ module dda_first_contacts
    public :: first_contacts_type, begin_first_contacts, reserve_first_contacts, add_movement, &
       may_exceed, drop_removed, count_moved, foot_movement
 
-   !> of the displacement of the blocks, to each side: how far a contact may have moved; exact
-   !> rotations and feet beyond the ends of an edge add less than half
+   !> fraction of the displacement of the blocks, to each side: how far a contact may have moved;
+   !> exact rotations and feet beyond the ends of an edge add less than half
    real(wp), parameter :: both_sides = 3.0_wp
 
    !> The contacts, and the result of the last scan.
@@ -46,7 +46,7 @@ contains
       allocate (first%pressed(vertices), source=0)
    end subroutine reserve_first_contacts
 
-   !> Store the contacts that touch now.
+   !> Store the contacts that touch at present.
    subroutine begin_first_contacts(first, contacts, blocks, touching)
       type(first_contacts_type), intent(out) :: first  !< the contacts
       type(contacts_type), intent(in) :: contacts      !< of the present state
@@ -88,7 +88,7 @@ contains
       first%edge = pack(first%edge, stays)
    end subroutine drop_removed
 
-   !> A scan of the contacts could find a value that exceeds the largest so far and is recorded.
+   !> .true. if a scan of the contacts could find a new largest value that is recorded.
    pure logical function may_exceed(first, largest, path, least)  ! total
       type(first_contacts_type), intent(in) :: first   !< the contacts
       type(largest_type), intent(in) :: largest(:)     !< [maxima] so far
@@ -103,15 +103,14 @@ contains
       may_exceed = any(first%found(:2) + way > max(least, largest([of_slip, of_opening])%value))
    end function may_exceed
 
-   !> Scan all contacts.
+   !> Update the largest movements by a scan of all contacts.
    subroutine add_movement(first, largest, contacts, blocks, time, path)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
       type(contacts_type), intent(in) :: contacts        !< of the last step
       type(blocks_type), intent(in) :: blocks            !< in their present state
       real(wp), intent(in) :: time                       !< s
-      !> sum of the farthest moves of all steps, m; if absent, later scans do not count from this
-      !> one
+      !> sum of the farthest moves of all steps, m; if absent, later scans do not count from here
       real(wp), intent(in), optional :: path
       real(wp) :: most(3, most_pieces), found(3)
       integer :: p, n
@@ -136,8 +135,7 @@ contains
       first%found = found
    end subroutine add_movement
 
-   !> The largest slip, increase of the distance, and distance from the foot, of contacts begin …
-   !> end.
+   !> Find the largest slip, increase of distance, and distance from the foot, of some contacts.
    pure subroutine scan(first, blocks, begin, end, most)
       type(first_contacts_type), intent(in) :: first  !< the contacts
       type(blocks_type), intent(in) :: blocks         !< in their present state
@@ -165,7 +163,7 @@ contains
       most = [slip, growth, slip + max(growth, -least)]
    end subroutine scan
 
-   !> Scan the contacts one by one, with positions: slip and opening.
+   !> Find slip and opening by positions, contact by contact.
    subroutine scan_all(first, largest, contacts, blocks, time)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
@@ -185,7 +183,7 @@ contains
       end do
    end subroutine scan_all
 
-   !> Slip and opening of contact c; a pressing contact opens by dilation only.
+   !> Slip and opening of contact c; a contact under compression opens by dilation only.
    pure function movement(first, blocks, c) result(moved)
       type(first_contacts_type), intent(in) :: first  !< with the edges that vertices press on
       type(blocks_type), intent(in) :: blocks         !< in their present state
@@ -212,7 +210,7 @@ contains
       end associate
    end function foot_movement
 
-   !> Find the edge that each vertex presses on (of two, the last in order).
+   !> Find the edge on which each vertex presses (of two, the last in order).
    pure subroutine find_pressed(first, contacts)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(contacts_type), intent(in) :: contacts        !< of the last step
@@ -225,7 +223,7 @@ contains
       end do
    end subroutine find_pressed
 
-   !> Numbers of contacts, and of those that have slipped and opened by more than a limit.
+   !> Count the contacts, and those that have slipped and opened by more than a limit.
    subroutine count_moved(first, contacts, blocks, limit, numbers)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(contacts_type), intent(in) :: contacts        !< of the last step

@@ -6,7 +6,7 @@
 !> bounded because frozen friction only dissipates.  By Brouwer's theorem it has a fixed point, a
 !> solution with friction, for any coefficient of friction.
 !>
-!> If more normal force leads to more slip resistance and thereby to more normal force, plain
+!> If more normal force leads to more slip resistance and thereby to more normal force, simple
 !> repetition diverges from one fixed point, often by 0.1 % an iteration, towards another at which
 !> contacts lock.  Differences that keep their direction and do not decrease are therefore
 !> extrapolated; other differences that do not decrease are damped.
@@ -46,7 +46,7 @@ contains
       contacts%held_bound = friction_bound(contacts, laws, [(c, c=1, contacts%n)])
    end subroutine hold_bounds
 
-   !> Unfreeze: friction bounds follow the normal forces again.
+   !> Release the friction bounds, so that they depend on the normal forces again.
    pure subroutine release_bounds(contacts)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
 

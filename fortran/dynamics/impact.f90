@@ -7,11 +7,11 @@
 !>
 !>     v⁺ = v_free + M̂⁻¹ (N p + T t),  0 ≤ p ⊥ Nᵀ(v⁺ + e v⁻) ≥ 0,  |t| ≤ μ p,  Tᵀv⁺ = 0 if stuck,
 !>
-!> as contacts that are rigid in velocity, by the same open–close iteration.  In such a step struck
-!> blocks are rigid, and neither their other closed contacts nor their supports yield; bonds are
-!> springs as in other steps.  Further contacts that this strikes are added until none is left.
-!> Contacts that the impact opens, like the corner about which a block has rocked, keep their force
-!> for the fraction of the step before the impact.
+!> with rigid contact conditions on velocity, by the same open–close iteration.  In such a step
+!> struck blocks are rigid, and neither their other closed contacts nor their supports yield; bonds
+!> are springs as in other steps.  Contacts that are then struck are added until none is left.
+!> Contacts that the impact opens, such as the corner about which a block has rocked, retain their
+!> force for the fraction of the step before the impact.
 !>
 !> With e = 0 the contact first closes its gap, v⁺ = −z₀/Δt, and stops in the next step; both steps
 !> together have the impulse of a single impact.
@@ -33,7 +33,7 @@ module dda_impact
    private
    public :: impacts_type, prepare_impacts, resolve_impacts, count_impacts
 
-   !> of the velocity that gravity gives in a step: dashpots stop slower contacts
+   !> fraction of the velocity that gravity causes in a step: dashpots stop slower contacts
    real(wp), parameter :: slow = 2.0_wp
    real(wp), parameter :: short_way = 0.01_wp   !< of a step's path: smallest gap closed first
    real(wp), parameter :: rigid = 1.0e8_wp  !< stiffness of strains of a struck block, over their K̂
@@ -58,7 +58,7 @@ module dda_impact
 
 contains
 
-   !> For n blocks.
+   !> Allocate the impacts for n blocks.
    subroutine prepare_impacts(impacts, n)
       type(impacts_type), intent(out) :: impacts  !< none so far
       integer, intent(in) :: n  !< blocks
@@ -67,7 +67,7 @@ contains
       allocate (impacts%before(n), source=0.0_wp)
    end subroutine prepare_impacts
 
-   !> After the step has been solved: find impacts and solve the step again by the impact law.
+   !> Find impacts after the step has been solved, and solve it again by the impact law.
    subroutine resolve_impacts(impacts, iteration, system, solver, contacts, laws, blocks, step, &
       gravity, error)
       type(impacts_type), intent(inout) :: impacts  !< of this step
@@ -110,7 +110,7 @@ contains
       impacts%lost = loss_of_strains(impacts, system)
    end subroutine resolve_impacts
 
-   !> The step has been accepted.
+   !> Count the impacts of an accepted step.
    pure subroutine count_impacts(impacts)
       type(impacts_type), intent(inout) :: impacts  !< of this step
 

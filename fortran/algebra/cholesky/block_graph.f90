@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The graph of a symmetric block matrix: every coupling seen from both ends.
+!> Adjacency graph of a symmetric block matrix: each coupling is listed at both of its block rows.
 module dda_block_graph
    use dda_block_matrix, only: block_matrix_type
    implicit none
@@ -16,7 +16,7 @@ module dda_block_graph
 
 contains
 
-   !> The lower pattern by rows, then by columns.
+   !> Build the graph of a matrix: the lower entries by rows, then by columns.
    pure subroutine graph_of(matrix, graph, coupled)
       type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
       type(block_graph_type), intent(out) :: graph   !< of its block rows
@@ -38,7 +38,7 @@ contains
       if (present(coupled)) call drop_uncoupled(coupled, graph)
    end subroutine graph_of
 
-   !> Keep the couplings that count.
+   !> Remove the couplings whose blocks are zero.
    pure subroutine drop_uncoupled(coupled, graph)
       logical, intent(in) :: coupled(:)               !< [entries] which do
       type(block_graph_type), intent(inout) :: graph  !< of all

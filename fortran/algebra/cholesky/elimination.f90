@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> From an order of elimination to a tree of fronts.
+!> Tree of fronts for a given order of elimination.
 !>
-!> Block columns that eliminate well together form one front (a relaxed supernode).  A column
-!> joins the front of its parent when the time saved by one front less, and by longer products,
-!> exceeds the time spent on the zeros so stored; up to a number of columns, from which on a chain
-!> of fronts is as fast and needs a smaller panel.
+!> Block columns that can be eliminated together form one front (a relaxed supernode).  A column is
+!> merged into the front of its parent if the time saved (one front less, longer products) exceeds
+!> the time spent on the additional stored zeros.  The number of columns of a front is limited: for
+!> more columns, a chain of fronts is as fast and needs a smaller panel.
 !>
 !> References: J. W. H. Liu, SIAM J. Matrix Anal. Appl. 11 (1990) 134 (elimination tree);
 !> C. Ashcraft, R. Grimes, ACM TOMS 15 (1989) 291 (relaxed supernodes).
@@ -15,7 +15,7 @@ module dda_elimination
    private
    public :: front_tree_type, tree_of_fronts, front_cost
 
-   !> of a front; more would gain no time, measured with 100,000 blocks
+   !> columns of a front; more columns save no time, measured with 100,000 blocks
    integer, parameter :: most_columns = 128
 
    !> Fronts in postorder: children before parents, each subtree a contiguous range.
@@ -27,8 +27,8 @@ module dda_elimination
       integer, allocatable :: parent(:)  !< [fronts] front that receives its update; 0 for a root
    end type front_tree_type
 
-   !> Relaxed supernodes, formed from the leaves of the elimination tree upwards; a cluster is named
-   !> by its last column.
+   !> Relaxed supernodes, formed from the leaves of the elimination tree upwards.
+   !> A cluster is identified by its last column.
    type :: clusters_type
       integer, allocatable :: parent(:)   !< [n] parent in the elimination tree, 0 for a root
       integer, allocatable :: columns(:)  !< [n] columns in the cluster, 0 once it has been absorbed
@@ -41,7 +41,7 @@ module dda_elimination
 
 contains
 
-   !> The tree of fronts of a graph eliminated in the given order, and its refined order.
+   !> Build the tree of fronts of a graph eliminated in the given order, and refine the order.
    pure subroutine tree_of_fronts(graph, order, tree)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: order(graph%n)  !< block row eliminated k-th
@@ -58,9 +58,9 @@ contains
       call number_fronts(graph%n, order, clusters, tree)
    end subroutine tree_of_fronts
 
-   !> The elimination tree, and the blocks in each column of the factor, the diagonal included: row
-   !> i of the factor is the part of the tree between i and its neighbours, and the top of each path
-   !> so walked is a child of i.
+   !> Find the elimination tree and the number of blocks in each column of the factor.
+   !> Row i of the factor is the part of the tree between i and its neighbours; the end of each path
+   !> to a neighbour is a child of i.
    pure subroutine count_rows(graph, order, permuted, parent, rows)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: order(graph%n), permuted(graph%n)  !< permutation and its inverse
@@ -86,7 +86,7 @@ contains
       end do
    end subroutine count_rows
 
-   !> Let each column absorb those child clusters that make it cheaper.
+   !> Merge child clusters into the columns of their parents if that reduces the cost.
    pure subroutine gather_columns(n, clusters)
       integer, intent(in) :: n  !< block rows
       type(clusters_type), intent(inout) :: clusters  !< being gathered
@@ -139,7 +139,7 @@ contains
          + 1.0_wp) + 0.5_wp*c*(u*(u + c) + c*c/3.0_wp)
    end function front_cost
 
-   !> A child's columns become the first columns of cluster k, its children those of k.
+   !> Merge a child into cluster k: its columns come first, and its children become children of k.
    pure subroutine absorb(clusters, child, k)
       type(clusters_type), intent(inout) :: clusters  !< being gathered
       integer, intent(in) :: child, k  !< clusters by their last columns
@@ -167,7 +167,7 @@ contains
       clusters%child(k) = child
    end subroutine add_child
 
-   !> Number the fronts and list their columns one after the other.
+   !> Number the fronts and list their columns consecutively.
    pure subroutine number_fronts(n, order, clusters, tree)
       integer, intent(in) :: n  !< block rows
       integer, intent(in) :: order(n)  !< block row eliminated k-th
@@ -194,7 +194,7 @@ contains
       tree%first(tree%fronts + 1) = n + 1
    end subroutine number_fronts
 
-   !> Postorder of the clusters: the reverse of the order in which a stack visits parents first.
+   !> Compute a postorder of the clusters: the reverse of a stack traversal with parents first.
    pure subroutine postorder(n, clusters, cluster, parent)
       integer, intent(in) :: n  !< block rows
       type(clusters_type), intent(in) :: clusters  !< all of the tree

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The symbolic multifrontal Cholesky factor.
 !>
-!> A front is a dense matrix of 6×6 blocks: its fully summed (pivot) columns, then the rows below in
-!> which these have nonzeros.  The pivot columns are eliminated in a dense panel and become columns
-!> of the factor; the Schur complement is an update that the parent adds.  The plan says where every
-!> panel, update and matrix block is stored, so that the numeric work allocates nothing.
+!> A front is a dense matrix of 6×6 blocks: its fully summed (pivot) columns, and the rows below
+!> that contain nonzeros.  The pivot columns are eliminated in a dense panel and become columns
+!> of the factor; the Schur complement is an update that is added to the parent.  The plan contains
+!> the position of every panel, update and matrix block, so that factorising allocates nothing.
 !>
-!> The columns of the factor are stored as a solve reads them (`dda_packed_panels`).
-!>
+!> The columns of the factor are stored in the order in which a solve reads them
+!> (`dda_packed_panels`).
 !> References: I. S. Duff, J. K. Reid, ACM TOMS 9 (1983) 302 (multifrontal);
 !> J. W. H. Liu, SIAM Review 34 (1992) 82.
 module dda_front_plan
@@ -25,8 +25,8 @@ module dda_front_plan
 
    integer, parameter :: band = 8           !< columns of an update made and kept together
 
-   !> Symbolic Cholesky factor.  Rows and columns are named by permuted index: by their position in
-   !> the order of elimination.
+   !> Symbolic Cholesky factor.  Rows and columns are identified by permuted index: their position
+   !> in the order of elimination.
    type :: front_plan_type
       integer :: n = 0                     !< block rows
       integer :: entries = 0               !< lower blocks that it couples them by
@@ -51,16 +51,16 @@ module dda_front_plan
       integer, allocatable :: pivot_panels(:) !< [fronts] packed panels of the pivot rows
       integer(long) :: panel_of_task = 0   !< numbers in the largest panel of a task's fronts
       integer(long) :: panel_of_root = 0   !< of a root front
-      !> root fronts wait until all tasks are done; one thread alone takes all fronts in postorder
+      !> root fronts wait for all tasks; a single thread processes all fronts in postorder
       logical :: tasks_first = .false.
-      !> [fronts] offset of each update: in the workspace of a thread; of root fronts and their
-      !> input, in the common one
+      !> [fronts] offset of each update: in the workspace of a thread, or in the common workspace
+      !> for updates of root fronts and updates that are added to them
       integer(long), allocatable :: update_start(:)
       integer(long) :: updates_passed = 0  !< numbers that pass from tasks to root fronts
       integer(long) :: updates_of_task = 0 !< largest further need of a task
       integer(long) :: updates_of_roots = 0 !< after those that are passed on, when tasks are done
       type(task_plan_type) :: sharing      !< division between threads
-      !> [rows] where a solve keeps each row; see `set_solve_rows`
+      !> [rows] position of each row in the vector of a solve; see `set_solve_rows`
       integer, allocatable :: solve_row(:)
       integer, allocatable :: shared_row(:) !< [any] rows of root fronts that tasks add to
       integer :: widest = 0                !< most block rows in a front
@@ -68,7 +68,7 @@ module dda_front_plan
 
 contains
 
-   !> Plan the factor of a matrix with this graph, eliminated in this order.
+   !> Plan the factor of a matrix with the given graph and order of elimination.
    pure subroutine make_plan(graph, order, plan)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: order(graph%n)  !< block row eliminated k-th
@@ -96,7 +96,7 @@ contains
       call set_solve_rows(plan)
    end subroutine make_plan
 
-   !> Children of each front, in postorder.
+   !> List the children of each front, in postorder.
    pure subroutine list_children(plan)
       type(front_plan_type), intent(inout) :: plan  !< under construction
       integer, allocatable :: order(:)
@@ -107,8 +107,8 @@ contains
       plan%child = plan%child(order)
    end subroutine list_children
 
-   !> Rows below each front: row i belongs to every front between it and its neighbours in the tree.
-   !> They are noted row by row, so that each list ascends.
+   !> List the rows below each front: row i belongs to every front between it and its tree
+   !> neighbours. Rows are added in ascending order, so that each list ascends.
    pure subroutine list_rows(graph, permuted, front_at, plan)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       !> index in the order; front of each index
@@ -141,7 +141,7 @@ contains
       plan%row = row(order)
    end subroutine list_rows
 
-   !> Find each front's rows in its parent, and where they follow one another without a gap.
+   !> Find the rows of each front in its parent, and contiguous ranges among them.
    pure subroutine relate_to_parents(plan)
       type(front_plan_type), intent(inout) :: plan  !< under construction
       integer :: front, start, last, i
@@ -165,7 +165,7 @@ contains
       end do
    end subroutine relate_to_parents
 
-   !> Merge the rows of a front and of its parent: both ascend.
+   !> Find the positions of the rows of a front in the rows of its parent; both lists ascend.
    pure subroutine find_positions(plan, front, parent)
       type(front_plan_type), intent(inout) :: plan  !< under construction
       integer, intent(in) :: front, parent  !< a front and its parent
@@ -186,7 +186,7 @@ contains
       end do
    end subroutine find_positions
 
-   !> Position of each lower block of the matrix: in the column eliminated first.
+   !> Find the position of each lower block of the matrix: the column that is eliminated first.
    pure subroutine list_entries(graph, permuted, front_at, plan)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       !> index in the order; front of each index
@@ -234,8 +234,8 @@ contains
       call plan_tasks(plan%parent, cost, plan%sharing)
    end subroutine divide_fronts
 
-   !> Columns of the factor are stored front by front, in the order in which a solve reads them;
-   !> each thread eliminates in a panel as large as the largest front of a task needs.
+   !> Plan the panels: columns of the factor are stored front by front, in the order of a solve.
+   !> Each thread eliminates in a panel with the size of the largest front of a task.
    pure subroutine plan_panels(plan)
       type(front_plan_type), intent(inout) :: plan  !< under construction
       integer(long) :: numbers
@@ -259,16 +259,16 @@ contains
       end do
    end subroutine plan_panels
 
-   !> Most numbers in a front vector: pivot rows and rows below, each padded to whole packed panels.
+   !> Find the largest size of a front vector: pivot rows and rows below, padded to whole panels.
    pure integer function longest_front_vector(plan)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
 
       longest_front_vector = 6*plan%widest + 2*packed_rows
    end function longest_front_vector
 
-   !> Positions for updates, for so many threads.  Those that pass from tasks to root fronts stay
-   !> until all tasks are done; then the root fronts take the workspaces of the threads.  One thread
-   !> alone needs less: it adds them as soon as their subtrees are done.
+   !> Assign memory to the updates, for a given number of threads.
+   !> Updates passed from tasks to root fronts are retained until all tasks are done; then root
+   !> fronts use the workspaces of threads.  One thread alone adds an update at once.
    pure subroutine plan_updates(plan, threads)
       type(front_plan_type), intent(inout) :: plan  !< with its fronts and tasks
       integer, intent(in) :: threads  !< that factorise
@@ -302,9 +302,9 @@ contains
       end associate
    end subroutine plan_updates
 
-   !> Stack the updates of a task's fronts, or of the root fronts.  An update is made while those of
-   !> the children still exist; odd and even levels of the tree therefore use two stacks, each last
-   !> in, first out.
+   !> Stack the updates of the fronts of a task, or of the root fronts.
+   !> An update is computed while the updates of its children still exist; odd and even levels of
+   !> the tree therefore use two stacks.
    pure subroutine stack_updates(fronts, level, before, plan, most)
       integer, intent(in) :: fronts(:)  !< some fronts, in postorder
       integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root
@@ -337,10 +337,10 @@ contains
       most = max(most, sum(peak))
    end subroutine stack_updates
 
-   !> Positions of the rows below each front in a solve.
+   !> Assign positions in the solve vector to the rows below each front.
    !>
-   !> Tasks may not add to the same rows of the vector.  The contributions of a task to root fronts
-   !> go to rows of its own beyond the end of the vector, one for each row of its root's update.
+   !> Different tasks must not add to the same rows of the vector.  Contributions of a task to root
+   !> fronts are stored in separate rows at the end of the vector, one per row of its root's update.
    pure subroutine set_solve_rows(plan)
       type(front_plan_type), intent(inout) :: plan  !< under construction
       integer :: shared(plan%n), front, i, last_column
@@ -365,7 +365,7 @@ contains
       end do
    end subroutine set_solve_rows
 
-   !> Is this front the root of a subtree, and its parent a root front?
+   !> .true. if this front is the root of a subtree and its parent is a root front.
    pure logical function is_subtree_root(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: front  !< number in the plan
@@ -375,7 +375,7 @@ contains
       is_subtree_root = plan%sharing%is_root_front(plan%parent(front))
    end function is_subtree_root
 
-   !> Does the update of this front pass from a task to a root front that waits for it?
+   !> .true. if the update of this front passes from a task to a root front that waits for it.
    pure logical function is_passed(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: front  !< number in the plan
@@ -384,7 +384,7 @@ contains
       if (is_passed) is_passed = is_subtree_root(plan, front)
    end function is_passed
 
-   !> Block columns that a front eliminates.
+   !> Number of block columns that a front eliminates.
    pure integer function pivot_columns(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: front  !< number in the plan
@@ -392,7 +392,7 @@ contains
       pivot_columns = plan%first(front + 1) - plan%first(front)
    end function pivot_columns
 
-   !> Block rows of a front's update.
+   !> Number of block rows of the update of a front.
    pure integer function rows_below(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: front  !< number in the plan
@@ -400,7 +400,7 @@ contains
       rows_below = plan%row_start(front + 1) - plan%row_start(front)
    end function rows_below
 
-   !> Numbers in a front's update: in each band of columns the rows from its first one on.
+   !> Size of the update of a front: in each band of columns, the rows from its first one on.
    pure integer(long) function update_length(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: front  !< number in the plan

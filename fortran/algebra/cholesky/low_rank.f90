@@ -1,18 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Low-rank update of a Cholesky factor, for a few rank-one terms that have entered or left.
+!> Low-rank update of a Cholesky factor for a few rank-one terms that were added or removed.
 !>
 !> With A = L Lᵀ and the changes U S Uᵀ (Sherman, Morrison, Woodbury; W. W. Hager, SIAM Review 31
 !> (1989) 221)
 !>
 !>     (A + U S Uᵀ)⁻¹ = L⁻ᵀ (I − W C⁻¹ Wᵀ) L⁻¹,   W = L⁻¹ U,   C = S⁻¹ + Wᵀ W
 !>
-!> so the correction comes between the forward and the backward solve.  As A and A + U S Uᵀ are both
-!> positive definite, C has a positive pivot for each term that enters and a negative one for each
-!> that leaves (inertia of the two Schur complements); where rounding says otherwise the update is
-!> refused.
+!> so the correction is applied between the forward and the backward solve.  Since A and A + U S Uᵀ
+!> are positive definite, C has a positive pivot for each added term and a negative pivot for each
+!> removed term (inertia of the two Schur complements).  If rounding violates this, the update is
+!> rejected.
 !>
-!> A term that changes again, as where contacts flip to and fro, keeps its column of W; one that has
-!> left altogether is no longer part of C.
+!> A term that changes repeatedly, such as a contact that opens and closes, retains its column of W;
+!> removed terms are not part of C.
 module dda_low_rank
    use dda_kinds, only: wp, sp
    use dda_cholesky_single, only: factor_type
@@ -41,7 +41,7 @@ module dda_low_rank
 
 contains
 
-   !> The pattern is another: there are no changes, and memory must be planned again.
+   !> Discard the changes and the plan, since the pattern is new.
    subroutine free_low_rank(low)
       type(low_rank_type), intent(inout) :: low  !< loses its columns
 
@@ -49,7 +49,7 @@ contains
       if (allocated(low%columns%w)) deallocate (low%columns%w)
    end subroutine free_low_rank
 
-   !> Allocate for a pattern, unless that has been done.
+   !> Allocate the update for a pattern, if not yet allocated.
    subroutine plan_low_rank(low, plan, error)
       type(low_rank_type), intent(inout) :: low  !< gets memory
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -61,7 +61,7 @@ contains
          source=0.0_wp)
    end subroutine plan_low_rank
 
-   !> Add changes to the update; .false. if they are too many, or beyond this precision.
+   !> Add changes to the update; .false. if they are too many, or not accurate enough.
    subroutine update_low_rank(low, factor, changes, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
@@ -86,7 +86,7 @@ contains
       if (done) call rebuild_low_rank(low, factor, first, done)
    end subroutine update_low_rank
 
-   !> The term that is already there with the same u except for the drift of the geometry, else 0.
+   !> Find the existing term with the same u, apart from changes of geometry; 0 if there is none.
    pure integer function term_of(terms, block, u)
       type(rank_one_type), intent(in) :: terms  !< in W
       integer, intent(in) :: block(2)  !< block rows
@@ -101,7 +101,7 @@ contains
       term_of = 0
    end function term_of
 
-   !> Zero if the two nearly cancel.
+   !> Sum of two stiffnesses; zero if they nearly cancel.
    pure real(wp) function sum_of_terms(a, b) result(total)
       real(wp), intent(in) :: a, b  !< N/m
 
@@ -109,7 +109,7 @@ contains
       if (abs(total) <= drift*max(abs(a), abs(b))) total = 0.0_wp
    end function sum_of_terms
 
-   !> W, WᵀW and C from the first panel with new terms on.
+   !> Compute W, WᵀW and C from the first panel with new terms on.
    subroutine rebuild_low_rank(low, factor, first, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
@@ -124,7 +124,7 @@ contains
       call factorise_capacity(low, done)
    end subroutine rebuild_low_rank
 
-   !> New terms are first: their block of C is positive definite.
+   !> Order the terms: added terms first, since their block of C is positive definite.
    pure subroutine order_terms(low)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       integer :: i, filled, pass
@@ -140,7 +140,7 @@ contains
       low%n = filled
    end subroutine order_terms
 
-   !> C = T D Tᵀ; .false. if a pivot has not the sign of its term.
+   !> Factorise C = T D Tᵀ; .false. if a pivot does not have the sign of its term.
    pure subroutine factorise_capacity(low, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       logical, intent(out) :: done  !< .false.: the matrix has to be factorised
@@ -165,7 +165,7 @@ contains
       end do
    end subroutine factorise_capacity
 
-   !> y = (I − W C⁻¹ Wᵀ) y, between forward and backward solve.
+   !> Compute y = (I − W C⁻¹ Wᵀ) y, between the forward and the backward solve.
    subroutine correct(low, plan, y)
       type(low_rank_type), intent(in) :: low  !< update of the factor
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -179,7 +179,7 @@ contains
       call subtract_columns(low%columns, plan, used, share, y)
    end subroutine correct
 
-   !> x = C⁻¹ x; zeros for columns of panels without a term, or with a removed one.
+   !> Solve C x = b in place; zeros for columns of panels without a term or with a removed term.
    pure subroutine solve_capacity(low, x)
       type(low_rank_type), intent(in) :: low  !< update of the factor
       real(wp), intent(inout) :: x(most_changes)  !< a number for each term

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The columns of W = L⁻¹ U, each u of two blocks, for a low-rank update of a Cholesky factor.
+!> Columns of W = L⁻¹ U, each u with two nonzero blocks, for a low-rank update of a Cholesky factor.
 !>
-!> A column differs from zero only along an elimination path, the fronts between its blocks and the
-!> root: a few hundredths of the factor.  Columns are treated in panels of one vector width, each
-!> panel by one thread: bits depend neither on threads nor on the other columns of a panel.
+!> A column is nonzero only along an elimination path, the fronts between its blocks and the root:
+!> a few hundredths of the factor.  Columns are processed in panels of one vector width, each
+!> panel by one thread: results depend neither on threads nor on the other columns of a panel.
 module dda_low_rank_columns
    use dda_kinds, only: wp, sp
    use dda_errors, only: error_type
@@ -24,7 +24,7 @@ module dda_low_rank_columns
    !> pivot columns multiplied together, so few that BLAS stays on one thread
    integer, parameter :: pivots_together = 64
 
-   !> The columns, and where they differ from zero.
+   !> The columns and their nonzero fronts.
    type :: low_rank_columns_type
       integer, allocatable :: permuted(:)       !< [n] permuted index of each block row
       integer, allocatable :: front_of(:)       !< [n] front that eliminates it
@@ -38,7 +38,7 @@ module dda_low_rank_columns
 
 contains
 
-   !> Allocate for a pattern; the memory of W is not touched before it is used.
+   !> Allocate the columns for a pattern; memory pages of W are not used before they are written.
    subroutine plan_columns(columns, plan, error)
       type(low_rank_columns_type), intent(out) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -67,7 +67,7 @@ contains
       end do
    end subroutine plan_columns
 
-   !> Make the columns of some panels.
+   !> Compute the columns of several panels.
    subroutine make_columns(columns, factor, terms, first, last)
       type(low_rank_columns_type), intent(inout) :: columns  !< W
       type(factor_type), intent(in) :: factor  !< L
@@ -83,7 +83,7 @@ contains
       end do
    end subroutine make_columns
 
-   !> The elimination paths of a panel's terms, as one list of fronts.
+   !> Find the elimination paths of the terms of a panel, as one list of fronts.
    pure subroutine find_elimination_path(columns, plan, terms, panel)
       type(low_rank_columns_type), intent(inout) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -133,7 +133,7 @@ contains
       end do
    end subroutine scatter_terms
 
-   !> Forward solve L w = u through the fronts of the elimination paths.
+   !> Solve L w = u through the fronts of the elimination paths.
    pure subroutine forward_path(columns, factor, panel)
       type(low_rank_columns_type), intent(inout) :: columns  !< u, becomes w
       type(factor_type), intent(in) :: factor  !< L
@@ -153,7 +153,7 @@ contains
       end associate
    end subroutine forward_path
 
-   !> Solve with the pivots of a front, subtract from the rows below.
+   !> Solve for the pivots of a front and subtract their products from the rows below.
    pure subroutine forward_front(pivots, below, packed, row, first, front_vector, w)
       !> size of the front, its rows and first pivot
       integer, intent(in) :: pivots, below, row(below), first
@@ -189,8 +189,8 @@ contains
       end do
    end subroutine forward_front
 
-   !> Gather the rows of W in a front; zeros fill the packed panels after its pivot rows and after
-   !> the last.
+   !> Gather the rows of W in a front.
+   !> Zeros fill the packed panels after the pivot rows and after the last row.
    pure subroutine gather_front(pivots, below, row, first, w, front_vector)
       !> size of the front, its rows and first pivot
       integer, intent(in) :: pivots, below, row(below), first
@@ -236,7 +236,7 @@ contains
       end do
    end subroutine subtract_panel
 
-   !> WᵀW of some panels with all up to them.
+   !> Compute the products WᵀW of several panels with all panels up to them.
    subroutine multiply_columns(columns, plan, first, last, gram)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -255,8 +255,8 @@ contains
       end do
    end subroutine multiply_columns
 
-   !> WᵀW of two panels: sums over the fronts that both touch, in double precision from front to
-   !> front.
+   !> Compute WᵀW of two panels: sums over their common fronts.
+   !> Sums from front to front are in double precision.
    subroutine multiply_panels(columns, plan, row, column, total)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -280,7 +280,7 @@ contains
       end do
    end subroutine multiply_panels
 
-   !> Wᵀ y of some panels.
+   !> Compute Wᵀ y of several panels.
    subroutine project(columns, plan, used, y, share)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -295,7 +295,7 @@ contains
       end do
    end subroutine project
 
-   !> Wᵀ y of one panel.
+   !> Compute Wᵀ y of one panel.
    pure subroutine project_panel(columns, plan, panel, y, share)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -319,7 +319,7 @@ contains
       end do
    end subroutine project_panel
 
-   !> y = y − W x of some panels.
+   !> Compute y = y − W x of several panels.
    subroutine subtract_columns(columns, plan, used, x, y)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -334,7 +334,7 @@ contains
       end do
    end subroutine subtract_columns
 
-   !> y = y − W x in the pivot rows of one front.
+   !> Compute y = y − W x in the pivot rows of one front.
    pure subroutine subtract_front(columns, plan, front, used, x, y)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor

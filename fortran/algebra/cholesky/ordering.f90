@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The order in which block rows are eliminated.
 !>
-!> Fill is decided on the graph of blocks, not of scalars: six times fewer vertices, the same
-!> fill.  Minimum degree is the better order for small walls, nested dissection for large ones,
-!> where its tree is also better balanced between threads.  All orders are deterministic.
+!> Fill is computed on the graph of blocks, not of scalars: six times fewer vertices, the same
+!> fill.  Minimum degree is the better order for small walls.  Nested dissection is better for large
+!> walls, and its tree is better balanced between threads.  All orders are deterministic.
 !>
 !> References: P. R. Amestoy, T. A. Davis, I. S. Duff, ACM TOMS 30 (2004) 381, algorithm 837 (AMD);
 !> G. Karypis, V. Kumar, SIAM J. Sci. Comput. 20 (1998) 359 (METIS);
@@ -17,11 +17,11 @@ module dda_ordering
    private
    public :: fill_order, bandwidth_order, minimum_degree_order, dissection_order
 
-   !> From this many blocks on, nested dissection repays its dearer analysis.
+   !> From this number of blocks on, nested dissection saves more time than its analysis costs.
    integer, parameter :: dissection_from = 20000
 
    interface
-      !> SuiteSparse: approximate minimum degree; 0-based, 0 or 1 on success.
+      !> SuiteSparse: approximate minimum degree; 0-based indices; returns 0 or 1 on success.
       integer(c_int) function amd_order(n, start, index, order, control, info) &
          bind(c, name='amd_order')
          import :: c_int, c_ptr, c_double
@@ -32,7 +32,7 @@ module dda_ordering
          real(c_double), intent(out) :: info(*)  !< [20] statistics
       end function amd_order
 
-      !> METIS 5: nested dissection; 0-based, 1 on success.
+      !> METIS 5: nested dissection; 0-based indices; returns 1 on success.
       integer(c_int) function metis_node_nd(n, start, index, weight, options, order, permuted) &
          bind(c, name='METIS_NodeND')
          import :: c_int, c_int32_t, c_ptr
@@ -46,7 +46,7 @@ module dda_ordering
 
 contains
 
-   !> An order of elimination with little fill: order(k) is the block row eliminated k-th.
+   !> Find an order of elimination with little fill: order(k) is the block row eliminated k-th.
    subroutine fill_order(graph, order)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
@@ -60,7 +60,7 @@ contains
       if (.not. done) call bandwidth_order(graph, order)
    end subroutine fill_order
 
-   !> Approximate minimum degree.
+   !> Find the approximate minimum degree order.
    subroutine minimum_degree_order(graph, order, done)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
@@ -73,7 +73,7 @@ contains
       order = order + 1
    end subroutine minimum_degree_order
 
-   !> Nested dissection.
+   !> Find the nested dissection order.
    subroutine dissection_order(graph, order, done)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
@@ -86,7 +86,7 @@ contains
       order = order + 1
    end subroutine dissection_order
 
-   !> Reverse Cuthill–McKee, one connected part after the other.
+   !> Find the reverse Cuthill–McKee order, one connected part after the other.
    pure subroutine bandwidth_order(graph, order)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
@@ -104,7 +104,7 @@ contains
       order = list(graph%n:1:-1)
    end subroutine bandwidth_order
 
-   !> A vertex from which the component of v in the graph is long and thin.
+   !> Find a peripheral vertex of the component of v, from which the component is long and thin.
    pure integer function peripheral_vertex(graph, v)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: v  !< vertex
@@ -129,7 +129,7 @@ contains
       end do
    end function peripheral_vertex
 
-   !> Append all that can be reached from a vertex, level by level, least degree first.
+   !> Append all vertices that can be reached from a vertex, level by level, least degree first.
    pure subroutine breadth_first(graph, from, mark, list, filled, last_level)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: from  !< vertex
@@ -162,7 +162,7 @@ contains
       end do
    end subroutine breadth_first
 
-   !> Couplings of a block row.
+   !> Number of couplings of a block row.
    elemental integer function degree(graph, v)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: v  !< vertex

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Packed panels, the storage of the factor: a few rows by six columns each, in the order in which a
-!> solve reads them.
+!> Packed panels, the storage of the factor: a few rows by six columns each, in the order of a
+!> solve.
 !>
-!> For each pivot column of blocks of a front, the inverse of its pivot block and the pivot rows
-!> below it; then, column by column, the rows below the front.  Zeros pad each to whole panels.
-!> A solve thus reads one stream at the rate of the memory, instead of six columns at a time that
-!> end after a few hundred bytes.
+!> For each pivot column of blocks of a front: the inverse of its pivot block and the pivot rows
+!> below it; then, column by column, the rows below the front.  Zeros fill each part to whole
+!> panels. A solve thus reads memory sequentially at full bandwidth, instead of six columns at a
+!> time that end after a few hundred bytes.
 module dda_packed_panels
    implicit none
    private
@@ -16,14 +16,14 @@ module dda_packed_panels
 
 contains
 
-   !> Number of packed panels for so many block rows.
+   !> Number of packed panels for the given number of block rows.
    pure integer function panels_of(rows)
       integer, intent(in) :: rows  !< block rows
 
       panels_of = (6*rows + packed_rows - 1)/packed_rows
    end function panels_of
 
-   !> Packed panels of the pivot rows of a front.
+   !> Number of packed panels of the pivot rows of a front.
    pure integer function pivot_panels(pivots)
       integer, intent(in) :: pivots  !< block columns that the front eliminates
       integer :: j

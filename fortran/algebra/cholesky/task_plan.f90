@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Division of the fronts of a tree between threads, by the pattern only.
+!> Division of the fronts of a tree between threads, which depends on the pattern only.
 !>
-!> Whole subtrees form independent tasks; the fronts above them
-!> are the root fronts, where all threads work on one front together.  The division must not depend
-!> on the number of threads: sums then run in the same order, and results agree to the last bit.
+!> Whole subtrees form independent tasks; the fronts above them are the root fronts, each of which
+!> is processed by all threads.  The division must not depend
+!> on the number of threads: sums then have the same order, and results are bit-identical.
 module dda_task_plan
    use dda_kinds, only: wp
    use dda_counting_sort, only: counting_sort
@@ -12,10 +12,10 @@ module dda_task_plan
    private
    public :: task_plan_type, plan_tasks
 
-   !> Fronts for single threads, and fronts for all threads.
+   !> Fronts of tasks for single threads, and root fronts for all threads.
    type :: task_plan_type
       integer :: tasks = 0               !< independent ranges of fronts
-      !> [tasks+2] where the fronts of each task begin, the costliest task first; the last are the
+      !> [tasks+2] first front of each task, the costliest task first; the last entry begins the
       !> fronts above the tasks
       integer, allocatable :: start(:)
       integer, allocatable :: front(:)   !< [fronts] task by task, each in postorder
@@ -23,14 +23,14 @@ module dda_task_plan
       logical :: is_shared = .false.     !< is there work for more than one thread?
    end type task_plan_type
 
-   !> Cost below which threads do not gain, in the unit of `front_cost` (about 10 ns).
+   !> Cost below which threads save no time, in the unit of `front_cost` (about 10 ns).
    real(wp), parameter :: worth_sharing = 5.0e4_wp
-   !> A task is at most this part of the whole.
+   !> Largest fraction of the total cost in one task.
    real(wp), parameter :: largest_share = 1.0_wp/12.0_wp
 
 contains
 
-   !> Cut the tree where subtrees become too heavy for one task.
+   !> Cut the tree into subtrees that are cheap enough for one task.
    pure subroutine plan_tasks(parent, cost, plan)
       integer, intent(in) :: parent(:)  !< [fronts] in postorder, 0 for a root
       real(wp), intent(in) :: cost(:)   !< [fronts]
@@ -49,7 +49,7 @@ contains
       call bind_tasks(parent, subtree, limit, plan)
    end subroutine plan_tasks
 
-   !> Bind neighbouring subtrees below the root fronts into tasks, up to the limit.
+   !> Combine neighbouring subtrees below the root fronts into tasks, up to the limit of cost.
    pure subroutine bind_tasks(parent, subtree, limit, plan)
       integer, intent(in) :: parent(:)  !< [fronts] in postorder, 0 for a root
       real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree
@@ -80,7 +80,7 @@ contains
             begin = front + 1
          end if
       end do
-      ! Threads that start with the costliest tasks finish together.
+      ! Threads that start with the costliest tasks finish at about the same time.
       costliest_first = ascending_order(-load(:plan%tasks))
       task = plan%tasks + 1
       do t = 1, plan%tasks

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A few of the largest eigenvalues of a symmetric operator, by ARPACK.
+!> A few of the largest eigenvalues of a symmetric operator, computed by ARPACK.
 !>
-!> The start vector is fixed and irregular: results repeat to the last bit, and neither symmetric
+!> The start vector is fixed and irregular: results are bit-identical, and neither symmetric
 !> nor antisymmetric vectors are missed.  The residual of each returned pair is computed again.
 module dda_arnoldi
    use dda_kinds, only: wp, long
@@ -40,7 +40,7 @@ module dda_arnoldi
    end type iteration_type
 
    integer, parameter :: least_basis = 20
-   !> restarts times size, beyond a hundred restarts; models at rest need few
+   !> restarts times size, if more than a hundred restarts; static models need few
    real(wp), parameter :: affordable = 5.0e6_wp
 
 contains
@@ -95,7 +95,7 @@ contains
       end associate
    end subroutine prepare
 
-   !> Serve ARPACK with products until it is done.
+   !> Iterate: supply ARPACK with matrix products until it has finished.
    subroutine iterate(iteration, operator, error)
       type(iteration_type), intent(inout) :: iteration  !< state of ARPACK
       class(operator_type), intent(inout) :: operator  !< its products are counted
@@ -127,7 +127,7 @@ contains
       end if
    end subroutine iterate
 
-   !> Values and vectors in descending order.
+   !> Extract eigenvalues and eigenvectors in descending order.
    subroutine extract(iteration, values, vectors, error)
       type(iteration_type), intent(inout) :: iteration  !< state of ARPACK
       real(wp), allocatable, intent(out) :: values(:), vectors(:,:)  !< [count], [n,count]
@@ -150,7 +150,7 @@ contains
       vectors = vectors(:, count:1:-1)
    end subroutine extract
 
-   !> Residuals are verified with the operator itself, independently of ARPACK.
+   !> Check the residuals of the pairs with the operator itself, independently of ARPACK.
    subroutine check_pairs(operator, tolerance, values, vectors, residuals, error)
       class(operator_type), intent(inout) :: operator  !< its products are counted
       real(wp), intent(in) :: tolerance, values(:), vectors(:,:)  !< relative; [count]; [n,count]
@@ -175,7 +175,7 @@ contains
       end do
    end subroutine check_pairs
 
-   !> Reproducible numbers between −1 and 1 without a pattern, by a linear congruence.
+   !> Fill a vector with reproducible numbers between −1 and 1, by a linear congruence.
    pure function irregular_vector(n, salt) result(vector)
       integer, intent(in) :: n  !< numbers
       integer, intent(in), optional :: salt  !< another sequence

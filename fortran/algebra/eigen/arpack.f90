@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Explicit interfaces of the ARPACK routines in use.
+!> Explicit interfaces of the ARPACK routines that are used.
 !>
-!> Both write to `tol`, so it must be a variable, and both keep saved variables, so they must not
-!> run in two threads at once.
+!> Both routines write to `tol`, so it must be a variable, and both have saved variables, so they
+!> must not run in two threads at once.
 module dda_arpack
    use dda_kinds, only: wp
    implicit none
@@ -23,8 +23,8 @@ module dda_arpack
          integer, intent(inout) :: iparam(*), ipntr(*), info  !< options, pointers, 0 on success
       end subroutine dsaupd
 
-      !> Eigenvalues and vectors from a finished iteration; arguments from `bmat` on as it left
-      !> them.
+      !> Eigenvalues and eigenvectors from a finished iteration; the arguments from `bmat` on are
+      !> those of the last call of dsaupd.
       subroutine dseupd(rvec, howmny, select, d, z, ldz, sigma, bmat, n, which, nev, tol, resid, &
          ncv, v, ldv, iparam, ipntr, workd, workl, lworkl, info)
          import :: wp

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A block matrix as a band, after a bandwidth-reducing order.
+!> A block matrix stored as a band, after a bandwidth-reducing order.
 module dda_band_matrix
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type
@@ -19,7 +19,7 @@ module dda_band_matrix
 
 contains
 
-   !> A bandwidth-reducing order and the half width that it gives.
+   !> Find a bandwidth-reducing order and its half width.
    subroutine order_band(factor, matrix)
       type(band_type), intent(inout) :: factor  !< gets order and half width
       type(block_matrix_type), intent(in) :: matrix      !< its pattern is read
@@ -57,7 +57,7 @@ contains
       end do
    end subroutine fill_band
 
-   !> Put a 6×6 block, or its transpose if it falls above the diagonal, into the band.
+   !> Copy a 6×6 block into the band, transposed if it lies above the diagonal.
    pure subroutine put_block(factor, block, row, column)
       type(band_type), intent(inout) :: factor  !< its band is filled
       real(wp), intent(in) :: block(6, 6)  !< values

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Known vectors that are excluded from an eigenvalue search.
 !>
-!> Two kinds: null vectors that live on groups of block rows (a loose part of a model moves as a
-!> rigid body), up to three for each group, and full vectors found in an earlier search.  Both are
+!> Two kinds: null vectors on groups of block rows (rigid-body modes of an unsupported part of a
+!> model), up to three per group, and full vectors found in an earlier search.  Both are
 !> orthonormal in the coordinates of the standard problem (`dda_mass_factor`).
 module dda_deflation
    use dda_kinds, only: wp
@@ -30,7 +30,7 @@ module dda_deflation
 
 contains
 
-   !> Take over a null space; without one only kept vectors count.
+   !> Set the null space of a search; without one, only the found vectors are projected out.
    pure subroutine prepare_deflation(deflation, mass, known)
       type(deflation_type), intent(out) :: deflation  !< without full vectors
       type(mass_factor_type), intent(in) :: mass  !< factor of M
@@ -45,7 +45,7 @@ contains
       end do
    end subroutine prepare_deflation
 
-   !> Keep one more vector.
+   !> Add a found vector to the vectors that are projected out.
    pure subroutine keep_vector(deflation, vector)
       type(deflation_type), intent(inout) :: deflation  !< gets one more
       real(wp), intent(in) :: vector(:)  !< [6n] of length 1
@@ -67,7 +67,7 @@ contains
       end do
    end subroutine project_out
 
-   !> Remove the null vectors, group by group.
+   !> Remove the components along the null vectors, group by group.
    pure subroutine project_known(known, y)
       type(null_space_type), intent(in) :: known  !< in coordinates of the standard problem
       real(wp), intent(inout) :: y(6, *)  !< [6,n]

@@ -20,7 +20,7 @@ module dda_dense_eigen
          integer, intent(out) :: info  !< 0 when well
       end subroutine dsyev
 
-      !> LAPACK: the same of A x = λ B x with B positive definite.
+      !> LAPACK: eigenvalues and vectors of A x = λ B x with B positive definite.
       subroutine dsygv(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, info)
          import :: wp
          integer, intent(in) :: itype, n, lda, ldb, lwork  !< 1: A x = λ B x; size, dimensions
@@ -35,7 +35,7 @@ module dda_dense_eigen
 
 contains
 
-   !> A x = λ x: `a` becomes the orthonormal vectors.
+   !> Solve A x = λ x; `a` is overwritten by the orthonormal vectors.
    subroutine symmetric_eigen(a, values, error)
       real(wp), intent(inout) :: a(:,:)                 !< [n,n] lower triangle read
       real(wp), allocatable, intent(out) :: values(:)   !< [n] ascending
@@ -53,7 +53,7 @@ contains
          to_text(info))
    end subroutine symmetric_eigen
 
-   !> K x = λ M x of one block; no more than a few µs.
+   !> Solve K x = λ M x of one block, in a few µs at most.
    subroutine block_eigen(k, m, values, vectors, error)
       real(wp), intent(in) :: k(6, 6), m(6, 6)  !< stiffness and mass of one block
       real(wp), intent(out) :: values(6)      !< ascending
@@ -71,8 +71,8 @@ contains
          to_text(info)//' on one block')
    end subroutine block_eigen
 
-   !> No eigenvalue of K x = λ M x of one block reaches `value`: value·M − K has a Cholesky factor.
-   !> Some 50 times cheaper than the eigenvalues.
+   !> .true. if no eigenvalue of K x = λ M x of one block reaches `value`.
+   !> Test: value·M − K has a Cholesky factor, about 50 times cheaper than the eigenvalues.
    pure logical function is_above(value, k, m)
       real(wp), intent(in) :: value, k(6, 6), m(6, 6)  !< 1/s²; stiffness and mass of one block
       real(wp) :: factor(6, 6)
@@ -80,11 +80,11 @@ contains
       call cholesky_block(value*m - k, factor, is_above)
    end function is_above
 
-   !> Lower Cholesky factor of a 6×6 block, zeros above.
+   !> Compute the lower Cholesky factor of a 6×6 block, with zeros above the diagonal.
    pure subroutine cholesky_block(block, factor, positive)
       real(wp), intent(in) :: block(6, 6)    !< lower triangle read
       real(wp), intent(out) :: factor(6, 6)  !< lower triangle
-      !> .false. if not positive definite; the factor is then void
+      !> .false. if not positive definite; the factor is then undefined
       logical, intent(out) :: positive
       real(wp) :: work(6, 6)
       integer :: j, k

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> K x = ω² M x with M block-diagonal: the largest ω² and the lowest ones.
+!> K x = ω² M x with M block-diagonal: the largest ω² and the lowest ω².
 !>
-!> Large problems go to ARPACK, on S = G⁻¹KG⁻ᵀ for the top of the spectrum and on Gᵀ(K − σM)⁻¹G with
-!> a small negative shift σ for the bottom, so that a singular K is no obstacle; small ones to
-!> LAPACK.
+!> Large problems are solved by ARPACK, with S = G⁻¹KG⁻ᵀ for the largest eigenvalues and Gᵀ(K −
+!> σM)⁻¹G with a small negative shift σ for the lowest, so that a singular K is allowed.  Small
+!> problems are solved by LAPACK.
 module dda_eigen
    use dda_kinds, only: wp, long
    use dda_arnoldi, only: operator_type, largest_pairs
@@ -32,7 +32,7 @@ module dda_eigen
       integer :: n = 0
       real(wp), allocatable :: value(:)       !< [n] ω², 1/s²
       real(wp), allocatable :: vector(:,:,:)  !< [6,blocks,n], xᵀMx = 1
-      !> [n] of the operator that was iterated, relative; 0 if dense
+      !> [n] relative residual of the iterated operator; 0 if dense
       real(wp), allocatable :: residual(:)
       integer(long) :: products = 0           !< of that operator
    end type eigenpairs_type
@@ -57,7 +57,7 @@ module dda_eigen
 
 contains
 
-   !> Tolerance that a model of n blocks can afford: the top of a large spectrum is a dense band.
+   !> Tolerance that is affordable for n blocks: large models have dense spectra.
    pure real(wp) function suggested_tolerance(n) result(tolerance)
       integer, intent(in) :: n  !< blocks
 
@@ -66,7 +66,7 @@ contains
       if (n > 3000) tolerance = 1.0e-3_wp
    end function suggested_tolerance
 
-   !> The largest ω², a lower bound of the true one to second order in the residual.
+   !> Find the largest ω²: a lower bound of the exact one, with an error of second order.
    subroutine largest_eigenvalue(stiffness, mass, tolerance, pairs, error)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
@@ -93,7 +93,7 @@ contains
       call unscale(factor, values, vectors, pairs)
    end subroutine largest_eigenvalue
 
-   !> The `count` lowest ω² that do not belong to a known null space; fewer if there are fewer.
+   !> Find the `count` lowest ω² outside a known null space; fewer if fewer exist.
    subroutine lowest_eigenvalues(stiffness, mass, count, pairs, error, known)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
@@ -129,7 +129,7 @@ contains
       call unscale(operator%mass, operator%shift + 1.0_wp/values, vectors, pairs)
    end subroutine lowest_eigenvalues
 
-   !> All eigenvalues by LAPACK, ascending, without a known null space.
+   !> Find all eigenvalues by LAPACK, ascending, without those of a known null space.
    subroutine all_eigenvalues(stiffness, mass, pairs, error, known)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
@@ -158,7 +158,7 @@ contains
          call operator%apply(unit, a(:, i))
          call project_out(deflation, a(:, i))
       end do
-      ! The projected null space gets the lowest eigenvalues, which are then omitted.
+      ! The projected null space has the lowest eigenvalues, which are then omitted.
       if (deflation%known%dimension > 0) call push_down(deflation, a)
       call symmetric_eigen(a, values, error)
       if (allocated(error)) return
@@ -167,7 +167,7 @@ contains
       call unscale(factor, values(i:), a(:, i:), pairs)
    end subroutine all_eigenvalues
 
-   !> a − s ZZᵀ with s larger than every eigenvalue.
+   !> Subtract s ZZᵀ from a, with s larger than every eigenvalue.
    subroutine push_down(deflation, a)
       type(deflation_type), intent(in) :: deflation  !< Z
       real(wp), intent(inout) :: a(:,:)  !< [6n,6n]
@@ -187,7 +187,7 @@ contains
       end do
    end subroutine push_down
 
-   !> Factor of K − σM, with σ as small as rounding allows: K may be singular, the factor is not.
+   !> Factorise K − σM with the smallest σ that rounding allows: K may be singular, K − σM is not.
    subroutine prepare_inverse(operator, stiffness, mass, error, known)
       type(shifted_inverse_type), intent(out) :: operator  !< ready to apply
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
@@ -214,7 +214,7 @@ contains
       end do
    end subroutine prepare_inverse
 
-   !> Largest trace of a diagonal block of S: the scale of the largest ω².
+   !> Find the largest trace of a diagonal block of S: the scale of the largest ω².
    pure real(wp) function largest_trace(mass, stiffness) result(largest)
       type(mass_factor_type), intent(in) :: mass  !< G
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
@@ -232,8 +232,8 @@ contains
       end do
    end function largest_trace
 
-   !> A Lanczos iteration may miss a copy of a multiple eigenvalue.  Search again without what was
-   !> found, until nothing larger is left.
+   !> Search for missed copies of multiple eigenvalues until no larger one is found.
+   !> A Lanczos iteration may miss such copies; known vectors are projected out of each search.
    subroutine add_missing_copies(operator, values, vectors, residuals, error)
       type(shifted_inverse_type), intent(inout) :: operator  !< its deflation grows
       !> [count], [6n,count], [count]
@@ -249,7 +249,7 @@ contains
          call keep_vector(operator%deflation, vectors(:, i))
       end do
       do i = 1, count
-         ! A loose search is enough to see that nothing as large is left.
+         ! A loose tolerance is enough to show that no eigenvalue as large remains.
          call largest_pairs(operator, n, 1, glance, new_value, new_vector, new_residual, error, &
             salt=i)
          if (allocated(error)) return
@@ -267,7 +267,7 @@ contains
       end do
    end subroutine add_missing_copies
 
-   !> Pairs from those of the standard problem.
+   !> Transform the eigenvectors of the standard problem back to those of K x = ω² M x.
    subroutine unscale(factor, values, vectors, pairs)
       type(mass_factor_type), intent(in) :: factor  !< G
       real(wp), intent(in) :: values(:), vectors(:,:)  !< [n] ω², [6 blocks,n]
@@ -283,7 +283,7 @@ contains
       end do
    end subroutine unscale
 
-   !> Keep some of the pairs, in a given order.
+   !> Retain selected pairs, in a given order.
    pure subroutine select_pairs(pairs, order)
       type(eigenpairs_type), intent(inout) :: pairs  !< sorted, shortened
       integer, intent(in) :: order(:)  !< [any] which pairs

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> How many eigenvalues of K x = λ M x lie above a value, by Sylvester's law of inertia.
+!> Number of eigenvalues of K x = λ M x above a value, by Sylvester's law of inertia.
 !>
 !> K − sM = L D Lᵀ has as many positive pivots as there are eigenvalues above s.  The factor is a
-!> plain band without exchanges, good for models of a few thousand blocks; where a pivot is so small
-!> that its sign means nothing, the count is called uncertain.
+!> band matrix without pivoting, suitable for models of a few thousand blocks.  If a pivot is so
+!> small that its sign is uncertain, the count is reported as uncertain.
 module dda_inertia
    use dda_kinds, only: wp
    use dda_band_matrix, only: band_type, order_band, fill_band

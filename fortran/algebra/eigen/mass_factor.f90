@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> M = G Gᵀ for the block-diagonal mass matrix, and the standard eigenproblem that it makes.
+!> M = G Gᵀ for the block-diagonal mass matrix, and the resulting standard eigenproblem.
 !>
 !> With y = Gᵀx the problem K x = ω² M x becomes S y = ω² y, S = G⁻¹KG⁻ᵀ, and the mass product xᵀMx
-!> the plain yᵀy.  It also removes the difference of scale between translations and strains.
+!> the plain yᵀy.  The scaling also removes the difference in size of translations and strains.
 module dda_mass_factor
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_solver, fail
@@ -42,7 +42,7 @@ contains
       end do
    end subroutine factor_mass
 
-   !> K becomes S = G⁻¹KG⁻ᵀ, block by block.
+   !> Replace K by S = G⁻¹KG⁻ᵀ, block by block.
    pure subroutine scale_matrix(factor, matrix)
       type(mass_factor_type), intent(in) :: factor  !< G and its inverse
       type(block_matrix_type), intent(inout) :: matrix  !< K, becomes S
@@ -58,8 +58,8 @@ contains
       end do
    end subroutine scale_matrix
 
-   !> Tᵀ x block by block: y = Gᵀ x takes coordinates of the blocks to those of the standard
-   !> problem, x = G⁻ᵀ y takes them back.
+   !> Multiply by a transposed triangle, block by block: y = Gᵀ x or x = G⁻ᵀ y.
+   !> The first transforms block coordinates to those of the standard problem, the second back.
    pure subroutine multiply_transposed(t, x, y)
       real(wp), intent(in) :: t(:,:,:)   !< [6,6,n] G or G⁻¹
       real(wp), intent(in) :: x(6, *)    !< [6,n]
@@ -71,7 +71,7 @@ contains
       end do
    end subroutine multiply_transposed
 
-   !> f = G y: a force (M x, where y = Gᵀx) in coordinates of the blocks.
+   !> Compute f = G y: a force (M x, if y = Gᵀx) in block coordinates.
    pure subroutine apply_factor(factor, y, f)
       type(mass_factor_type), intent(in) :: factor  !< G and its inverse
       real(wp), intent(in) :: y(6, *)   !< [6,n]

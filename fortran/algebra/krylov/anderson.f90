@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Anderson acceleration of a fixed point x = g(x), of short memory.
+!> Anderson acceleration of a fixed-point iteration x = g(x), with short memory.
 !>
-!> For an affine g it does what GMRES would, at one evaluation of g an iteration.
+!> For an affine g it is equivalent to GMRES, with one evaluation of g per iteration.
 !> D. G. Anderson, J. ACM 12 (1965) 547; H. F. Walker, P. Ni, SIAM J. Numer. Anal. 49 (2011) 1715.
 module dda_anderson
    use dda_kinds, only: wp
@@ -12,7 +12,7 @@ module dda_anderson
 
    integer, parameter :: depth = 10   !< differences that are kept
    integer, parameter :: long = 6*parallel_from  !< unknowns from which threads repay their start
-   !> fraction of the diagonal added to the normal equations: rounding of their elimination
+   !> fraction of the diagonal added to the normal equations, against rounding in their elimination
    real(wp), parameter :: regular = depth*epsilon(1.0_wp)
 
    !> Differences of the last iterations.
@@ -25,14 +25,14 @@ module dda_anderson
 
 contains
 
-   !> Restart without memory.
+   !> Clear the memory.
    pure subroutine forget(memory)
       type(anderson_type), intent(inout) :: memory  !< forgets its iterations
 
       memory%count = 0
    end subroutine forget
 
-   !> The next x, from the present x and g(x).
+   !> Compute the next x from the present x and g(x).
    subroutine accelerate(memory, x, image)
       type(anderson_type), intent(inout) :: memory  !< gets this iteration
       real(wp), intent(inout) :: x(:)  !< [n] in the units of the unknowns
@@ -63,8 +63,8 @@ contains
       end do
    end subroutine accelerate
 
-   !> Unknowns first … last: differences from the iteration before, and their parts of the products
-   !> of all columns d_residual with the last one of them and with the residual.
+   !> Store the differences from the last iteration for the unknowns first … last, and their
+   !> contributions to the products of all columns of d_residual with the last one and the residual.
    pure subroutine remember(memory, slot, used, x, image, first, last, products)
       type(anderson_type), intent(inout) :: memory  !< gets this iteration
       integer, intent(in) :: slot, used             !< column of the differences; columns
@@ -89,7 +89,7 @@ contains
       end do
    end subroutine remember
 
-   !> Fractions y of the differences, min ‖residual − Σ y d_residual‖, by the normal equations.
+   !> Find the fractions y that minimise ‖residual − Σ y d_residual‖, by the normal equations.
    pure subroutine solve_normal(memory, slot, used, products, share)
       type(anderson_type), intent(inout) :: memory  !< gets the products of the last column
       integer, intent(in) :: slot, used             !< that column; columns
@@ -104,7 +104,7 @@ contains
       call eliminate(memory%normal(:used, :used), share(:used))
    end subroutine solve_normal
 
-   !> Unknowns first … last of the next x.
+   !> Compute the unknowns first … last of the next x.
    pure subroutine combine(memory, share, x, first, last)
       type(anderson_type), intent(in) :: memory  !< with this iteration
       real(wp), intent(in) :: share(:)           !< of the differences
@@ -118,7 +118,7 @@ contains
       end do
    end subroutine combine
 
-   !> Allocate for n unknowns, unless there is room.
+   !> Allocate memory for n unknowns, if it is too small.
    subroutine reserve(memory, n)
       type(anderson_type), intent(inout) :: memory  !< gets room
       integer, intent(in) :: n  !< unknowns

@@ -37,7 +37,7 @@ contains
       end do
    end subroutine invert_diagonal
 
-   !> z = D⁻¹ r
+   !> Compute z = D⁻¹ r.
    subroutine apply(self, n, r, z)
       class(block_jacobi_type), intent(inout) :: self  !< D⁻¹
       integer, intent(in) :: n         !< block rows
@@ -53,7 +53,7 @@ contains
       end if
    end subroutine apply
 
-   !> z = D⁻¹ r, shared between the threads of a team.
+   !> Compute z = D⁻¹ r, divided between the threads of a team.
    subroutine apply_rows(n, inverse, r, z)
       integer, intent(in) :: n                    !< block rows
       real(wp), intent(in) :: inverse(6, 6, n), r(6, n)  !< D⁻¹, residual
@@ -67,7 +67,7 @@ contains
       !$omp end do nowait
    end subroutine apply_rows
 
-   !> A bound on the iterations that conjugate gradients can need for a relative accuracy, by
+   !> Upper bound on the conjugate-gradient iterations for a relative accuracy ε.
    !> Chebyshev: ½ √κ ln(2/ε).
    real(wp) function most_iterations(matrix, alone, accuracy) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -77,19 +77,19 @@ contains
       bound = 0.5_wp*sqrt(most_condition(matrix, alone))*log(2.0_wp/accuracy)
    end function most_iterations
 
-   !> A bound on the condition κ of D⁻¹K̂.
+   !> Upper bound on the condition number κ of D⁻¹K̂.
    !>
    !> Let A be the block-diagonal part of K̂ whose terms act on one block each (inertia, strains,
-   !> supports), and let every other term E be positive semi-definite and act on two blocks:
+   !> supports), and let every other term E be positive semi-definite and couple two blocks:
    !> contacts, and any element that couples blocks.  Then K̂ − A ⪰ 0, so that D⁻¹K̂ has no
    !> eigenvalue below μ = min λ(D⁻¹A) over the blocks; and uᵀEu ≤ 2 Σ u_iᵀE_ii u_i gives
    !> 2D − K̂ ⪰ 0, so that it has none above 2.  1/trace(A⁻¹D) bounds μ from below.
    !>
-   !> The diagonal parts of coupling terms must therefore not be in A.  With them, or with a term on
-   !> m > 2 blocks (whose factor is m), the bound may be too small.
+   !> The diagonal parts of coupling terms must therefore not be in A.  If A includes them, or if a
+   !> term couples m > 2 blocks (its factor is then m), the bound may be too small.
    real(wp) function most_condition(matrix, alone) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      !> A, the terms of each block alone, see dda_compact_block
+      !> A, the terms of each block that couple it to no other block, see dda_compact_block
       real(wp), intent(in) :: alone(compact_size, matrix%n)
       real(wp) :: block(6, 6), inverse(6, 6), worst
       integer :: i

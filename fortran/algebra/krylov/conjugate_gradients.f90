@@ -41,7 +41,7 @@ module dda_conjugate_gradients
 
 contains
 
-   !> Vectors for n block rows, unless they are there.
+   !> Allocate vectors for n block rows, if not yet allocated.
    subroutine make_workspace(work, n)
       type(workspace_type), intent(inout) :: work  !< gets its vectors
       integer, intent(in) :: n  !< block rows
@@ -55,8 +55,8 @@ contains
 
    !> Solve K x = b from the x given, until ‖r‖ ≤ tolerance·size or ‖r‖ ≤ reduction·‖first r‖.
    !>
-   !> After many iterations the recursively updated residual has drifted from the true one, which is
-   !> then computed.
+   !> After many iterations the recursively updated residual differs from the true residual, which
+   !> is then computed.
    subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, most, &
       work, iterations, residual, enough)
       type(block_matrix_type), intent(in) :: matrix  !< K
@@ -108,7 +108,7 @@ contains
       residual = residual/size
    end subroutine iterate_to_solution
 
-   !> A stop is requested, in a system so large that it is worth asking.
+   !> .true. if a stop is requested; tested in large systems only.
    logical function is_given_up(n)
       integer, intent(in) :: n  !< block rows
 
@@ -116,7 +116,7 @@ contains
       if (is_given_up) is_given_up = stop_within_step()
    end function is_given_up
 
-   !> r = b − K x
+   !> Compute r = b − K x.
    subroutine find_residual(matrix, b, x, work)
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: b(6, matrix%n), x(6, matrix%n)  !< right-hand side, iterate

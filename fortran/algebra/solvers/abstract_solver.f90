@@ -2,7 +2,7 @@
 !> The interface of every linear solver of K̂ d = f̂.
 !>
 !> A solver is analysed for a pattern, renewed for new values, and then solves for any number of
-!> right-hand sides.  It reports its work; `dda_linear_solver` counts, judges
+!> right-hand sides.  It reports its work; `dda_linear_solver` counts the work, checks
 !> residuals and changes solvers.
 module dda_abstract_solver
    use dda_kinds, only: wp
@@ -25,7 +25,7 @@ module dda_abstract_solver
       logical :: enough = .false.                !< the iteration has reached the tolerance
    end type convergence_type
 
-   !> One method; its values and plans are components of the types that extend it.
+   !> A solution method; its values and plans are components of the types that extend it.
    type, abstract :: linear_solver_type
       character(len=6) :: name = ''              !< in `solver_names`
       integer :: factors = 0                     !< made by the last call
@@ -48,7 +48,7 @@ module dda_abstract_solver
          type(block_matrix_type), intent(in) :: matrix  !< its values are not read
       end subroutine analyse_pattern
 
-      !> Take new values of a matrix with the analysed pattern.
+      !> Set new values of a matrix with the analysed pattern.
       subroutine renew_values(self, matrix, changes, error)
          import :: linear_solver_type, block_matrix_type, rank_one_type, error_type
          class(linear_solver_type), intent(inout) :: self  !< the solver
@@ -57,7 +57,7 @@ module dda_abstract_solver
          type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       end subroutine renew_values
 
-      !> x = K⁻¹ b; iterations start from the x given.
+      !> Solve K x = b; iterations start from the given x.
       subroutine solve_system(self, matrix, b, x, convergence)
          import :: linear_solver_type, block_matrix_type, convergence_type, wp
          class(linear_solver_type), intent(inout) :: self  !< the solver
@@ -70,14 +70,14 @@ module dda_abstract_solver
 
 contains
 
-   !> Factorise the values of the last `renew` with a larger diagonal; only a preconditioner may.
+   !> Factorise the last values with a larger diagonal; default: not possible, the error remains.
    subroutine keep_error(self, matrix, error)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(error_type), allocatable, intent(inout) :: error  !< of `renew`; not allocated on success
    end subroutine keep_error
 
-   !> Update x for a change of b by one application of a preconditioner, if that suffices.
+   !> Update x for a change of b by one preconditioner application; default: not possible.
    subroutine correct_nothing(self, n, change, x, done)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n  !< block rows
@@ -88,7 +88,7 @@ contains
       done = .false.
    end subroutine correct_nothing
 
-   !> Most solvers are rebuilt from the matrix and store nothing.
+   !> Save or restore stored values; default: none, since most solvers are rebuilt from the matrix.
    subroutine serialise_nothing(self, matrix, archive)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read

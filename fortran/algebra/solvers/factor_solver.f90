@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> `direct`: a sparse Cholesky factor.
 !>
-!> It keeps its factor while no contact changes its springs: the effect of the drift of the geometry
-!> (about 1e-6 of the matrix) is removed by one or two steps of iterative
-!> refinement, at a tenth of the cost of a factor.
+!> The factor is retained while no contact changes its springs: the effect of small changes of
+!> geometry (about 1e-6 of the matrix) is removed by one or two steps of iterative
+!> refinement, which cost a tenth of a factorisation.
 module dda_factor_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
@@ -19,8 +19,8 @@ module dda_factor_solver
    private
    public :: factor_solver_type
 
-   !> steps of refinement: with the factor of the matrix itself one, unless springs are so stiff
-   !> that it has few digits; with an earlier factor before a new one is made
+   !> steps of refinement: one with the factor of the matrix itself, unless springs are so stiff
+   !> that it has few digits; this number with an earlier factor, before a new one is computed
    integer, parameter :: most_rounds = 4
 
    real(wp), parameter :: drift = 2.0_wp   !< allowed for of the contraction in a step
@@ -41,7 +41,7 @@ module dda_factor_solver
 
 contains
 
-   !> Take a pattern.
+   !> Set the pattern.
    subroutine analyse(self, matrix)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
@@ -51,7 +51,7 @@ contains
       self%kept = .false.
    end subroutine analyse
 
-   !> Factorise the new values, unless the old factor suffices.
+   !> Factorise the new values, unless the earlier factor is accurate enough.
    subroutine renew(self, matrix, changes, error)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -76,7 +76,7 @@ contains
       self%contraction = 1.0_wp
    end subroutine make_factor
 
-   !> x = K⁻¹ b; with an earlier factor from the x given, else from zero.
+   !> Solve K x = b; with an earlier factor from the given x, else from zero.
    subroutine solve(self, matrix, b, x, convergence)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -100,7 +100,7 @@ contains
       call refine(self, matrix, b, x, convergence)
    end subroutine solve
 
-   !> Iterative refinement, x += P⁻¹ r, r = b − K x, from the residual in `work`.
+   !> Refine x iteratively: x += P⁻¹ r, r = b − K x, from the residual in `work`.
    subroutine refine(self, matrix, b, x, convergence)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -126,10 +126,10 @@ contains
       end associate
    end subroutine refine
 
-   !> Is the correction so small that the next one would not matter?
+   !> .true. if the next correction would be negligible.
    !>
-   !> A small residual alone shows little in directions that only inertia restrains. The remaining
-   !> error is the correction times its contraction, measured from two corrections.
+   !> A small residual alone is no proof for directions that only inertia restrains. The remaining
+   !> error is estimated from the ratio of two successive corrections.
    logical function will_do(self, x, round)  ! total
       class(factor_solver_type), intent(inout) :: self  !< the solver, with the correction in `work`
       real(wp), intent(in) :: x(:,:)  !< [6,n] solution, m
@@ -146,7 +146,7 @@ contains
       will_do = self%contraction*length <= accuracy*sqrt(inner_product(size(x, 2), x, x))
    end function will_do
 
-   !> Values of a stored factor, whose matrix no longer exists.
+   !> Save or restore the values of a factor whose matrix no longer exists.
    subroutine serialise(self, matrix, archive)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read

@@ -14,7 +14,7 @@ module dda_jacobi_solver
 
    integer, parameter :: most_iterations = 3000
 
-   !> The inverse diagonal blocks of the present matrix.
+   !> Inverse diagonal blocks of the present matrix.
    type, extends(linear_solver_type) :: jacobi_solver_type
       type(block_jacobi_type) :: diagonal
    contains
@@ -25,7 +25,7 @@ module dda_jacobi_solver
 
 contains
 
-   !> Only the vectors of the iteration depend on the pattern.
+   !> Prepare for a pattern: only the vectors of the iteration depend on it.
    subroutine analyse(self, matrix)
       class(jacobi_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
@@ -43,7 +43,7 @@ contains
       call invert_diagonal(self%diagonal, matrix)
    end subroutine renew
 
-   !> Iterate from the x given.
+   !> Solve by conjugate gradients from the given x.
    subroutine solve(self, matrix, b, x, convergence)
       class(jacobi_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂

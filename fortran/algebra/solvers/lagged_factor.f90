@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A lagged Cholesky factor, in single precision, as preconditioner of conjugate gradients.
 !>
-!> Rank-one terms that have entered or left the matrix since are included by a low-rank update;
-!> other changes cost iterations, two or three where only geometry drifts.
+!> Rank-one terms that were added or removed since are included by a low-rank update;
+!> other changes cost iterations, two or three if only the geometry changes.
 module dda_lagged_factor
    use dda_kinds, only: sp, wp
    use dda_block_matrix, only: block_matrix_type
@@ -29,7 +29,7 @@ module dda_lagged_factor
 
 contains
 
-   !> Take a new pattern.
+   !> Set a new pattern.
    subroutine analyse_lagged(lagged, matrix)
       type(lagged_factor_type), intent(inout) :: lagged  !< without a factor
       type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
@@ -39,12 +39,12 @@ contains
       lagged%factorised = .false.
    end subroutine analyse_lagged
 
-   !> Factorise the present matrix, or one with a larger diagonal: conjugate gradients correct for
-   !> it.
+   !> Factorise the present matrix, or the matrix with a larger diagonal, as preconditioner.
+   !> Conjugate gradients correct the difference.
    subroutine refactorise(lagged, matrix, error, shifted)
       type(lagged_factor_type), intent(inout) :: lagged  !< gets a new factor
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      !> memory, or a pivot that is lost to single precision
+      !> memory error, or a pivot that is lost in single precision
       type(error_type), allocatable, intent(out) :: error
       logical, intent(in) :: shifted  !< with a larger diagonal
 
@@ -57,7 +57,7 @@ contains
       call forget_changes(lagged%low%terms)
    end subroutine refactorise
 
-   !> z = P⁻¹ r
+   !> Compute z = P⁻¹ r.
    subroutine apply(self, n, r, z)
       class(lagged_factor_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n           !< block rows

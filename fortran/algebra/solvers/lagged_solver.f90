@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> `lagged`: conjugate gradients with a lagged factor as preconditioner.
 !>
-!> The factor stays while a low-rank update can include the changed terms, and until the
-!> extra iterations since it was made have cost as much as a new one.
+!> The factor is retained while a low-rank update can include the changed terms, and until the
+!> extra iterations since its computation have cost as much as a new factor.
 module dda_lagged_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
@@ -38,7 +38,7 @@ module dda_lagged_solver
 
 contains
 
-   !> Plan the factor.
+   !> Plan the factor for a pattern.
    subroutine analyse(self, matrix)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
@@ -47,7 +47,7 @@ contains
       call analyse_lagged(self%lagged, matrix)
    end subroutine analyse
 
-   !> Update the factor, or make a new one.
+   !> Update the factor, or compute a new one.
    subroutine renew(self, matrix, changes, error)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -63,7 +63,7 @@ contains
       self%factors = 1
    end subroutine renew
 
-   !> A factor with a larger diagonal, after single precision has lost a pivot.
+   !> Compute a factor with a larger diagonal after single precision has lost a pivot.
    subroutine renew_shifted(self, matrix, error)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -73,7 +73,7 @@ contains
       self%factors = 1
    end subroutine renew_shifted
 
-   !> Iterate; if the factor turns out to lag too far behind the matrix, make a new one.
+   !> Solve by iteration; compute a new factor if the old one needs too many iterations.
    subroutine solve(self, matrix, b, x, convergence)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -97,7 +97,7 @@ contains
       end do
    end subroutine solve
 
-   !> x = x + P⁻¹ change, if the last solve with this matrix took one application.
+   !> Compute x = x + P⁻¹ change, if the last solve with this matrix took one application.
    subroutine correct(self, n, change, x, done)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n  !< block rows
@@ -111,7 +111,7 @@ contains
       call add_multiple(n, 1.0_wp, self%work%z, x)
    end subroutine correct
 
-   !> Values of the factor, whose matrix no longer exists.
+   !> Save or restore the values of the factor, whose matrix no longer exists.
    subroutine serialise_factor(self, matrix, archive)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
@@ -135,10 +135,10 @@ contains
       call serialise_changes(archive, self%lagged)
    end subroutine serialise_factor
 
-   !> The terms that have changed since the factor was made; the update is made again from them.
+   !> Save or restore the terms changed since the factor was computed, and update the factor.
    subroutine serialise_changes(archive, lagged)
       type(archive_type), intent(inout) :: archive  !< written or read
-      !> gets its terms, and the update that follows
+      !> receives its terms, and the update computed from them
       type(lagged_factor_type), intent(inout) :: lagged
       logical :: done
       integer :: i

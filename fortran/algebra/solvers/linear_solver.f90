@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> K̂ d = f̂ behind one interface: a solver by name, or by rule, with the direct one as fallback.
+!> Solution of K̂ d = f̂ by a solver chosen by name or by rule, with the direct one as fallback.
 !>
 !>     call analyse(solver, matrix)                        ! the pattern has changed
 !>     call renew(solver, matrix, alone, changes, error)   ! the values have changed
 !>     call solve(solver, matrix, b, x, error)
 !>
-!> The methods are the types that extend `linear_solver_type`.  `auto` takes `direct` for small
+!> The methods are the types that extend `linear_solver_type`.  `auto` uses `direct` for small
 !> models, else `jacobi` or `lagged` by the bound on the iterations and then by their last count.
-!> All rules count; none looks at a clock, so that runs are reproducible.  Every solve ends with a
-!> checked residual; a solver that does not reach it hands over to the direct one.
+!> The rules use counts only, never a clock, so that runs are reproducible.  Every solve ends with a
+!> checked residual; if a solver does not reach it, the direct solver repeats the solve.
 module dda_linear_solver
    use dda_interrupts, only: fail_within_step, stop_within_step
    use dda_kinds, only: wp, long
@@ -28,23 +28,23 @@ module dda_linear_solver
       record_rigid_terms, solve, solve_change, work_done, solver_names, is_solver_name
 
    integer, parameter :: small = 60               !< blocks up to which `auto` is `direct`
-   !> Jacobi iterations that cost no more than a solve with a lagged factor
+   !> largest number of Jacobi iterations that cost no more than a solve with a lagged factor
    integer, parameter :: few = 30
    real(wp), parameter :: acceptable = 1.0e-9_wp  !< ‖r‖/scale above which a solve has failed
    real(wp), parameter :: rounding = 1.0e-14_wp   !< ‖r‖/‖b‖ that no solve can reach
-   !> condition of a matrix in which rounding of single precision may cost a pivot, that of double
-   !> precision no digit that counts: six are left
+   !> condition number at which rounding in single precision may lose a pivot; in double precision
+   !> six digits remain
    real(wp), parameter :: well_conditioned = 1.0e10_wp
-   !> factors with a larger diagonal of one pattern: a loose solve with one leaves soft modes out,
-   !> which a step may bear, but not a stage of such steps
+   !> factors with a larger diagonal for one pattern: a loose solve with one omits soft modes, which
+   !> is acceptable in a few steps, but not in a whole stage
    integer, parameter :: most_shifted = 2
-   !> ‖r‖/‖|K| |x|‖ that a solve may end with: x is exact for a matrix that differs by its rounding
+   !> largest ‖r‖/‖|K| |x|‖ after a solve: x is exact for a matrix that differs by rounding
    real(wp), parameter :: rounding_of_product = 4*epsilon(1.0_wp)
 
-   !> The active solver, and counts of its work.
+   !> The active solver and counts of its work.
    type :: solver_type
       ! unsaved, the input: name
-      ! unsaved, weighed in each step: loads
+      ! unsaved, recomputed in each step: loads
       character(len=6) :: name = 'auto'           !< as chosen
       character(len=6) :: method = ''             !< at work; 'auto' before the first values
       class(linear_solver_type), allocatable :: active
@@ -61,7 +61,7 @@ module dda_linear_solver
 
 contains
 
-   !> Choose by name.
+   !> Choose a solver by name.
    subroutine choose_solver(solver, name, error)
       type(solver_type), intent(out) :: solver  !< new, without a pattern
       character(len=*), intent(in) :: name  !< in `solver_names`
@@ -105,11 +105,11 @@ contains
       call solver%active%analyse(matrix)
    end subroutine set_method
 
-   !> Take new values of a matrix with the analysed pattern.
+   !> Set new values of a matrix with the analysed pattern.
    subroutine renew(solver, matrix, alone, changes, error)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      !> terms of each diagonal block that couple it to no other, for the bound of `most_iterations`
+      !> terms of each diagonal block that couple no other block, for the bound `most_iterations`
       real(wp), intent(in) :: alone(compact_size, matrix%n)
       type(rank_one_type), intent(in) :: changes  !< from the values of the last call
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
@@ -129,7 +129,7 @@ contains
       if (allocated(error)) call hand_over(solver, matrix, error)
    end subroutine renew
 
-   !> Jacobi or lagged: by the guaranteed bound at first, then by what the last solve needed.
+   !> Choose Jacobi or lagged: first by the guaranteed bound, then by the count of the last solve.
    subroutine decide(solver, matrix, alone)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -146,7 +146,7 @@ contains
       if (method /= solver%method) call set_method(solver, matrix, method)
    end subroutine decide
 
-   !> Solve with the direct solver from here to the next pattern.
+   !> Use the direct solver until the pattern changes.
    subroutine hand_over(solver, matrix, error)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -158,7 +158,7 @@ contains
       call count_factors(solver)
    end subroutine hand_over
 
-   !> Add the factors that the last call has made.
+   !> Add the factors of the last call to the count.
    subroutine count_factors(solver)
       type(solver_type), intent(inout) :: solver  !< solver and counts
 
@@ -166,8 +166,7 @@ contains
       solver%active%factors = 0
    end subroutine count_factors
 
-   !> Set the loads that the next right sides balance: residuals below their round-off are
-   !> sufficient.
+   !> Set the loads that the next right-hand sides balance; residuals below their round-off suffice.
    subroutine weigh_loads(solver, load)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       real(wp), intent(in) :: load(:,:)  !< [6,n]
@@ -176,22 +175,22 @@ contains
       solver%rigid = .false.
    end subroutine weigh_loads
 
-   !> Announce terms in the matrix and b that make blocks rigid. They exceed the forces by far, so a
-   !> residual relative to b would not resolve the forces.
+   !> Record terms in the matrix and b that make blocks rigid.
+   !> They far exceed the forces, so a residual relative to b would not resolve the forces.
    pure subroutine record_rigid_terms(solver)
       type(solver_type), intent(inout) :: solver  !< solver and counts
 
       solver%rigid = .true.
    end subroutine record_rigid_terms
 
-   !> x = K⁻¹ b; iterations start from the x given, and may stop at a fraction of its residual.
+   !> Solve K x = b from the given x; iterations may stop at a fraction of the first residual.
    subroutine solve(solver, matrix, b, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< as it was renewed
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
-      !> fraction of the first residual that is enough; else full accuracy
+      !> sufficient fraction of the first residual; else full accuracy
       real(wp), intent(in), optional :: reduction
       type(convergence_type) :: convergence
 
@@ -220,8 +219,8 @@ contains
          to_text(convergence%residual)//', allowed '//to_text(acceptable))
    end subroutine solve
 
-   !> Update x after a small change of b, or one that needs little accuracy: by one application of
-   !> the preconditioner if the last solve with this matrix needed only one, otherwise by a solve.
+   !> Update x after a change of b that is small or needs little accuracy.
+   !> One preconditioner application, if the last solve with this matrix needed one; else a solve.
    subroutine solve_change(solver, matrix, b, change, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< as it was renewed and solved with
@@ -242,8 +241,8 @@ contains
       solver%exact = .false.
    end subroutine solve_change
 
-   !> The norm that residuals are measured by: of b, or of the loads that it is the balance of,
-   !> which may all but cancel.  Of a b with rigid terms, its rounding counts alone.
+   !> Norm that residuals are compared with: of b, or of the loads if they nearly cancel in b.
+   !> For a b with rigid terms, only its rounding counts.
    real(wp) function residual_scale(solver, b) result(scale)
       type(solver_type), intent(in) :: solver  !< solver and counts
       real(wp), intent(in) :: b(:,:)  !< [6,n]
@@ -253,7 +252,7 @@ contains
       if (scale < solver%loads) scale = solver%loads  ! a NaN stays one
    end function residual_scale
 
-   !> Work so far, in words.
+   !> Text on the solves, factors and iterations so far.
    pure function work_done(solver) result(text)
       type(solver_type), intent(in) :: solver  !< solver and counts
       character(len=:), allocatable :: text

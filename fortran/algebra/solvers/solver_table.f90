@@ -16,14 +16,14 @@ module dda_solver_table
 
 contains
 
-   !> Is there a solver of this name?
+   !> .true. if a solver of this name exists.
    pure logical function is_solver_name(name)
       character(len=*), intent(in) :: name  !< any text
 
       is_solver_name = any(solver_names == name)
    end function is_solver_name
 
-   !> A solver that has not yet seen a matrix.
+   !> Create a solver by name, without a matrix.
    subroutine make_solver(name, solver)
       character(len=*), intent(in) :: name  !< in `solver_names`, except 'auto'
       class(linear_solver_type), allocatable, intent(out) :: solver  !< of that method

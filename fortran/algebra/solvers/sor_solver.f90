@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> `sor`: successive over-relaxation by blocks, the original DDA's solver, kept for comparison.
+!> `sor`: block successive over-relaxation, the solver of the original DDA, kept for comparison.
 module dda_sor_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: convergence_type, accuracy
@@ -17,7 +17,7 @@ module dda_sor_solver
    real(wp), parameter :: omega = 1.5_wp        !< relaxation factor of the original
    real(wp), parameter :: diverged = 1.0e30_wp  !< a residual from which no sweep recovers
 
-   !> The same inverse diagonal blocks, another iteration.
+   !> The inverse diagonal blocks, as in `jacobi`, with another iteration.
    type, extends(jacobi_solver_type) :: sor_solver_type
    contains
       procedure :: solve
@@ -25,8 +25,8 @@ module dda_sor_solver
 
 contains
 
-   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, or the requested reduction, or sweeps that converge
-   !> slowly, at rounding or not at all (as of a matrix that is not definite).
+   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, the requested reduction, or slow convergence.
+   !> Slow: at rounding, or without convergence (such as for a matrix that is not definite).
    subroutine solve(self, matrix, b, x, convergence)
       class(sor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -63,7 +63,7 @@ contains
       end associate
    end subroutine solve
 
-   !> One pass over all block rows.
+   !> Update all block rows once.
    pure subroutine sweep(matrix, diagonal, b, x)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(block_jacobi_type), intent(in) :: diagonal  !< inverse diagonal blocks
