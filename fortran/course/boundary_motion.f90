@@ -18,7 +18,7 @@ contains
    !> Collect the incoming and present motions of all boundaries.
    subroutine take_boundary_motions(simulation, motions)
       type(simulation_type), intent(in) :: simulation  !< at its present time
-      !> [2,boundary motions,6] displacement, velocity, acceleration: incoming, then those of the model
+      !> [2,boundary motions,6] displacement, velocity, acceleration: incoming, then of the model
       real(wp), intent(out) :: motions(:,:,:)
       real(wp) :: part(2, 3)
       integer :: i, k

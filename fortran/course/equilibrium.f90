@@ -460,7 +460,7 @@ contains
    end subroutine put_in_words
 
    !> Text on the contact with the largest normal force and its joint.
-   !> Priority: sliding contacts of an unbalanced block, all sliding contacts, contacts of the block.
+   !> Priority: sliding contacts of an unbalanced block, all sliding ones, contacts of the block.
    function words_of_slip(simulation, b) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: b                         !< block that is out of balance

@@ -24,7 +24,7 @@ module dda_joint_motion
 contains
 
    !> Measure mean slip and widest opening of a joint, m, and its forces; NaN if no longer existing.
-   !> Forces, N/m: sum of normal forces (compression positive), of resisting shear forces, on set one.
+   !> Forces, N/m: sum of normal forces (compression positive), of resisting shear, on set one.
    pure subroutine measure_joint(joint, first, contacts, blocks, values)
       type(measured_joint_type), intent(in) :: joint   !< of the model
       type(first_contacts_type), intent(in) :: first   !< contacts that touched at first

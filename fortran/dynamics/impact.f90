@@ -120,7 +120,7 @@ contains
       if (impacts%share < 1.0_wp) impacts%reduced = impacts%reduced + 1
    end subroutine count_impacts
 
-   !> Strike the contacts that have closed in the solution faster than `slowest`.
+   !> Strike the contacts that have closed in the solution at more than `slowest`.
    pure subroutine strike_closing(impacts, iteration, contacts, laws, blocks, step, slowest, &
       first, found)
       type(impacts_type), intent(inout) :: impacts  !< of this step
@@ -148,7 +148,7 @@ contains
       end do
    end subroutine strike_closing
 
-   !> A block is struck after a fraction of the step.
+   !> Record that a block is struck after a fraction of the step.
    pure subroutine record_hit(impacts, b, share)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       integer, intent(in) :: b  !< number of the block
@@ -159,7 +159,7 @@ contains
       impacts%before(b) = max(impacts%before(b), share)
    end subroutine record_hit
 
-   !> Fraction of the step before contact c touches at its present velocity; 0 if it touched before.
+   !> Fraction of the step before contact c touches at its present velocity; 0 if already touching.
    pure real(wp) function share_before(contacts, step, c) result(share)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(step_type), intent(in) :: step  !< the present step
@@ -171,7 +171,7 @@ contains
       end associate
    end function share_before
 
-   !> Contacts that do not stay closed in the solution keep their force until the impact.
+   !> Lift contacts that open in the solution: they retain their force until the impact.
    pure subroutine lift_opened(impacts, contacts, laws, lifted)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
@@ -225,8 +225,8 @@ contains
       end do
    end subroutine stiffen_neighbours
 
-   !> Struck blocks keep their strains in this step, and their positions at supports.  If supports
-   !> kept the velocity instead, blocks that are struck in many successive steps would drift.
+   !> Make struck blocks rigid: they retain their strains, and their positions at supports.
+   !> If supports kept the velocity instead, blocks struck in many successive steps would drift.
    pure subroutine stiffen(impacts, system, first)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -254,7 +254,7 @@ contains
       end do
    end subroutine stiffen
 
-   !> A support of a struck block that has not been made rigid in this step.
+   !> .true. if a support of a struck block has not been made rigid in this step.
    pure logical function yields_else(impacts, term)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
@@ -264,8 +264,8 @@ contains
          .not. impacts%stiff(term%block_a)
    end function yields_else
 
-   !> The term supports a block along its row on ground that does not move, at the end of the step.
-   !> Supports with a motion act as usual; a block that kept its position would lag behind.
+   !> .true. if the term is a fixed support of a block at the end of the step.
+   !> Moving supports act as usual; a block that retained its position would lag behind them.
    pure logical function is_support(term)
       type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
 
@@ -273,7 +273,7 @@ contains
          term%block_b == 0 .and. .not. any(term%motion > 0 .and. abs(term%row_a(:2)) > 0.0_wp)
    end function is_support
 
-   !> Stiffness that makes a support rigid compared to the inertia of its block, N/m.
+   !> Stiffness that makes a support rigid relative to the inertia of its block, N/m.
    pure real(wp) function unyielding_spring(system, b, row) result(stiffness)
       type(system_type), intent(in) :: system  !< equations of the step
       integer, intent(in) :: b  !< number of the block
@@ -284,7 +284,7 @@ contains
       stiffness = unyielding/sum(row(:3)**2/own(:3))
    end function unyielding_spring
 
-   !> Energy lost by freezing the strains of struck blocks, J per metre.
+   !> Energy lost by making the strains of struck blocks rigid, J per metre of thickness.
    pure real(wp) function loss_of_strains(impacts, system) result(loss)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
@@ -301,7 +301,7 @@ contains
       end do
    end function loss_of_strains
 
-   !> Work of the rigid supports of struck blocks in a step, J per metre.
+   !> Work of the rigid supports of struck blocks in a step, J per metre of thickness.
    pure real(wp) function work_of_supports(impacts, system) result(work)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
@@ -319,9 +319,9 @@ contains
       end do
    end function work_of_supports
 
-   !> Repeat the open–close iteration with the present dashpots and impacts.  Struck contacts are
-   !> stiffer by their gain, so rounding of the displacements of the step may exceed the noise of
-   !> positions.
+   !> Repeat the open–close iteration with the present dashpots and impacts.
+   !> Struck contacts are stiffer by their gain, so rounding of displacements may exceed the noise
+   !> of positions.
    subroutine solve_again(iteration, system, solver, contacts, laws, blocks, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -348,7 +348,7 @@ contains
       iteration%broken = iteration%broken + broken
    end subroutine solve_again
 
-   !> The impacts of the solution gain energy, which is possible for Newton's law with friction.
+   !> .true. if the impacts of the solution gain energy, as Newton's law with friction permits.
    pure logical function gains_energy(contacts, laws, step)  ! total
       type(contacts_type), intent(in) :: contacts  !< this step's list, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -369,8 +369,8 @@ contains
       gains_energy = lost < -gain_allowed*scale
    end function gains_energy
 
-   !> First drop the forces until the impact; then halve the restitution, or set it to zero, for all
-   !> struck contacts.
+   !> Reduce the impacts: first remove the forces before the impact, then halve the restitution.
+   !> The restitution of all struck contacts is finally set to zero.
    pure subroutine reduce(impacts, contacts, laws, blocks, step)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, solved

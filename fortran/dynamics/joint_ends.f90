@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Doubts on bonded joints with two contact points that bend: they are three times as stiff and as
+!> Warnings on bonded joints with two contact points that bend: they are three times as stiff and
 !> strong as a joint with linear stress, which the results do not show.
 !>
 !> Two contacts with half of an overlap each have the stresses σ ± s; a linear stress of the same
@@ -23,7 +23,7 @@ module dda_joint_ends
 
 contains
 
-   !> Report each joint with a bonded overlap that bends.
+   !> Add a warning for each joint with a bonded overlap that bends.
    pure function bending_doubts(simulation) result(doubts)
       type(simulation_type), intent(in) :: simulation  !< evaluated in its present state
       type(doubt_type), allocatable :: doubts(:)
@@ -50,8 +50,8 @@ contains
       end associate
    end function bending_doubts
 
-   !> Mean tension of the overlap whose first contact is c, and the difference of a linear stress at
-   !> its ends, Pa; 0 if the overlap is not bonded at both ends.
+   !> Find the mean tension of the overlap of contact c, and the stress difference at its ends, Pa.
+   !> The stress is linear; both values are 0 if the overlap is not bonded at both ends.
    pure subroutine find_bending(simulation, c, mean, bending)
       type(simulation_type), intent(in) :: simulation  !< evaluated in its present state
       integer, intent(in) :: c                         !< bonded contact
@@ -80,7 +80,7 @@ contains
       tension_of = -contacts%normal_force(c)/contacts%bond_length(c)
    end function tension_of
 
-   !> The two edges that overlap at contact c, the lower number first.
+   !> Find the two edges that overlap at contact c, the lower number first.
    pure function edges_of(simulation, c) result(edges)
       type(simulation_type), intent(in) :: simulation  !< in its present state
       integer, intent(in) :: c                         !< contact of a corner

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Contacts under joint laws in the open–close iteration: linearised normal forces, and breaking.
+!> Contacts under joint laws in the open–close iteration: linearised normal forces, bond failure.
 module dda_joint_lines
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
@@ -36,7 +36,7 @@ contains
       end do
    end subroutine begin_lines
 
-   !> A contact that slid in the last step is assumed to rise in the same direction.
+   !> Set the rise of a contact that slid in the last step, in the same direction.
    pure subroutine begin_rise(contacts, law, c)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       class(joint_law_type), intent(in) :: law        !< of the contact
@@ -100,7 +100,7 @@ contains
          contacts%tangent(1, c), contacts%line(1, c))
    end subroutine drop_friction
 
-   !> Contact c slips from its centre or back to it, contrary to the assumption.
+   !> .true. if contact c slips from its centre or back to it, contrary to the assumption.
    pure logical function passes_centre(contacts, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
       integer, intent(in) :: c  !< number of the contact
@@ -110,7 +110,7 @@ contains
          contacts%trial_past_centre(c)
    end function passes_centre
 
-   !> Contact c can resist shear or tension without a normal force.
+   !> .true. if contact c can resist shear or tension without a normal force.
    pure logical function has_bond(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -125,7 +125,7 @@ contains
       end associate
    end function has_bond
 
-   !> Remove the peak strength of a contact; its bond remains only if the residual tension suffices.
+   !> Remove the peak strength of a contact; its bond remains only with enough residual tension.
    pure subroutine break_joint(contacts, laws, c)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Advance the coordinates of the blocks from step to step, see `dda_scheme`.
+!> Update of the coordinates of the blocks from step to step, see `dda_scheme`.
 module dda_kinematics
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, momentum_of, update_geometry
@@ -26,9 +26,9 @@ contains
       loss = before - kinetic_energy(blocks)
    end subroutine damp_velocity
 
-   !> A first guess of the step for iterative solvers, from the mean velocities of the last four
-   !> steps: z⁴ = 2z³ − 2z + 1, that is (z − 1)³(z + 1) = 0.  It is exact while the acceleration
-   !> changes uniformly, and for stiff modes, whose velocity changes sign every step.
+   !> Predict the increment of a step for iterative solvers from the last four mean velocities.
+   !> z⁴ = 2z³ − 2z + 1, that is (z − 1)³(z + 1) = 0: exact while the acceleration changes
+   !> uniformly, and for stiff modes, whose velocity changes sign every step.
    subroutine predict(blocks, d, step)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(out) :: d(6, blocks%n)  !< increments of the coordinates
@@ -45,7 +45,7 @@ contains
       end do
    end subroutine predict
 
-   !> Blocks first … last.
+   !> Predict the increment of blocks first … last.
    pure subroutine predict_range(blocks, d, step, first, last)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(inout) :: d(6, blocks%n)  !< increments of the coordinates
@@ -79,7 +79,7 @@ contains
       call update_geometry(blocks)
    end subroutine integrate
 
-   !> Blocks first … last.
+   !> Update blocks first … last.
    pure subroutine integrate_range(blocks, d, step, first, last)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
       real(wp), intent(in) :: d(6, blocks%n)  !< increments of the coordinates
@@ -93,7 +93,7 @@ contains
       end do
    end subroutine integrate_range
 
-   !> One block, with vectors of a length known to the compiler.
+   !> Update one block, with arrays of a length known to the compiler.
    pure subroutine integrate_block(step, d, position, velocity, acceleration, mean_velocity)
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(6)         !< increments of its coordinates
@@ -111,7 +111,7 @@ contains
       position = position + d
    end subroutine integrate_block
 
-   !> ½ vᵀMv, J/m.
+   !> Kinetic energy ½ vᵀMv, J/m.
    real(wp) function kinetic_energy(blocks)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp) :: part(most_pieces)
@@ -141,7 +141,7 @@ contains
       end do
    end function kinetic_of
 
-   !> A bound on how far any vertex moves by d, m.
+   !> Upper bound on the displacement of any vertex by d, m.
    real(wp) function farthest_move(blocks, d) result(move)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates

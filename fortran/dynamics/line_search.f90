@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Line search of the open–close iteration on the energy of the step from the previous iterate.
+!> Line search of the open–close iteration: minimum of the energy of the step between iterates.
 !>
 !> With frozen friction bounds the solution of the step minimises a convex function: inertia,
 !> elasticity and loads are quadratic, each contact adds ½ k min(gap, 0)² and a slider whose
 !> potential is quadratic up to its bound and linear beyond.  The slope of that function from the
 !> previous d to the new one grows monotonically; its zero is the step length α.
 !>
-!> A contact in the same branch of its law at both ends stays in it between them: its slope is
-!> linear and summed once.  Only the others are evaluated at each trial length.
+!> A contact in the same branch of its law at both ends stays in that branch between them: its slope
+!> is linear and summed once.  Only the others are evaluated at each trial length.
 module dda_line_search
    use dda_block_vectors, only: multiply_and_add
    use dda_growth, only: grow
@@ -29,7 +29,7 @@ module dda_line_search
    end type other_slope_type
 
    abstract interface
-      !> Slope at a fraction of the step, J/m.
+      !> Slope of the energy at a fraction of the step, J/m.
       real(wp) function slope_interface(self, share)
          import :: other_slope_type, wp
          class(other_slope_type), intent(in) :: self  !< of a step
@@ -39,18 +39,17 @@ module dda_line_search
 
    !> bisections until the interval is at the level of rounding
    integer, parameter :: most_steps = digits(1.0_wp)
-   !> slope relative to the first one that counts as zero; also curvature relative to the first
-   !> slope
+   !> slope relative to the first slope below which it counts as zero; also for the curvature
    real(wp), parameter :: zero_slope = 1.0e-2_wp
 
 contains
 
-   !> Shorten system%d towards system%previous_d if the minimum is nearer; `alpha` is the remaining
-   !> fraction of the step.
+   !> Shorten system%d towards system%previous_d if the minimum is nearer.
+   !> `alpha` is the remaining fraction of the step.
    !>
    !> On entry the contacts are evaluated at the new d; the slope of other forces is 0 at the
-   !> previous one.  Regula falsi on the slope; halving the slope of an end that does not move
-   !> (Illinois) gives superlinear convergence.
+   !> previous d.  Regula falsi is applied to the slope; halving the slope of an end that does not
+   !> move (Illinois) makes convergence superlinear.
    subroutine descend(system, contacts, laws, alpha, other)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -99,7 +98,7 @@ contains
       end associate
    end subroutine descend
 
-   !> Slope of the quadratic part at the previous d, and its increase up to the new one.
+   !> Find the slope of the quadratic part at the previous d, and its increase up to the new d.
    subroutine quadratic_slope(system, start, growth)
       type(system_type), intent(in) :: system  !< equations of the step
       !> slope at the previous d; increase of the slope up to the new d
@@ -122,7 +121,7 @@ contains
       growth = total(2)
    end subroutine quadratic_slope
 
-   !> Slope and increase of blocks first … last, from the diagonal of the linear part.
+   !> Sum slope and increase of blocks first … last, from the diagonal of the linear part.
    pure function quadratic_range(system, first, last) result(slope)
       type(system_type), intent(in) :: system  !< equations of the step
       integer, intent(in) :: first, last  !< of the range
@@ -139,7 +138,7 @@ contains
       end do
    end function quadratic_range
 
-   !> Slope and increase by blocks that elements couple.
+   !> Sum slope and increase of blocks that elements couple.
    pure function coupled_slope(system) result(slope)
       type(system_type), intent(in) :: system  !< equations of the step
       real(wp) :: slope(2), change_i(6), change_j(6)
@@ -159,8 +158,8 @@ contains
       end do
    end function coupled_slope
 
-   !> Changes of gap and slip of each contact from the previous d to the new one, and the slope of
-   !> all contacts at the new one.
+   !> Measure the changes of gap and slip of each contact from the previous d to the new d.
+   !> The slope of all contacts at the new d is summed too.
    subroutine measure_changes(system, contacts, slope)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
@@ -182,7 +181,7 @@ contains
       slope = sum(piece(:pieces(contacts%n)))
    end subroutine measure_changes
 
-   !> Contacts first … last.
+   !> Measure the changes of contacts first … last.
    pure subroutine change_range(system, contacts, first, last, slope)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
@@ -203,7 +202,7 @@ contains
       end do
    end subroutine change_range
 
-   !> Sum the contacts whose slope is linear between the ends, once.
+   !> Sum, once, the contacts whose slope is linear between the ends.
    subroutine sum_linear(contacts, laws, linear)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -225,7 +224,7 @@ contains
       linear = sum(piece(:, :pieces(contacts%n)), 2)
    end subroutine sum_linear
 
-   !> Contacts first … last.
+   !> Sum the linear slopes of contacts first … last.
    pure subroutine linear_range(contacts, laws, first, last, linear)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -247,7 +246,7 @@ contains
       end do
    end subroutine linear_range
 
-   !> Slope of all contacts at a fraction of the step from the previous d to the new one.
+   !> Sum the slope of all contacts at a fraction of the step from the previous d to the new d.
    real(wp) function contact_slope(contacts, laws, alpha) result(slope)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -267,7 +266,7 @@ contains
       slope = sum(piece(:pieces(contacts%n)))
    end function contact_slope
 
-   !> Contacts first … last.
+   !> Sum the slope of contacts first … last.
    pure real(wp) function slope_range(contacts, laws, alpha, first, last) result(slope)
       type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Open–close iteration of the regions in which contacts change states, with all other blocks fixed.
+!> Open–close iteration of the regions in which contacts change states; all other blocks are fixed.
 !>
 !> A few contacts that overshoot shorten the step of the whole model in the line search, and each
-!> iteration of the whole costs a solve with all blocks.  After a solve of the whole, the blocks
+!> global iteration costs a solve with all blocks.  After a global solve, the blocks
 !> near changing contacts are therefore iterated first, each connected region as a small model; the
-!> next solve of the whole starts from their states.  Convergence is judged for the whole only.
+!> next global solve starts from their states.  Convergence is judged for the whole model only.
 submodule(dda_open_close) dda_local_iteration
    use dda_block_matrix, only: entry_of, set_pattern
    use dda_compact_block, only: compact
@@ -22,7 +22,7 @@ submodule(dda_open_close) dda_local_iteration
 
 contains
 
-   !> Iterate the regions in which states change, and return their d and states.
+   !> Iterate the regions in which states change, and return their increments d and states.
    recursive module subroutine iterate_regions(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -53,8 +53,8 @@ contains
       if (regions > 0) call evaluate(iteration, system, contacts, laws)
    end subroutine iterate_regions
 
-   !> Regions are possible: only contacts couple the blocks, all obey Coulomb's law, and the changes
-   !> of the first solution need a new factor but are not too many to continue.
+   !> .true. if the model can be divided into regions.
+   !> Only Coulomb contacts couple its blocks, and changes need a new factor but are not too many.
    pure logical function can_be_divided(iteration, system, contacts, laws)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
@@ -72,7 +72,7 @@ contains
       can_be_divided = changes > most_changes .and. changes <= iteration%most_changes
    end function can_be_divided
 
-   !> Number the connected regions of the blocks near a changing contact.
+   !> Find the connected regions of the blocks near a changing contact, and number them.
    pure subroutine find_regions(contacts, tolerance, region, regions)
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
       real(wp), intent(in) :: tolerance  !< tolerance of the force difference, N/m
@@ -126,7 +126,7 @@ contains
       root(b) = min(root_a, root_b)
    end subroutine join
 
-   !> The root of the tree of a block.
+   !> Find the root of the tree of a block.
    pure integer function root_of(root, block)
       integer, intent(in) :: root(:)  !< [blocks] a block nearer to the root
       integer, intent(in) :: block    !< any
@@ -186,7 +186,7 @@ contains
       contacts%slip_sign(order) = part_contacts%slip_sign
    end subroutine iterate_region
 
-   !> The equations of some blocks without contacts; one further block represents all fixed ones.
+   !> Copy the equations of some blocks without contacts; an extra block represents all fixed ones.
    subroutine copy_blocks(system, blocks, part)
       type(system_type), intent(in) :: system  !< of the whole
       integer, intent(in) :: blocks(:)         !< of the region
@@ -215,7 +215,7 @@ contains
       end associate
    end subroutine copy_blocks
 
-   !> The contacts of a region pair by pair, those with fixed blocks last, and the pattern of K̂.
+   !> Copy the contacts of a region by pairs, those with fixed blocks last, and the pattern of K̂.
    subroutine take_contacts(system, contacts, list, v, e, part, own, order)
       type(system_type), intent(in) :: system  !< of the whole
       type(contacts_type), intent(in) :: contacts  !< of the whole
@@ -241,7 +241,7 @@ contains
       call lay_out(part, own, held)
    end subroutine take_contacts
 
-   !> The displacement of a fixed block is added to the gap and the stretch.
+   !> Add the displacement of a fixed block to the gap and the stretch.
    pure subroutine add_fixed_motion(system, contacts, c, holds_v, holds_e, gap, stretch)
       type(system_type), intent(in) :: system  !< of the whole
       type(contacts_type), intent(in) :: contacts  !< of the whole

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Damping of the materials (`dda_damping`) in a step: terms of K̂ and f̂, energies, and
-!> the memory of the generalised Maxwell bodies.
+!> the memory of the generalised Maxwell branches.
 !>
 !> With h_l = ω_l Δt/2 and K the elastic matrix of a block,
 !>
 !>     K̂ += θ [(r − 1) − r Σ h_l Y_l/(1 + h_l)] K + (α M + β K)/Δt ,
 !>     f̂ −= K [(r − 1) e₀ − r Σ ζ_l − θ r Σ 2h_l/(1 + h_l) (Y_l e₀ − ζ_l)] ,
 !>
-!> a step stores ½ (r − 1) e·Ke − r e·K Σ ζ_l + ½ r Σ ζ_l·Kζ_l/Y_l, and loses
+!> a step stores ½ (r − 1) e·Ke − r e·K Σ ζ_l + ½ r Σ ζ_l·Kζ_l/Y_l, and dissipates
 !> r Σ Δζ_l·KΔζ_l/(Y_l ω_l Δt) + d·Cd/Δt.
 module dda_material_damping
    use dda_kinds, only: wp
@@ -22,7 +22,7 @@ module dda_material_damping
 
 contains
 
-   !> Forces on the strains of all blocks at d = 0, beyond those of elasticity.
+   !> Add the damping forces on the strains of all blocks at d = 0.
    subroutine add_damping_loads(blocks, step, load)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -35,8 +35,7 @@ contains
       end do
    end subroutine add_damping_loads
 
-   !> Losses of a step before it is taken: by damping, and Δσ·Δε beyond that of elasticity, J per
-   !> metre of thickness.
+   !> Losses of a step before the update, J per metre of thickness: by damping, and its Δσ·Δε.
    function damping_losses(blocks, step, d) result(total)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -54,7 +53,7 @@ contains
       total = sum(part(:, :pieces(blocks%n)), 2)
    end function damping_losses
 
-   !> Energy in the Maxwell bodies of all blocks less ½ ε·Kε, J per metre of thickness.
+   !> Energy in the Maxwell branches of all blocks minus ½ ε·Kε, J per metre of thickness.
    real(wp) function damping_energy(blocks) result(energy)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp) :: part(most_pieces)
@@ -84,7 +83,7 @@ contains
       end do
    end subroutine keep_memories
 
-   !> Terms of K̂ of block b, constant for a given Δt.
+   !> Add the damping terms of K̂ of block b, constant for a given Δt.
    pure subroutine add_damping_matrix(blocks, step, b, matrix)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -99,7 +98,7 @@ contains
       end associate
    end subroutine add_damping_matrix
 
-   !> Factor of the elastic matrix of block b in K̂ beyond θ.
+   !> Factor of the elastic matrix of block b in K̂ due to damping, in addition to θ.
    pure real(wp) function damping_factor(blocks, step, b) result(factor)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -117,7 +116,7 @@ contains
       end associate
    end function damping_factor
 
-   !> Forces on the strains of block b at d = 0, beyond those of elasticity.
+   !> Add the damping forces on the strains of block b at d = 0.
    pure subroutine add_damping_load(blocks, step, b, load)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -129,7 +128,7 @@ contains
          damping_strain(blocks, step, b))
    end subroutine add_damping_load
 
-   !> The strain whose elastic stress equals the stress of the memory at d = 0.
+   !> Strain whose elastic stress equals the stress of the memory at d = 0.
    pure function damping_strain(blocks, step, b) result(strain)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -147,8 +146,8 @@ contains
       end associate
    end function damping_strain
 
-   !> Forces of block b on its strains if no part of its area belonged to faces, at t₀ + θΔt of a
-   !> step with known increment d.
+   !> Forces of block b on its strains at t₀ + θΔt of a step with known increment d.
+   !> The whole area is included, as if no part belonged to faces.
    pure function force_on_strains(blocks, step, b, d) result(force)
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
       type(step_type), intent(in) :: step      !< the present step
@@ -163,7 +162,7 @@ contains
          - blocks%area(b)*blocks%initial_stress(:, b)
    end function force_on_strains
 
-   !> Losses of block b in a step, before it is taken.
+   !> Add the losses of block b in a step, before the update.
    pure subroutine add_damping_loss(blocks, step, b, d, material, scheme)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -191,7 +190,7 @@ contains
       end associate
    end subroutine add_damping_loss
 
-   !> Energy in the Maxwell body of block b less ½ ε·Kε, J per metre of thickness.
+   !> Energy in the Maxwell branches of block b minus ½ ε·Kε, J per metre of thickness.
    pure real(wp) function energy_of_block(blocks, b) result(energy)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       integer, intent(in) :: b                 !< number of the block

@@ -23,7 +23,7 @@ module dda_material_search
 
 contains
 
-   !> Shorten the path from the increment of linearisation to the solution.
+   !> Shorten the path from the increment of linearisation to the solution, up to the minimum.
    subroutine shorten_step(simulation)
       type(simulation_type), intent(inout), target :: simulation  !< with a solution of the step
       type(law_slope_type) :: slope

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The largest values of a run over all steps: their list, and those of blocks and contacts in one
-!> state.  Of equal values the first in time counts, then that of the block or contact with the
-!> lowest number, for any number of threads.
+!> Largest values of a run over all steps: the list of values, and their update from one state.
+!> Of equal values the first in time is reported, then that of the block or contact with the lowest
+!> number, for any number of threads.
 module dda_maxima
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp
@@ -20,7 +20,7 @@ module dda_maxima
       of_opening, of_penetration, of_penetration_ratio, of_contact_force, of_point_displacement, &
       of_point_velocity, of_point_acceleration, of_point_drift, of_plastic_strain, number_of_maxima
 
-   !> A value with its time, blocks or points; negative before the first one.
+   !> A value with its time and its blocks or points; negative before the first value.
    type :: largest_type
       real(wp) :: value = -1.0_wp
       real(wp) :: time = 0.0_wp            !< s
@@ -29,7 +29,7 @@ module dda_maxima
 
 contains
 
-   !> Keep a value if it is larger.
+   !> Store a value if it is larger than the present one.
    pure subroutine take(largest, value, time, who)
       type(largest_type), intent(inout) :: largest  !< so far
       real(wp), intent(in) :: value        !< value, in the unit of its kind
@@ -39,7 +39,7 @@ contains
       if (value > largest%value) largest = largest_type(value, time, who)
    end subroutine take
 
-   !> The value, NaN if there is none.
+   !> The stored value; NaN if there is none.
    elemental real(wp) function known(largest)
       type(largest_type), intent(in) :: largest  !< so far
 
@@ -47,8 +47,7 @@ contains
       if (known < 0.0_wp) known = ieee_value(known, ieee_quiet_nan)
    end function known
 
-   !> The largest values of all blocks in their present state: tilt, displacement, strain and, if
-   !> they count, rates.
+   !> Update the largest values of all blocks: tilt, displacement, strain, and rates if they count.
    subroutine add_blocks(largest, blocks, first, base, time, rates)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
       type(blocks_type), intent(in) :: blocks    !< in their present state
@@ -81,7 +80,7 @@ contains
       end do
    end subroutine add_blocks
 
-   !> Blocks first … last: squares that exceed the given ones, with their blocks.
+   !> Search blocks first … last for squares that exceed given values, with their blocks.
    pure subroutine scan_blocks(blocks, first_place, base, first, last, rates, square, who)
       type(blocks_type), intent(in) :: blocks      !< in their present state
       real(wp), intent(in) :: first_place(:,:)     !< [3,blocks] m, m, rad
@@ -104,7 +103,7 @@ contains
             new(of_velocity) = (v(1) - base%velocity(1))**2 + (v(2) - base%velocity(2))**2
             new(of_acceleration) = (a(1) - base%acceleration(1))**2 &
                + (a(2) - base%acceleration(2))**2
-            ! No principal strain is larger than the root of this sum.
+            ! No principal strain exceeds the root of this sum.
             new(of_strain) = dot_product(q(4:6), q(4:6))
             if (new(of_strain) > square(of_strain)) new(of_strain) = principal(q(4:6))**2
          end associate
@@ -117,7 +116,7 @@ contains
       end do
    end subroutine scan_blocks
 
-   !> The principal strain of larger magnitude.
+   !> Principal strain of larger magnitude.
    pure real(wp) function principal(strain)
       real(wp), intent(in) :: strain(3)  !< εx, εy, γxy
 
@@ -125,7 +124,7 @@ contains
          + strain(3)**2))
    end function principal
 
-   !> Penetrations and forces of the contacts of the last step.
+   !> Update penetrations and forces of the contacts of the last step.
    subroutine add_contacts(largest, contacts, size_of, least_size, time)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
       type(contacts_type), intent(in) :: contacts      !< of the last step
@@ -155,15 +154,15 @@ contains
          call take_contacts(largest, contacts, size_of, time)
    end subroutine add_contacts
 
-   !> The square that a new value must exceed.
+   !> Square that a new value must exceed.
    elemental real(wp) function square_of(largest)  ! total
       type(largest_type), intent(in) :: largest  !< so far
 
       square_of = sign(largest%value**2, largest%value)
    end function square_of
 
-   !> Largest penetration and square of a force of contacts first … last; also the largest
-   !> penetration over the size of a block if one exceeds a bound, else 0.
+   !> Find the largest penetration and square of a force of contacts first … last.
+   !> Also the largest penetration over the size of a block if one exceeds a bound, else 0.
    pure subroutine scan_contacts(contacts, size_of, first, last, bound, most)
       type(contacts_type), intent(in) :: contacts  !< of the last step
       real(wp), intent(in) :: size_of(:)           !< [blocks] root of the area, m
@@ -189,7 +188,7 @@ contains
       end do
    end subroutine scan_contacts
 
-   !> Search the contacts one by one, with positions.
+   !> Search contacts one by one, with positions.
    pure subroutine take_contacts(largest, contacts, size_of, time)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
       type(contacts_type), intent(in) :: contacts      !< of the last step

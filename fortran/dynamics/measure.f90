@@ -10,8 +10,8 @@ module dda_measure
 
 contains
 
-   !> Motion of a point, m, m/s, m/s²; the acceleration is that of the scheme, including the
-   !> centripetal part.
+   !> Motion of a point: m, m/s, m/s²; the acceleration is that of the scheme.
+   !> It includes the centripetal part.
    pure subroutine measure_point(blocks, point, displacement, velocity, acceleration)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(point_type), intent(in) :: point  !< measured point

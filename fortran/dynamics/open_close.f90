@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Open–close iteration: find contact states that agree with the solution.
+!> Open–close iteration: find contact states that are consistent with the solution.
 !>
-!> Assume states, solve, evaluate the contact laws, change states, repeat.  Both open–closed and
-!> slip–stick changes count.  Convergence is judged by the largest difference between the assumed
-!> force of a contact and the force of its law.
+!> Assume states, solve, evaluate the contact laws, change states, repeat.  Changes between open and
+!> closed and between slip and stick count.  Convergence is judged by the largest difference between
+!> the assumed force of a contact and the force by its law.
 module dda_open_close
    use dda_kinds, only: wp
    use dda_damage_passes, only: renew_damage
@@ -36,22 +36,22 @@ module dda_open_close
    real(wp), parameter :: very_short_step = 0.1_wp
    integer, parameter :: most_short_steps = 6        !< short steps before a whole one
    integer, parameter :: few_solves = 45            !< solves in which noise of positions is reduced
-   !> rounds, free and then frozen, if Δt cannot be reduced: each finds solutions that the other
-   !> does not
+   !> rounds, free and then frozen, if Δt cannot be reduced: each may converge if the other does
+   !> not
    integer, parameter :: most_rounds = 4
-   !> of the iterations of a free round: with frozen bounds each iteration lowers the energy, some
-   !> 200 times in a wall of 120 bricks at 20 ms
+   !> fraction of the iterations of a free round: with frozen bounds each iteration lowers the
+   !> energy, some 200 times in a wall of 120 bricks at 20 ms
    integer, parameter :: patience = 8
    real(wp), parameter :: least_share = 0.1_wp  !< of the tolerance: smaller differences keep a line
    integer, parameter :: most_friction_solves = 60   !< solves at fixed states
    real(wp), parameter :: loose = 1.0e-2_wp         !< of the first residual, before the final solve
    real(wp), parameter :: friction_share = 0.2_wp !< of the first difference, before the final solve
-   !> short steps in a row before all sliding contacts retain stiffness: with 2, settling walls take
-   !> 1.3 times as many factors; with 8, static stages do not end
+   !> successive short steps before all sliding contacts retain stiffness: with 2, walls under
+   !> gravity need 1.3 times as many factors; with 8, static stages do not end
    integer, parameter :: most_overshoots = 4
    real(wp), parameter :: near_whole = 0.9_wp       !< step length α of a step that has not overshot
    real(wp), parameter :: many_changes = 0.05_wp     !< of the contacts: more changes will overshoot
-   !> of a secant shear stiffness, retained at first; later factor per iteration
+   !> fraction of a secant shear stiffness, retained at first; later factor per iteration
    real(wp), parameter :: retained_share = 0.3_wp
    real(wp), parameter :: first_retained = 0.01_wp   !< of the shear stiffness, if all retain it
    real(wp), parameter :: least_retained = 0.03_wp   !< smallest fraction; normal, at first
@@ -150,7 +150,7 @@ contains
          'the open–close iteration does not converge')
    end subroutine solve_contacts
 
-   !> Iterate with frozen friction bounds until they equal those of the normal forces.
+   !> Iterate with frozen friction bounds until they agree with the normal forces.
    subroutine find_bounds(iteration, system, solver, contacts, laws, limit, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -182,7 +182,7 @@ contains
       call release_bounds(contacts)
    end subroutine find_bounds
 
-   !> Assume, solve, evaluate and change states until assumed forces equal those of the laws.
+   !> Iterate states until assumed forces equal those of the laws.
    recursive subroutine iterate(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -232,7 +232,7 @@ contains
       end do
    end subroutine iterate
 
-   !> Return an error if the step must not be finished.
+   !> Return an error if the iteration of the step was stopped.
    subroutine fail_if_given_up(may_stop, error)
       logical, intent(in) :: may_stop  !< the step can be repeated
       type(error_type), allocatable, intent(inout) :: error  !< allocated if so
@@ -266,7 +266,7 @@ contains
       contacts%retained(:contacts%n) = 0.0_wp
    end subroutine begin_iteration
 
-   !> Iterations, changed states and broken bonds of the step so far.
+   !> Number of iterations, changed states and broken bonds of the step so far.
    pure function counts_of(iteration) result(counts)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       integer :: counts(3)
@@ -306,8 +306,8 @@ contains
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
-   !> Find the slide forces of the assumed states, and evaluate the laws at that solution.  If no
-   !> state changes, a loose solution is iterated to the tolerance.
+   !> Find the slide forces of the assumed states, and evaluate the laws at that solution.
+   !> If no state changes, a loose solution is iterated to the tolerance.
    subroutine find_forces(iteration, system, solver, contacts, laws, exactly, diverged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -331,7 +331,7 @@ contains
       end do
    end subroutine find_forces
 
-   !> A state differs from that of the law, or a contact retains stiffness.
+   !> .true. if a state differs from that of the law, or a contact retains stiffness.
    pure logical function will_change(contacts)  ! total
       type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
 
@@ -356,7 +356,7 @@ contains
       if (system%contact_terms%by_state) call keep_states(iteration, contacts)
    end subroutine evaluate
 
-   !> Tolerance of the force difference at an iterate, N/m.  It is relative to the largest force.
+   !> Tolerance of the force difference at an iterate, N/m, relative to the largest force.
    !> When an iterate is to be accepted, that force is bounded by the applied forces of the step,
    !> because a distant iterate has forces that would permit any difference.
    pure real(wp) function tolerance_of(iteration, system, contacts, laws, largest) result(tolerance)
@@ -375,8 +375,7 @@ contains
          max(iteration%weight, given_force(system, contacts, laws))))
    end function tolerance_of
 
-   !> Applied forces of the step: sum of loads and inertia of all blocks, plus the largest contact
-   !> force at the start, N/m.
+   !> Applied forces of the step, N/m: loads and inertia of all blocks, and largest contact force.
    pure real(wp) function given_force(system, contacts, laws) result(given)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -390,8 +389,8 @@ contains
       given = given + sum(maxval(abs(system%load(1:2, :)), 1))
    end function given_force
 
-   !> Contacts whose force difference is within the tolerance keep their states for the rest of the
-   !> step, if they are too many for a low-rank update.
+   !> Retain the states of contacts whose force difference is within the tolerance.
+   !> This holds for the rest of the step, if they are too many for a low-rank update.
    !>
    !> Gaps between blocks that fall together are rounding, and their states are random; but each
    !> change alters the matrix, and many changes require a new factor in each iteration.
@@ -409,7 +408,7 @@ contains
          contacts%trial_state(:n) = contacts%state(:n)
    end subroutine keep_states
 
-   !> Noise of the contact forces that is tolerated after a number of solves.
+   !> Noise of the contact forces that is tolerated after a given number of solves.
    pure real(wp) function noise_after(iteration, solves) result(noise)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       integer, intent(in) :: solves  !< solves without convergence
@@ -417,7 +416,7 @@ contains
       noise = iteration%noise*merge(iteration%rounding, 1.0_wp, solves <= few_solves)
    end function noise_after
 
-   !> Solve exactly and evaluate again after a loose solve whose forces are within the tolerance.
+   !> Solve exactly and evaluate again if the forces of a loose solve are within the tolerance.
    subroutine finish_solve(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -431,8 +430,7 @@ contains
       if (.not. allocated(error)) call evaluate(iteration, system, contacts, laws)
    end subroutine finish_solve
 
-   !> Find, at fixed states, the friction forces that agree with the normal forces of the same
-   !> solution.
+   !> Find the friction forces that agree with the normal forces, for fixed states.
    subroutine solve_friction(iteration, system, solver, contacts, laws, exactly, diverged, &
       error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
@@ -475,8 +473,8 @@ contains
       diverged = farthest_off(iteration%slides)
    end subroutine solve_friction
 
-   !> Stick the contact whose friction force diverges: sliding has no solution at the assumed
-   !> states, which happens if friction is high enough to lock.  The solution is discarded.
+   !> Change the contact whose friction force diverges to sticking, and discard the solution.
+   !> Sliding has no solution at the assumed states, which occurs if friction is high enough.
    pure subroutine force_to_stick(system, contacts, laws, diverged)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -489,11 +487,11 @@ contains
       system%d = system%previous_d
    end subroutine force_to_stick
 
-   !> Line search if states change.
+   !> Apply a line search if states change, and retain stiffness if steps remain short.
    !>
    !> A step that is shortened much has overshot in contacts that slide freely and then stick.  The
-   !> first of them shorten the step, so that others still slide at its end; these are stuck as
-   !> well, because otherwise each would shorten a step.  If steps remain short, all sliding
+   !> first of them shorten the step, so that others still slide at its end; these are set to stick
+   !> too, because otherwise each would shorten a step.  If steps remain short, all sliding
    !> contacts retain a growing fraction of their shear stiffness until whole steps succeed.
    subroutine globalise(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
@@ -529,8 +527,7 @@ contains
       if (iteration%retained < 0.1_wp*first_retained) iteration%retained = 0.0_wp
    end subroutine globalise
 
-   !> A converged step is accepted unless a bond is overloaded or a penetration exceeds the
-   !> tolerance.
+   !> Accept a converged step unless a bond is overloaded or a penetration exceeds the tolerance.
    subroutine check_strength(iteration, contacts, laws, converged)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -545,8 +542,7 @@ contains
          call renew_damage(contacts, laws, iteration%passes, converged)
    end subroutine check_strength
 
-   !> Break the bonds that the converged solution overloads; the step continues with these contacts
-   !> unilateral.
+   !> Break the bonds that the converged solution overloads; the step continues without them.
    subroutine break_bonds(iteration, contacts, laws, broken)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -564,8 +560,8 @@ contains
       end do
    end subroutine break_bonds
 
-   !> Closed contacts must neither penetrate nor open beyond the tolerance, if there is one;
-   !> otherwise the multipliers are set to the contact forces.
+   !> Set multipliers to the contact forces until penetrations are within the tolerance.
+   !> Closed contacts must neither penetrate nor open by more than the tolerance, if there is one.
    !>
    !> Augmented Lagrangian by Uzawa's iteration: the next solve starts with closed contacts.
    subroutine tighten(iteration, contacts, converged)
@@ -586,7 +582,7 @@ contains
       end do
    end subroutine tighten
 
-   !> Assume the states that the laws give, and count those that change.
+   !> Assume the states given by the laws, and count the changes.
    subroutine adopt_states(iteration, contacts, laws, changed)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -609,7 +605,7 @@ contains
       end do
    end subroutine adopt_states
 
-   !> Contacts first … last.
+   !> Assume the states given by the laws in contacts first … last.
    pure subroutine adopt_range(iteration, contacts, laws, by_contact, first, last)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
@@ -639,11 +635,11 @@ contains
       contacts%slip_sign(first:last) = sign(1.0_wp, contacts%slide_force(first:last))
    end subroutine take_states
 
-   !> Stiffness that contact c retains of a spring that its next state lacks.
+   !> Retain part of the spring of contact c that its next state does not have.
    !>
    !> Only inertia resists a contact that has just lost a spring, so that the next solution would
-   !> overshoot.  It retains a fraction for one iteration; if it slides, of the secant stiffness to
-   !> its friction bound, decreasing while the iteration overshoots.
+   !> overshoot.  It retains a fraction for one iteration; if sliding, a fraction of the secant
+   !> stiffness to its friction bound, which decreases while the iteration overshoots.
    pure subroutine retain(iteration, contacts, laws, by_contact, c)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The original DDA's open–close rules, for comparison (`contact_rules = 'original'`).
 !>
-!> As the lineage of Shi's code applies them: an open contact closes only past a dead band, at full
-!> stiffness; changes between slip and stick do not count for convergence; friction while sliding is
-!> that of the iteration before.  Energy created by the dead band is a negative algorithmic loss in
-!> the audit.
+!> As in Shi's code and its successors: an open contact closes only beyond a dead band, at full
+!> stiffness; changes between slip and stick do not count for convergence; the friction of sliding
+!> is that of the last iteration.  Energy created by the dead band is a negative numerical loss in
+!> the energy audit.
 module dda_original_rules
    use dda_kinds, only: wp
    use dda_system, only: system_type
@@ -23,7 +23,7 @@ module dda_original_rules
    real(wp), parameter :: close_band = 2.0e-4_wp     !< s0, of half the model size
    real(wp), parameter :: open_band = 2.0e-7_wp      !< f0
    real(wp), parameter :: reversal_band = 1.0e-7_wp  !< of half the model size
-   !> tan 0.9°: below it a slide never sticks again
+   !> tan 0.9°: below, a sliding contact never sticks again
    real(wp), parameter :: least_friction = 0.0157_wp
 
 contains
@@ -69,7 +69,7 @@ contains
          'original rules')
    end subroutine solve_by_original_rules
 
-   !> Contacts in touch at the start of a run are locked.
+   !> Lock the touching contacts at the start of a run.
    pure subroutine lock_touching(contacts, half_size)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       real(wp), intent(in) :: half_size  !< of the model, m
@@ -79,7 +79,7 @@ contains
       contacts%was_closed(:contacts%n) = contacts%state(:contacts%n) /= contact_open
    end subroutine lock_touching
 
-   !> The transition table.
+   !> Next state of a contact by the transition table of the original rules.
    pure integer function next_state(contacts, laws, half_size, c) result(next)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -109,7 +109,7 @@ contains
       end if
    end function next_state
 
-   !> Adopt the states; the friction of the next iteration follows from this one's normal force.
+   !> Adopt the states; the friction of the next iteration follows from the present normal force.
    pure subroutine adopt(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -129,7 +129,7 @@ contains
       end do
    end subroutine adopt
 
-   !> Cohesion and tension are lost for good when a step first ends in a state other than stuck.
+   !> Remove cohesion and tension when a step first ends in another state than sticking.
    pure subroutine lose_bonds(iteration, contacts)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The whole state of a run in one derived type, without input and output.
+!> The complete state of a run in one derived type, without input and output.
 module dda_simulation
    use dda_kinds, only: wp, long
    use dda_base_motion, only: base_type
@@ -41,7 +41,7 @@ module dda_simulation
       integer :: most_iterations = 0       !< in one step
    end type counters_type
 
-   !> State of the rule of &stop; if there is none, only a blank reason.
+   !> State of the stop rule; if there is no &stop, only a blank reason.
    type :: stop_state_type
       character(len=:), allocatable :: reason   !< why the run has ended early; blank if it has not
       real(wp), allocatable :: first(:,:)       !< [3, blocks] positions from which movement counts
@@ -51,7 +51,7 @@ module dda_simulation
 
    !> The largest values of all steps since counting began (`dda_running_maxima`).
    type :: maxima_type
-      ! unsaved, taken before it is written: last, moved
+      ! unsaved, set before it is written: last, moved
       ! unsaved, the input: size_of, least_size, below
       logical :: counting = .false.
       type(largest_type) :: largest(number_of_maxima)  !< so far
@@ -63,7 +63,7 @@ module dda_simulation
       real(wp), allocatable :: size_of(:)       !< [blocks] root of the area, or of its body, m
       real(wp) :: least_size = 0.0_wp           !< of these
       integer, allocatable :: below(:)          !< [points] the point below each, or 0
-      !> displacement of the base when those of points began to count, m
+      !> displacement of the base when displacements of points began to count, m
       real(wp) :: points_from(2) = 0.0_wp
    end type maxima_type
 
@@ -75,8 +75,8 @@ module dda_simulation
    type :: simulation_type
       ! unsaved, the input: model, detection, laws
       ! unsaved, the input, by the stage: scheme
-      ! unsaved, where old contacts are: made in each step: history
-      ! unsaved, only within a static stage, between whose steps nothing is saved: resting
+      ! unsaved, positions of old contacts: found in each step: history
+      ! unsaved, used only within a static stage, during which nothing is saved: resting
       ! unsaved, set at the start of each round of a step: linear_about
       ! unsaved, set at the end of each round, before it is used: solution
       type(model_type) :: model                !< constant data
@@ -108,12 +108,12 @@ module dda_simulation
       real(wp) :: time = 0.0_wp                !< s
       real(wp) :: time_step = 0.0_wp           !< Δt of the next step, s
       real(wp) :: last_time_step = 0.0_wp      !< Δt of the last step, s
-      !> bound on the farthest move of a vertex in the last step / Δt, m/s
+      !> bound on the largest displacement of a vertex in the last step / Δt, m/s
       real(wp) :: speed = 0.0_wp
       real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
       logical :: resting = .false.             !< a static stage is running
       character(len=:), allocatable :: statics  !< static stages so far in words; blank: none
-      !> doubts of the check and of static stages
+      !> warnings of the check and of static stages
       type(doubt_type), allocatable :: doubts(:)
       !> input including changes between steps, and their description; blank: none
       character(len=:), allocatable :: changed_text, changes
@@ -121,7 +121,7 @@ module dda_simulation
 
 contains
 
-   !> The next step.
+   !> Number of the next step.
    pure type(step_type) function next_step(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -149,7 +149,7 @@ contains
       end associate
    end function end_of_run
 
-   !> All stages are done, or the rule of &stop has ended the run.
+   !> .true. if all stages have ended, or the stop rule has ended the run.
    pure logical function finished(simulation)  ! total
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -158,7 +158,7 @@ contains
          stage_finished(simulation)
    end function finished
 
-   !> The present stage is done; a static one is done when it has been entered.
+   !> .true. if the present stage has ended; a static stage has ended when it has begun.
    pure logical function stage_finished(simulation) result(done)  ! total
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -203,7 +203,7 @@ contains
       if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
    end function summary
 
-   !> A comma, a count and its noun; blank if the count is zero.
+   !> Text of a comma, a count and its noun; blank if the count is zero.
    pure function more_of(count, one, many, what) result(text)
       integer(long), intent(in) :: count         !< of it
       character(len=*), intent(in) :: one, many  !< see `counted`
@@ -216,7 +216,7 @@ contains
       if (present(what)) text = text//what
    end function more_of
 
-   !> Why the run has ended; blank until then.
+   !> Reason for the end of the run; blank until then.
    pure function ending(simulation) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: words
@@ -229,7 +229,7 @@ contains
       end if
    end function ending
 
-   !> Gravity acts suddenly: there is neither a static stage nor initial stress.
+   !> .true. if gravity acts suddenly: there is neither a static stage nor initial stress.
    pure logical function comes_suddenly(model)  ! total
       type(model_type), intent(in) :: model  !< as read from the input
 

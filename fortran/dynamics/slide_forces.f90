@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Slide forces that follow the normal forces of the same solution at fixed contact states.  They
-!> are a fixed point that needs no new matrix.  Anderson's method solves it like a linear system,
-!> also if friction is so high that plain repetition would diverge.
+!> Slide forces that agree with the normal forces of the same solution, at fixed contact states.
+!> They are a fixed point that needs no new matrix.  Anderson's method finds it like the solution of
+!> a linear system, even if friction is so high that simple iteration would diverge.
 module dda_slide_forces
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, forget, accelerate
@@ -28,7 +28,7 @@ module dda_slide_forces
 
 contains
 
-   !> Begin with the contacts that are assumed to slide.
+   !> List the contacts that are assumed to slide.
    subroutine list_slides(slides, contacts)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -46,7 +46,7 @@ contains
       end do
    end subroutine list_slides
 
-   !> Fraction of the friction of contact c that acts; the rest of the contact may be bonded.
+   !> Fraction of contact c on which friction acts; the rest of the contact may be bonded.
    pure real(wp) function weight_of(contacts, c) result(weight)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       integer, intent(in) :: c  !< number of the contact
@@ -66,7 +66,7 @@ contains
       allocate (slides%contact(2*wanted), slides%force(2*wanted), slides%response(2*wanted))
    end subroutine make_room
 
-   !> The slide forces that follow from the normal forces at d, in the assumed directions.
+   !> Evaluate the slide forces for the normal forces at d, in the assumed directions.
    subroutine evaluate_slides(slides, contacts, laws, d)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -85,7 +85,7 @@ contains
       end do
    end subroutine evaluate_slides
 
-   !> Sliding contacts first … last.
+   !> Evaluate sliding contacts first … last.
    pure subroutine evaluate_range(slides, contacts, laws, d, first, last)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -103,14 +103,14 @@ contains
       end do
    end subroutine evaluate_range
 
-   !> Largest difference between assumed forces and those of the law, N/m.
+   !> Largest difference between assumed forces and forces by the law, N/m.
    pure real(wp) function difference_of(slides)
       type(slides_type), intent(in) :: slides  !< sliding contacts
 
       difference_of = maxval(abs(slides%response(:slides%n) - slides%force(:slides%n)))
    end function difference_of
 
-   !> The contact with that difference.
+   !> Contact with the largest force difference.
    pure integer function farthest_off(slides)
       type(slides_type), intent(in) :: slides  !< sliding contacts
 
@@ -118,7 +118,7 @@ contains
          slides%contact(maxloc(abs(slides%response(:slides%n) - slides%force(:slides%n)), 1))
    end function farthest_off
 
-   !> Assume the next forces, in the contacts and in the right-hand side.
+   !> Assume the next forces in the contacts and in the right-hand side.
    subroutine assume_next(slides, contacts, system)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -146,8 +146,8 @@ contains
       end do
    end subroutine assume_next
 
-   !> Increments to the next forces of sliding contact i, normal and shear, N/m: more friction
-   !> reduces slip and lift.
+   !> Increments to the next forces of sliding contact i, normal and shear, N/m.
+   !> More friction reduces slip and lift.
    pure function more_of(slides, contacts, i) result(more)
       type(slides_type), intent(in) :: slides      !< sliding contacts, with the next forces
       type(contacts_type), intent(in) :: contacts  !< this step's list, with the present ones
@@ -161,7 +161,7 @@ contains
       end associate
    end function more_of
 
-   !> The next forces in block rows first … last of the right-hand side.
+   !> Add the increments to block rows first … last of the right-hand side.
    subroutine assume_rows(slides, contacts, system, first, last)
       type(slides_type), intent(inout) :: slides  !< sliding contacts, with the next forces
       type(contacts_type), intent(in) :: contacts  !< this step's list, with the present ones

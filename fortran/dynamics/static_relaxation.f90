@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solve the contacts of a static step in which many of them change states.
+!> Solution of the contacts of a static step in which many of them change states.
 !>
 !> In statics inertia hardly restrains a block whose contacts all slide, so that the open–close
 !> iteration overshoots.  Here one matrix S serves all iterations (modified Newton), in which such
-!> contacts keep a fraction of their springs:
+!> contacts retain a fraction of their springs:
 !>
 !>     S (d' − d) = f̂ + Σ [N(d) ∂g − T(d) ∂s] − K d ,
 !>
 !> with K and f̂ without contacts, and N and T of the laws.  Anderson acceleration compensates for
-!> the excess stiffness of S.  The step need not converge: its slip is kept, and the next step
+!> the excess stiffness of S.  The step need not converge: its slip is retained, and the next step
 !> begins with shear forces at their bounds.  There a contact whose slip would reverse sticks, so
 !> that blocks between contacts that slide in opposite directions have springs again.
 module dda_static_relaxation
@@ -47,8 +47,8 @@ module dda_static_relaxation
 
 contains
 
-   !> Iterate until assumed forces equal those of the laws; if many contacts change, relax this step
-   !> and the following ones of the stage.
+   !> Iterate until assumed forces equal those of the laws; relax if many contacts change.
+   !> If they do, this step and the following steps of the stage are relaxed.
    subroutine solve_statics(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -70,7 +70,7 @@ contains
       call add_counts(iteration, before)
    end subroutine solve_statics
 
-   !> Iterate by states; give up if too many change at once.
+   !> Iterate by states; stop if too many change at once.
    subroutine attempt_states(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -125,8 +125,8 @@ contains
       deallocate (contacts%imposed_spring, contacts%imposed_force)
    end subroutine relax
 
-   !> Set the springs of S from the states before the step and the gaps and forces at d = 0.  The
-   !> fraction of an open contact decreases with its gap, as its secant stiffness does.
+   !> Set the springs of S from the states before the step and the gaps and forces at d = 0.
+   !> The fraction of an open contact decreases with its gap, like its secant stiffness.
    subroutine impose_springs(iteration, contacts, laws)
       type(open_close_type), intent(in) :: iteration  !< of the step
       type(contacts_type), intent(inout) :: contacts  !< gets springs; all count as assumed stuck
@@ -160,9 +160,9 @@ contains
       end do
    end subroutine impose_forces
 
-   !> Compute the next d with S, and compare the present one with the best so far.  The first, d =
-   !> 0, never counts as best.  The last one is accepted even if it is somewhat worse, because its
-   !> slip has progressed.
+   !> Compute the next d with S, and compare the present d with the best one so far.
+   !> The first, d = 0, never counts as best.  The last is accepted even if it is slightly worse,
+   !> because its slip has progressed.
    subroutine correct(iterates, i, iteration, system, solver, contacts, laws, error)
       type(iterate_type), intent(inout) :: iterates  !< of the step
       integer, intent(in) :: i  !< iteration
@@ -189,7 +189,7 @@ contains
       if (i == 1) iterates%best = system%d
    end subroutine correct
 
-   !> Square roots of the diagonal of S, so that corrections in N and in N m are comparable.
+   !> Compute square roots of the diagonal of S, so that corrections in N and N m are comparable.
    subroutine scale_by(iterates, matrix)
       type(iterate_type), intent(inout) :: iterates  !< of the step
       type(block_matrix_type), intent(in) :: matrix  !< S
@@ -198,7 +198,7 @@ contains
       iterates%scale = [((sqrt(matrix%diagonal(j, j, b)), j=1, 6), b=1, matrix%n)]
    end subroutine scale_by
 
-   !> Unbalanced contact force of a correction of this size, N/m.
+   !> Unbalanced contact force for a correction of this size, N/m.
    pure real(wp) function force_of(correction, laws) result(force)
       real(wp), intent(in) :: correction   !< J/m
       type(laws_type), intent(in) :: laws  !< stiffness of the contacts
@@ -206,7 +206,7 @@ contains
       force = sqrt(correction*laws%normal_stiffness)
    end function force_of
 
-   !> Accept the best d with the forces of the laws there, and book the work of unbalanced forces.
+   !> Accept the increment d with the smallest residual, and book the work of unbalanced forces.
    subroutine accept_best(iterates, iteration, system, contacts, laws)
       type(iterate_type), intent(in) :: iterates  !< of the step
       type(open_close_type), intent(inout) :: iteration  !< of the step

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The equations of one step, K̂ d = f̂ (paper eqs. 5–7), and their linear part.
+!> Equations of one step, K̂ d = f̂ (paper eqs. 5–7), and their linear part.
 !>
 !> K̂ is the sum of a linear part that does not depend on contact states (inertia, elasticity,
 !> elements) and of the springs of the contacts in their assumed states, which
@@ -25,20 +25,20 @@ module dda_system
 
    !> Matrix, right-hand side and unknowns of a step.
    type :: system_type
-      ! unsaved, its pattern follows from the neighbours, its numbers are made in each step: matrix
-      ! unsaved, the pattern: pair_of_entry, linear_entry
+      ! unsaved, its pattern follows from the neighbours, its values are computed in each step:
+      ! matrix unsaved, the pattern: pair_of_entry, linear_entry
       ! unsaved, listed in each step: first_contact
-      ! unsaved, made anew in each step: contact_terms
-      ! unsaved, made for a new time step: constant, constant_step
-      ! unsaved, made with constant: constant_damps
-      ! unsaved, made in each step: linear, has_terms, terms, load, rhs
-      ! unsaved, guessed at the start of each step: d
+      ! unsaved, computed again in each step: contact_terms
+      ! unsaved, computed for a new time step: constant, constant_step
+      ! unsaved, computed with constant: constant_damps
+      ! unsaved, computed in each step: linear, has_terms, terms, load, rhs
+      ! unsaved, predicted at the start of each step: d
       ! unsaved, set before it is used: previous_d
-      ! unsaved, a clock for those who measure: watch
+      ! unsaved, a clock for measurements: watch
       ! unsaved, set in each step: drifts
-      ! unsaved, set in each step, where drifts: drift, drift_load
+      ! unsaved, set in each step if `drifts`: drift, drift_load
       type(block_matrix_type) :: matrix            !< K̂
-      !> [entries] near pair of each lower entry; beyond the last pair where only elements couple
+      !> [entries] near pair of each lower entry; beyond the last pair if only elements couple
       integer, allocatable :: pair_of_entry(:)
       integer, allocatable :: first_contact(:)     !< [pairs+2] first contact of each near pair
       type(contact_terms_type) :: contact_terms    !< assembled terms of the contacts
@@ -48,8 +48,8 @@ module dda_system
       !> linear part of K̂; diagonal blocks only of blocks with elements, for others see `constant`
       type(block_matrix_type) :: linear
       logical, allocatable :: has_terms(:)         !< [n] elements act on the block
-      !> [entries] the entry of the linear part at each lower entry of K̂, or 0; empty if there is
-      !> none
+      !> [entries] entry of the linear part for each lower entry of K̂, or 0; empty if there is no
+      !> linear part
       integer, allocatable :: linear_entry(:)
       real(wp), allocatable :: load(:,:)           !< [6,n] f̂ without contacts
       real(wp), allocatable :: rhs(:,:)            !< [6,n] f̂
@@ -77,8 +77,8 @@ contains
       allocate (system%contact_terms%dirty(n), source=is_dirty_stiffness)  ! nothing is assembled
    end subroutine prepare_system
 
-   !> Allocate K̂ for all near pairs and all coupling elements, so that its pattern is valid as long
-   !> as the list of neighbours.
+   !> Allocate K̂ for all near pairs and all coupling elements.
+   !> Its pattern is valid until the list of neighbours changes.
    subroutine set_matrix_pattern(system, blocks, neighbours, elements, step)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -107,7 +107,7 @@ contains
       call index_linear(system)
    end subroutine set_matrix_pattern
 
-   !> Positions of the lower entries of the linear part in K̂.
+   !> Index the lower entries of the linear part in K̂.
    subroutine index_linear(system)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer :: row, k
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine index_linear
 
-   !> M/(χΔt²) + θ elasticity and damping, constant while Δt and scheme do not change.
+   !> Compute M/(χΔt²) + θ elasticity and damping, constant while Δt and scheme do not change.
    subroutine set_constant(system, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -174,7 +174,7 @@ contains
       system%contact_terms%rebuild = .true.
    end subroutine assemble_linear
 
-   !> Diagonal blocks of the linear part for all terms of the elements.
+   !> Initialise the diagonal blocks of the linear part for all terms of the elements.
    pure subroutine begin_terms(system)
       type(system_type), intent(inout) :: system  !< equations of the step, with its terms
       integer :: i, k
@@ -197,7 +197,7 @@ contains
       call expand(system%constant(:, b), system%linear%diagonal(:, :, b))
    end subroutine begin_diagonal
 
-   !> y = diagonal block b of the linear part × x
+   !> Compute y = diagonal block b of the linear part × x.
    pure subroutine multiply_diagonal(system, b, x, y)
       type(system_type), intent(in) :: system  !< equations of the step
       integer, intent(in) :: b  !< block
@@ -213,7 +213,7 @@ contains
       end if
    end subroutine multiply_diagonal
 
-   !> Inertia, elasticity and stress of blocks first … last.
+   !> Assemble inertia, elasticity and stress of blocks first … last.
    pure subroutine assemble_blocks(system, blocks, step, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -228,7 +228,7 @@ contains
       end do
    end subroutine assemble_blocks
 
-   !> weight × Mv less the forces of stress, for the strains of one block.
+   !> Set the load of one block: weight × Mv minus the forces of stress on its strains.
    pure subroutine set_load(weight, inertia, velocity, stiffness, strain, area, initial_stress, &
       share, load)
       real(wp), intent(in) :: weight  !< 1/s

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One time step: search, assemble, solve, iterate open–close, integrate; repeat with a smaller Δt
+!> One time step: search, assemble, solve, iterate contacts, integrate; repeat with a smaller Δt
 !> if necessary and permitted.
 module dda_time_step
    use dda_kinds, only: wp
@@ -125,8 +125,8 @@ contains
          to_text(block)
    end function unsettled
 
-   !> Solve the step of the free-field columns first, and pass it to the sides of the model.  In
-   !> statics the columns are already at rest.
+   !> Solve the step of the free-field columns first, and pass it to the sides of the model.
+   !> In statics the columns are already in equilibrium.
    subroutine solve_columns(simulation, again, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       logical, intent(in) :: again  !< another attempt at the same step
@@ -143,7 +143,7 @@ contains
       if (.not. allocated(error)) call take_over_columns(simulation)
    end subroutine solve_columns
 
-   !> Solve the step of a column; widen the search if it moves too far.
+   !> Solve the step of a column; widen the search if the column moves too far.
    subroutine solve_column(run, time_step, again, error)
       type(simulation_type), intent(inout) :: run  !< of the column
       real(wp), intent(in) :: time_step            !< of the model, s
@@ -209,8 +209,8 @@ contains
       end associate
    end subroutine iterate_contacts
 
-   !> The largest displacement of a vertex in a step, m; in statics at most the distance for which
-   !> contacts are listed.
+   !> Largest allowed displacement of a vertex in a step, m.
+   !> In statics it is at most the distance for which contacts are listed.
    pure real(wp) function allowed_move(simulation)  ! total
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -219,7 +219,7 @@ contains
       if (simulation%resting) allowed_move = min(allowed_move, simulation%detection%least)
    end function allowed_move
 
-   !> Store the speed for the next search, and count steps beyond the maximum displacement.
+   !> Store the largest speed for the next search, and count steps beyond the maximum displacement.
    pure subroutine record_move(simulation, move)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
@@ -229,8 +229,7 @@ contains
          simulation%counters%too_far = simulation%counters%too_far + 1
    end subroutine record_move
 
-   !> A vertex moves beyond the maximum displacement, or beyond the distance for which contacts were
-   !> listed.
+   !> .true. if a vertex moves beyond the maximum displacement or the distance of listed contacts.
    pure logical function is_too_far(simulation, move)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
@@ -240,8 +239,7 @@ contains
          .or. 2*move > simulation%detection%distance
    end function is_too_far
 
-   !> Prepare another attempt at the step: a smaller Δt if it is allowed to shrink, else a wider
-   !> search.
+   !> Prepare another attempt at the step: with a smaller Δt if allowed, else with a wider search.
    !>
    !> In statics a step beyond the maximum displacement is shortened, because its list of contacts
    !> is valid only near the start.
@@ -310,8 +308,7 @@ contains
       if (.not. simulation%resting) call break_faces(simulation)
    end subroutine accept
 
-   !> Count broken bonds, steps in which damage or bounds did not converge and, after the first
-   !> step, changes of state.
+   !> Record broken bonds, unconverged damage or bounds and, after the first step, state changes.
    pure subroutine record_changes(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
@@ -336,8 +333,7 @@ contains
       end associate
    end function spent_bonds
 
-   !> With a fixed Δt, time is an exact multiple of it; an adaptive Δt recovers after each good
-   !> step.
+   !> Advance time, an exact multiple of a fixed Δt; increase an adaptive Δt after each good step.
    pure subroutine move_clock(simulation, time)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: time  !< at the end of the step, s

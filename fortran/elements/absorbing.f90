@@ -2,14 +2,14 @@
 !> Absorbing boundaries: dashpots ρV_p along the normal and ρV_s along the edge (Lysmer and
 !> Kuhlemeyer 1969) on d/Δt, at two Gauss points of each edge, which integrate them exactly.
 !>
-!> The half-space behind moves with the motion u of its outcrop, twice the wave that comes in
+!> The half-space moves with the motion u of its outcrop, twice the incoming wave
 !> (Joyner and Chen 1975): a dashpot exerts c (Δu − T d)/Δt over a step.  Its loss is
-!> |Δu − T d|² c/Δt, the work of the half-space that force on Δu.
+!> |Δu − T d|² c/Δt; the work of the half-space is that force times Δu.
 !>
-!> Static stages fix the edges by springs.  At the change of stage the reactions of the
-!> springs become forces on the blocks that stay, and the dashpots take over.  What is left out of
-!> balance then would move the model for ever, since nothing but dashpots holds it: the reactions
-!> take it, too, so that nothing moves.
+!> Static stages fix the edges by springs.  At the change of stage, the reactions of the
+!> springs become constant forces on the blocks, and the dashpots begin to act.  A remaining
+!> unbalanced force would move the model for ever, since only dashpots restrain it.  It is therefore
+!> added to the reactions, so that the model does not move.
 module dda_absorbing
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -53,7 +53,7 @@ module dda_absorbing
 
 contains
 
-   !> The Gauss points of boundaries, without reactions.
+   !> Create the Gauss points of boundaries, without reactions.
    pure function new_absorbing_boundaries(boundaries, stiffness) result(self)
       type(boundary_type), intent(in) :: boundaries(:)  !< of the model
       real(wp), intent(in) :: stiffness  !< of a support in static stages, N/m per m
@@ -82,8 +82,7 @@ contains
       allocate (self%reaction(6, size(self%block)), source=0.0_wp)
    end function new_absorbing_boundaries
 
-   !> Rows of the displacement of a point along the normal and along the edge; zero for a removed
-   !> block.
+   !> Rows of the displacement of a point along the normal and along the edge; zero if removed.
    pure function rows_of(self, i, blocks) result(t)
       class(absorbing_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                   !< point
@@ -110,7 +109,7 @@ contains
       increment = matmul(increment, self%axes(:, :, i))
    end function increment_of
 
-   !> Two dashpots for each point; in statics springs.
+   !> Add two dashpots for each point; in statics, springs.
    subroutine add_linear(self, blocks, step, terms)
       class(absorbing_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< in their present state
@@ -140,7 +139,7 @@ contains
       end do
    end subroutine add_linear
 
-   !> Reactions that stay, and c Δu/Δt.
+   !> Add the constant reactions of statics and the dashpot forces c Δu/Δt.
    subroutine add_force(self, blocks, motions, step, load)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -168,7 +167,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Energy of the springs of statics.
+   !> Add the energy of the springs of static stages.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -179,7 +178,7 @@ contains
       if (allocated(self%support)) call self%support%add_stored(blocks, motions, step, energy)
    end subroutine add_stored
 
-   !> Work of the reactions and of the half-space, and the loss of the dashpots.
+   !> Account for the work of the reactions and of the half-space, and for the loss of the dashpots.
    subroutine account(self, blocks, motions, step, d, energy)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -210,7 +209,7 @@ contains
       end do
    end subroutine account
 
-   !> Fix the points at their present positions.
+   !> Freeze the boundary for statics: springs fix the points at their present positions.
    subroutine freeze(self, blocks, motions, time)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< in their present state
@@ -227,7 +226,7 @@ contains
       self%support = new_fixed_points(held, motions, self%stiffness, time)
    end subroutine freeze
 
-   !> Reactions stay; those of the springs of statics are added.
+   !> Inherit the reactions of the former element, and add those of its static springs.
    subroutine inherit(self, before, blocks)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before     !< the former element, of the same type
@@ -245,7 +244,7 @@ contains
       end select
    end subroutine inherit
 
-   !> Reactions balance the blocks that they act on, and the sum of all forces and moments.
+   !> Balance the blocks: reactions include the unbalanced forces, and all forces sum to zero.
    subroutine balance(self, blocks, unbalanced)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at rest
@@ -284,7 +283,7 @@ contains
       end function moved_to_origin
    end subroutine balance
 
-   !> The reactions.
+   !> Save or restore the reactions.
    subroutine serialise(self, archive)
       class(absorbing_type), intent(inout) :: self   !< elements of this kind
       type(archive_type), intent(inout) :: archive   !< written or read

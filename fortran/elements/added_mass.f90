@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Water of a reservoir that moves with an upstream face: Westergaard's added mass.
+!> Reservoir water that moves with an upstream face: Westergaard's added mass.
 !>
-!> At a depth z below the level of a reservoir of depth H the face has the mass (7/8) ρ √(Hz) per
+!> At a depth z below the level of a reservoir of depth H, the face has the mass (7/8) ρ √(Hz) per
 !> area, in the direction of its normal (Westergaard 1933; for sloping faces Clough 1982).  With
 !> s = √z the integrals over a straight face are polynomials of degree 6 in s, exact with four Gauss
-!> points.  The mass stays with the wet points of the first geometry.
+!> points.  The mass belongs to the wet points of the initial geometry.
 module dda_added_mass
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, shape_matrix
@@ -29,14 +29,14 @@ module dda_added_mass
    real(wp), parameter :: westergaard = 0.875_wp  !< 7/8
    real(wp), parameter :: standard_gravity = 9.81_wp  !< m/s², unit weight over density
 
-   !> A mass that moves with a point of a face, in the direction of its normal.
+   !> A mass that moves with a point of a face, in the direction of the normal of the face.
    type :: wet_point_type
       type(edge_piece_type) :: piece
       real(wp) :: reference(2) = 0.0_wp  !< m, offset ρ
       real(wp) :: mass = 0.0_wp          !< kg per metre of thickness
    end type wet_point_type
 
-   !> All of a model.
+   !> All added masses of a model.
    type, extends(element_type) :: added_mass_type
       type(wet_point_type), allocatable :: point(:)
       integer :: base_motion(2) = 0      !< motions of the base in x and y; 0: none
@@ -50,7 +50,7 @@ module dda_added_mass
 
 contains
 
-   !> Masses of the reservoirs that are present.
+   !> Create the masses of the reservoirs of a model.
    pure type(added_mass_type) function new_added_mass(loads, base_motion, blocks) result(self)
       type(edge_load_type), intent(in) :: loads(:)  !< of the model
       integer, intent(in) :: base_motion(2)         !< of the model
@@ -91,7 +91,7 @@ contains
       end do
    end function wet_points
 
-   !> nᵀT of a point.
+   !> Row nᵀT of a point.
    pure function row_of(point, blocks) result(row)
       type(wet_point_type), intent(in) :: point  !< of a face
       type(blocks_type), intent(in) :: blocks    !< in their present state
@@ -101,7 +101,7 @@ contains
          point%reference))
    end function row_of
 
-   !> Terms of mass.
+   !> Append the terms of mass.
    subroutine add_linear(self, blocks, step, terms)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -121,7 +121,7 @@ contains
       end do
    end subroutine add_linear
 
-   !> Momentum at the start of the step, and inertia in the frame of the base.
+   !> Add the momentum at the start of the step, and the inertia in the frame of the base.
    subroutine add_force(self, blocks, motions, step, load)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -141,7 +141,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Kinetic energy of the water.
+   !> Add the kinetic energy of the water.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -158,8 +158,8 @@ contains
       end do
    end subroutine add_stored
 
-   !> Kinetic energy at the end of the step, loss by the scheme (χ − ½) m Δv², and work of the
-   !> inertia in the frame of the base.
+   !> Account for kinetic energy at the end of the step, loss by the scheme and work of the base.
+   !> The loss is (χ − ½) m Δv²; the work is that of the inertia in the frame of the base.
    subroutine account(self, blocks, motions, step, d, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -185,7 +185,7 @@ contains
       end do
    end subroutine account
 
-   !> The base does not move.
+   !> Freeze the base motion: the base does not move in statics.
    subroutine freeze(self, blocks, motions, time)
       class(added_mass_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state

@@ -26,7 +26,7 @@ module dda_body_force
 
 contains
 
-   !> Acceleration instead of the base's, m/s²; zero where the base does not move.
+   !> Base acceleration, m/s²; zero if base motions are frozen.
    pure function base_force(base_motion, motions, step) result(force)
       integer, intent(in) :: base_motion(2)       !< motions of the base in x and y; 0: none
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
@@ -42,7 +42,7 @@ contains
       end do
    end function base_force
 
-   !> m (g − a)
+   !> Add the forces m (g − a) of all blocks.
    subroutine add_force(self, blocks, motions, step, load)
       class(body_force_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -58,7 +58,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Potential of gravity, work of the base acceleration.
+   !> Account for the potential of gravity and the work of the base acceleration.
    subroutine account(self, blocks, motions, step, d, energy)
       class(body_force_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -83,7 +83,7 @@ contains
          base_force(self%base_motion, motions, step), moved))
    end subroutine account
 
-   !> Gravity alone.
+   !> Freeze base motions: only gravity acts.
    subroutine freeze(self, blocks, motions, time)
       class(body_force_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -93,7 +93,7 @@ contains
       self%base_motion = 0
    end subroutine freeze
 
-   !> Σ m d of blocks first … last.
+   !> Sum m d of blocks first … last.
    pure function mass_times(blocks, d, first, last) result(moved)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates

@@ -2,15 +2,15 @@
 !> Bolts: springs between material points of blocks, elastic–perfectly plastic, until they break.
 !>
 !> Along the axis the force is F = k (s − s_p), with the stretch s at the end of the step and the
-!> stretch s_p at which the bolt is free of force; that of a cable is the length of all its legs,
-!> with one force throughout.  A bolt without compression is slack below s_p.  Beyond the yield
-!> force s_p increases, which dissipates F Δs_p.  In a step a component is assumed elastic, yielding
-!> or slack; if the converged step contradicts, it is solved again (`revise`).  The energy of
-!> an elastic bolt is ½ k (s − s_p)², with the loss of `dda_energy`.
+!> stretch s_p at which the bolt is free of force; the stretch of a cable is the length of all its
+!> legs, with one force throughout.  A bolt without compression is slack below s_p.  Beyond the
+!> yield force s_p increases, which dissipates F Δs_p.  In a step a component is assumed elastic,
+!> yielding or slack; if the converged step contradicts this, it is solved again (`revise`).  The
+!> energy of an elastic bolt is ½ k (s − s_p)²; its numerical loss is defined in `dda_energy`.
 !>
-!> The tension N of the step before stiffens a bolt across its legs as well, by N ∂²s/∂q² of the
-!> legs that turn (N/L) and of the arms at which they pull (N times the arm along the leg, where it
-!> is positive).  Without it a block that hangs from a bolt would gain energy as it swings.
+!> The tension N of the last step stiffens a bolt across its legs as well, by N ∂²s/∂q² of the
+!> legs that turn (N/L) and of the lever arms (N times the arm along the leg, if
+!> positive).  Without it a block that hangs from a bolt would gain energy as it swings.
 module dda_bolts
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -53,7 +53,7 @@ module dda_bolts
 
 contains
 
-   !> Bolts; active ones are installed with their pretension in the present geometry.
+   !> Create bolts; active bolts have their pretension in the present geometry.
    pure type(bolts_type) function new_bolts(bolts, blocks) result(self)
       type(bolt_type), intent(in) :: bolts(:)  !< [bolts]
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -124,8 +124,8 @@ contains
       end do
    end function present_stretch
 
-   !> Gradient of the stretch for the coordinates of the block of each point.  The direction of a
-   !> grouted bolt turns with its first block, so that both forces act at one point.
+   !> Gradient of the stretch with respect to the coordinates of the block of each point.
+   !> A grouted bolt turns with its first block, so that both forces act at one point.
    pure subroutine gradient_of(self, i, c, blocks, row)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
@@ -148,7 +148,7 @@ contains
       end associate
    end subroutine gradient_of
 
-   !> Points of bolt i: its ends, and those that it passes.
+   !> Number of points of bolt i: its ends, and the points between them.
    pure integer function points_of(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
@@ -156,7 +156,7 @@ contains
       points_of = size(self%bolt(i)%block)
    end function points_of
 
-   !> Components that bolt i has.
+   !> Number of force components of bolt i.
    pure integer function components(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
@@ -193,7 +193,7 @@ contains
       end if
    end function mode_at
 
-   !> Bolt i acts.
+   !> .true. if bolt i acts.
    elemental logical function acts(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
@@ -201,8 +201,8 @@ contains
       acts = self%mode(axial, i) /= absent .and. self%mode(axial, i) /= broken
    end function acts
 
-   !> A spring for each elastic component.  Others keep their position in the list, without
-   !> stiffness, so that the pattern of the matrix lasts.
+   !> Append a spring for each elastic component.
+   !> Others retain their position in the list, without stiffness, so that the pattern is constant.
    subroutine add_linear(self, blocks, step, terms)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -227,7 +227,7 @@ contains
       end do
    end subroutine add_linear
 
-   !> Springs across bolt i by its tension: one for each leg and each point.
+   !> Append springs across bolt i due to its tension: one per leg and per point.
    pure integer function curvatures(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
@@ -235,8 +235,8 @@ contains
       curvatures = merge(0, 2*points_of(self, i) - 1, self%bolt(i)%grouted)
    end function curvatures
 
-   !> One of these springs: of points 1 … n, then of legs 1 … n − 1.  The spring of a point acts
-   !> only on the rotation of its block, and does not support it.
+   !> Spring across a bolt: of points 1 … n, then of legs 1 … n − 1.
+   !> The spring of a point acts only on the rotation of its block, and does not support it.
    pure type(linear_term_type) function curvature_term(self, i, j, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, j  !< number, from 1; point, or points and leg
@@ -279,7 +279,7 @@ contains
          self%bolt(i)%reference(:, k)))
    end function arm_of
 
-   !> Energy of these springs in the increment d, J per metre of thickness.
+   !> Energy of the springs across a bolt in the increment d, J per metre of thickness.
    pure real(wp) function curvature_energy(self, i, blocks, d) result(energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
@@ -295,7 +295,7 @@ contains
       end do
    end function curvature_energy
 
-   !> A term of bolt i, still without stiffness.
+   !> A term of bolt i without stiffness.
    pure type(linear_term_type) function empty_term(self, i, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
@@ -307,7 +307,7 @@ contains
       term%place = place_of(blocks, self%bolt(i)%block(1), self%bolt(i)%reference(:, 1))
    end function empty_term
 
-   !> −F ∂s/∂q at the stretch of the start of the step.
+   !> Add the forces −F ∂s/∂q at the stretch at the start of the step.
    subroutine add_force(self, blocks, motions, step, load)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -331,7 +331,7 @@ contains
       end do
    end subroutine add_force
 
-   !> ½ F²/k in the present state, J per metre of thickness.
+   !> Add the energy ½ F²/k in the present state, J per metre of thickness.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -361,7 +361,7 @@ contains
       stored = 0.5_wp*self%bolt(i)%stiffness(c)*elongation**2
    end function stored_at
 
-   !> Stored energy at the end of the step; losses by yielding, by rupture and by the scheme.
+   !> Account for the stored energy at the end of the step and losses by yield, rupture and scheme.
    subroutine account(self, blocks, motions, step, d, energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -402,7 +402,7 @@ contains
          - force_at(self, i, c, self%stretch(c, i))/self%bolt(i)%stiffness(c)
    end function flow_of
 
-   !> The converged step stretches bolt i beyond its rupture.
+   !> .true. if the converged step stretches bolt i beyond its rupture.
    pure logical function breaks(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
@@ -411,7 +411,7 @@ contains
          abs(self%stretch(across, i) - self%first(across, i)) > self%bolt(i)%rupture(across)
    end function breaks
 
-   !> Stretches of the converged increment d, and the modes that they imply.
+   !> Revise stretches and modes for the converged increment d, and count changed modes.
    subroutine revise(self, blocks, step, d, changed)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
@@ -437,7 +437,7 @@ contains
       end do
    end subroutine revise
 
-   !> Update the stretch without force after yielding; broken bolts no longer act.
+   !> Accept the step: update the plastic stretch after yielding; broken bolts no longer act.
    subroutine accept(self, blocks, motions, step, d)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
@@ -458,7 +458,7 @@ contains
       end do
    end subroutine accept
 
-   !> Inherit the state of earlier bolts, except removed ones.
+   !> Inherit the state of the former bolts, except of removed ones.
    subroutine inherit(self, before, blocks)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before  !< the former element, of the same type
@@ -482,7 +482,7 @@ contains
       end select
    end subroutine inherit
 
-   !> Modes, stretches and forces.
+   !> Save or restore modes, stretches and forces.
    subroutine serialise(self, archive)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       type(archive_type), intent(inout) :: archive  !< written or read

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Elements of faces that break: forces on welded faces, and the joints that they become.
+!> Elements of faces that break: forces on welded faces, and the joints that replace them.
 module dda_broken_faces
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -37,7 +37,7 @@ contains
       end do
    end function face_force
 
-   !> Tractions at the points of whole face i under such forces, over their strength.
+   !> Tractions at the points of whole face i for such forces, relative to their strength.
    pure subroutine face_strength(elements, i, force, traction, ratio)
       type(elements_type), intent(in) :: elements         !< of the model
       integer, intent(in) :: i                            !< face
@@ -58,7 +58,7 @@ contains
       end do
    end subroutine face_strength
 
-   !> The joint of face i begins with tractions at its points.
+   !> Begin the joint of face i with tractions at its points.
    subroutine begin_joint(elements, i, blocks, traction)
       type(elements_type), intent(inout) :: elements     !< of the model
       integer, intent(in) :: i                           !< face that has just broken
@@ -74,7 +74,7 @@ contains
       end do
    end subroutine begin_joint
 
-   !> Mean damage of the joint of face i; whether its bond is fully broken.
+   !> Find the mean damage of the joint of face i, and whether its bond has failed.
    pure subroutine joint_damage(elements, i, damage, spent)
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: i                     !< broken face
@@ -92,7 +92,7 @@ contains
       end do
    end subroutine joint_damage
 
-   !> Opening and slip at the points of the joint of face i, m.
+   !> Find opening and slip at the points of the joint of face i, m.
    pure function joint_motion(elements, i, blocks) result(motion)
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: i                     !< broken face
@@ -109,7 +109,7 @@ contains
       end do
    end function joint_motion
 
-   !> Mean damage of the faces of each edge, over their length: 0 whole, 1 broken.
+   !> Mean damage of the faces of each edge, weighted by length: 0 whole, 1 broken.
    pure function edge_damage(elements, welds, edges) result(damage)
       type(elements_type), intent(in) :: elements  !< of the model
       type(weld_type), intent(in) :: welds(:)      !< all faces

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Law of a point of a broken face: the cohesive joint that it becomes, (1 − D) bond + D contact, as
-!> in `dda_joint_bond` for contacts.
+!> Law of a point of a broken face: the cohesive joint that replaces it, (1 − D) bond + D contact,
+!> as in `dda_joint_bond` for contacts.
 !>
-!> Instead of strains there are the opening g and the slip s of the face, and tractions of
-!> stresses.  The bond acts at t₀ + θΔt, the contact at the end of the step.  Between the damages D₀
-!> and D₁ of its ends a step has a D* at which it spends just the fracture energy; D* and the
-!> pressure that bounds friction are held in each solution of a step, which then is the least of a
+!> Variables are the opening g and the slip s of the face, and tractions instead of stresses.
+!> The bond acts at t₀ + θΔt, the contact at the end of the step.  Between the damages D₀ and D₁ at
+!> its ends, a step has a damage D* for which it dissipates exactly the fracture energy.  D* and the
+!> pressure that bounds friction are frozen in each solution of a step, which then minimises a
 !> convex function.
 module dda_crack_law
    use dda_kinds, only: wp
@@ -19,10 +19,10 @@ module dda_crack_law
 
    integer, parameter :: damaged = 1  !< D in a state
    integer, parameter :: slipped = 2  !< slip of the friction slider, m
-   !> of the stiffness: left of a tangent, so that both cells stay coupled
+   !> smallest fraction of the stiffness in the tangent, so that both cells stay coupled
    real(wp), parameter :: floor_share = 1.0e-9_wp
 
-   !> A joint material.
+   !> Law of a joint material.
    type, extends(material_law_type) :: crack_law_type
       type(cohesive_type) :: joint
    contains
@@ -35,7 +35,7 @@ module dda_crack_law
       procedure :: springs
    end type crack_law_type
 
-   !> A point in a step.
+   !> Motion of a point in a step.
    type :: motion_type
       real(wp) :: opening(2) = 0.0_wp   !< g at both ends, m
       real(wp) :: slip(2) = 0.0_wp      !< s at both ends, m
@@ -45,21 +45,21 @@ module dda_crack_law
 
 contains
 
-   !> The law of a joint material with stiffnesses per area.
+   !> Create the law of a joint material with stiffnesses per area.
    pure type(crack_law_type) function new_crack_law(joint) result(law)
       type(cohesive_type), intent(in) :: joint  !< with its stiffnesses, Pa/m
 
       law%joint = joint
    end function new_crack_law
 
-   !> D, and the slip of the slider.
+   !> Number of state variables: D, and the slip of the slider.
    pure integer function state_size(self)
       class(crack_law_type), intent(in) :: self  !< law
 
       state_size = 2
    end function state_size
 
-   !> Of opening and of slip, Pa/m.
+   !> Stiffnesses for opening and slip, Pa/m.
    pure function springs(self) result(k)
       class(crack_law_type), intent(in) :: self  !< law
       real(wp) :: k(2)
@@ -67,7 +67,7 @@ contains
       k = [self%joint%normal_stiffness, self%joint%shear_stiffness]
    end function springs
 
-   !> A traction over the strength: 1 where damage begins.
+   !> Traction over the strength: 1 at the start of damage.
    pure real(wp) function traction_ratio(self, traction) result(ratio)
       class(crack_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: traction(2)        !< tension, shear, Pa
@@ -132,7 +132,7 @@ contains
       end associate
    end function frozen_stress
 
-   !> Traction that acts in a step, and its tangent.
+   !> Find the traction that acts in a step, and its tangent.
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(crack_law_type), intent(in) :: self          !< law
       type(strain_point_type), intent(in) :: point       !< at its position
@@ -161,7 +161,7 @@ contains
       tangent(2, 2) = slope(2)
    end subroutine respond
 
-   !> State at the end of a step, and its losses: by fracture, by friction, by the scheme.
+   !> Find the state at the end of a step, and its losses by fracture, friction and scheme.
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(crack_law_type), intent(in) :: self      !< law
       type(strain_point_type), intent(in) :: point   !< at its position
@@ -207,7 +207,7 @@ contains
       end associate
    end function stored
 
-   !> The bond of a point is broken.
+   !> .true. if the bond of a point has failed.
    pure logical function is_spent(state)  ! total
       real(wp), intent(in) :: state(:)  !< [any] of the point
 

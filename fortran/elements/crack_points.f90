@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The points of welded faces that can break (`dda_material_points`): their tractions while the face
-!> is intact, the start of their joint, and its damage, opening and slip.
+!> Points of welded faces that can break (`dda_material_points`): tractions on the intact face,
+!> start of the joint, and its damage, opening and slip.
 module dda_crack_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -15,7 +15,7 @@ module dda_crack_points
 
 contains
 
-   !> Part of the points of whole face i in the forces on its deformations in the present state.
+   !> Contribution of the points of whole face i to the forces on its deformations at present.
    pure function points_force(self, i, blocks) result(force)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                       !< face
@@ -41,8 +41,8 @@ contains
       faces = (self%n - self%first_crack)/crack_points
    end function faces_of
 
-   !> Tractions at the points of whole face i under forces on its deformations, and how much of
-   !> their strength they are.
+   !> Tractions at the points of whole face i for forces on its deformations.
+   !> Their ratios to the strength are returned too.
    pure subroutine strength_ratios(self, i, force, traction, ratio)
       class(material_points_type), intent(in) :: self          !< elements of this kind
       integer, intent(in) :: i                               !< face that can break
@@ -63,7 +63,7 @@ contains
       end do
    end subroutine strength_ratios
 
-   !> The joint of face i begins with tractions at its points.
+   !> Begin the joint of face i with tractions at its points.
    subroutine begin_crack(self, i, blocks, traction)
       class(material_points_type), intent(inout) :: self       !< elements of this kind
       integer, intent(in) :: i                               !< face that has just broken
@@ -83,7 +83,7 @@ contains
       end do
    end subroutine begin_crack
 
-   !> Damage of face i, its points weighted; whether its bonds are broken.
+   !> Find the weighted damage of face i, and whether its bonds have failed.
    pure subroutine crack_damage(self, i, damage, spent)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                       !< broken face
@@ -100,7 +100,7 @@ contains
       end do
    end subroutine crack_damage
 
-   !> Opening and slip at the points of face i, m, from where the joint is free of force.
+   !> Find opening and slip at the points of face i, m, counted from the state without force.
    pure function crack_motion(self, i, blocks) result(motion)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                       !< broken face

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Loads on edges at t₀ + θΔt: tractions and water, by exact integrals of ∫ Tᵀ f ds.
+!> Loads on edges at t₀ + θΔt: tractions and water pressure, by exact integrals of ∫ Tᵀ f ds.
 !>
-!> A pressure is linear between the positions where an edge meets a level, the phreatic line, or a
-!> point of it; the shape matrix is linear along the edge, so two Gauss points integrate exactly.
-!> Full hydrostatic pressure all round a block is then its buoyancy, to rounding.  What follows
-!> takes ends and normals of the present geometry at the start of the step.
+!> A pressure is linear between the positions where an edge crosses a level, the phreatic line, or a
+!> point of that line; the shape matrix is linear along the edge, so two Gauss points are exact.
+!> Full hydrostatic pressure around a block thus equals its buoyancy, to rounding.  Loads use ends
+!> and normals of the geometry at the start of the step.
 module dda_edge_loads
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, place_of, shape_matrix
@@ -35,14 +35,14 @@ module dda_edge_loads
 
 contains
 
-   !> All loads of a model.
+   !> Create all loads of a model.
    pure type(edge_loads_type) function new_edge_loads(loads) result(self)
       type(edge_load_type), intent(in) :: loads(:)  !< [loads]
 
       allocate (self%load, source=loads)
    end function new_edge_loads
 
-   !> ∫ Tᵀ f ds
+   !> Add the forces ∫ Tᵀ f ds.
    subroutine add_force(self, blocks, motions, step, load)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -62,7 +62,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Work f·d.
+   !> Account for the work f·d.
    subroutine account(self, blocks, motions, step, d, energy)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -83,7 +83,7 @@ contains
       end do
    end subroutine account
 
-   !> The time of the loads of a step, s.
+   !> Time of the loads of a step, s.
    pure real(wp) function time_of(self, step)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(step_type), intent(in) :: step  !< the present one
@@ -129,7 +129,7 @@ contains
       end associate
    end function force_on
 
-   !> Hydrostatic pressure below a phreatic line, straight between its points; none beyond its ends.
+   !> Add hydrostatic pressure below a phreatic line, straight between its points; none outside.
    pure subroutine add_below_line(force, load, k, blocks, ends, rise, factor)
       real(wp), intent(inout) :: force(6)  !< N/m …
       type(edge_load_type), intent(in) :: load  !< with its line
@@ -156,7 +156,7 @@ contains
       end associate
    end subroutine add_below_line
 
-   !> Fractions of an edge between two abscissae; the first is larger if there are none.
+   !> Fractions of an edge between two abscissae; first > last if there are none.
    pure function fractions_between(x, low, high) result(span)
       real(wp), intent(in) :: x(2)       !< of the ends of the edge, m
       real(wp), intent(in) :: low, high  !< m
@@ -168,7 +168,7 @@ contains
       span = [max(0.0_wp, minval(span)), min(1.0_wp, maxval(span))]
    end function fractions_between
 
-   !> Pressure that is linear over a stretch of an edge, where it is positive.
+   !> Add pressure that is linear over a part of an edge, where it is positive.
    pure subroutine add_wet(force, piece, blocks, ends, span, pressure, factor)
       real(wp), intent(inout) :: force(6)  !< N/m …
       type(edge_piece_type), intent(in) :: piece  !< of an edge
@@ -188,7 +188,7 @@ contains
       call add_stretch(force, piece, blocks, ends, wet, factor*max(pressure, 0.0_wp), 0.0_wp)
    end subroutine add_wet
 
-   !> ∫ Tᵀ (−p n + τ t) ds over a stretch of an edge, p linear and τ constant.
+   !> Add ∫ Tᵀ (−p n + τ t) ds over a part of an edge, p linear and τ constant.
    pure subroutine add_stretch(force, piece, blocks, ends, span, pressure, shear)
       real(wp), intent(inout) :: force(6)  !< N/m …
       type(edge_piece_type), intent(in) :: piece  !< of an edge
@@ -210,7 +210,7 @@ contains
       end do
    end subroutine add_stretch
 
-   !> Keep the loads as they are at a time.
+   !> Freeze the loads at their values at a time.
    subroutine freeze(self, blocks, motions, time)
       class(edge_loads_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> An element: whatever acts on blocks linearly — a support, a load, a body force, a dashpot, a
-!> bolt.
+!> An element: whatever acts on blocks linearly, such as a support, a load, a body force, a dashpot
+!> or a bolt.
 !>
-!> Its terms are read by the assembly, the energy budget, the checks and the transfer function
-!> alike.  An object contains all elements of its kind.  A new kind is one file that extends
-!> `element_type` and one line of registration in `dda_elements`; it overrides what applies to it.
+!> Its terms are used by the assembly, the energy budget, the checks and the transfer function.
+!> An object contains all elements of its kind.  A new kind is one file that extends
+!> `element_type` and one line of registration in `dda_elements`; it overrides what differs.
 module dda_element
    use dda_kinds, only: wp
    use dda_archive, only: archive_type
@@ -60,7 +60,7 @@ module dda_element
 
 contains
 
-   !> Append springs and dashpots in the present geometry; here: none.
+   !> Append springs and dashpots in the present geometry; default: none.
    subroutine add_no_linear(self, blocks, step, terms)
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -68,7 +68,7 @@ contains
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
    end subroutine add_no_linear
 
-   !> Add the energy stored in the present state; here: none.
+   !> Add the energy stored in the present state; default: none.
    subroutine add_no_stored(self, blocks, motions, step, energy)
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -77,7 +77,7 @@ contains
       type(energy_type), intent(inout) :: energy    !< J per metre of thickness
    end subroutine add_no_stored
 
-   !> Update its own state at the end of a step; here: none.
+   !> Accept the step: update the state of the element; default: none.
    subroutine accept_nothing(self, blocks, motions, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at the start of the step
@@ -86,8 +86,7 @@ contains
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine accept_nothing
 
-   !> Before a step, or for forces at rest: linearise about an increment what is nonlinear in d;
-   !> here: nothing.
+   !> Prepare a step, or forces in equilibrium: linearise about an increment; default: linear.
    subroutine prepare_nothing(self, blocks, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at the start of the step
@@ -95,8 +94,7 @@ contains
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine prepare_nothing
 
-   !> After a converged solution: change states that differ from the assumed ones; the step is then
-   !> solved again; here: none.
+   !> Revise assumed states after a converged solution, which is then repeated; default: none.
    subroutine revise_nothing(self, blocks, step, d, changed)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at the start of the step
@@ -105,8 +103,8 @@ contains
       integer, intent(inout) :: changed             !< states that have changed
    end subroutine revise_nothing
 
-   !> Work of the nonlinear part of the forces on a path between two increments, at a fraction of
-   !> it, J per metre of thickness; here: none.
+   !> Slope of the energy of nonlinear forces on a path between two increments, J per metre.
+   !> It is taken at a fraction of the path; default: none.
    real(wp) function no_slope(self, blocks, step, from, to, share)
       class(element_type), intent(in) :: self     !< elements of this kind
       type(blocks_type), intent(in) :: blocks     !< at the start of the step
@@ -117,7 +115,7 @@ contains
       no_slope = 0.0_wp
    end function no_slope
 
-   !> Project initial velocities onto those that a stiff element admits; here: all are admitted.
+   !> Match initial velocities to those that a stiff element admits; default: all are admitted.
    subroutine match_nothing(self, blocks, motions, step, velocity)
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -126,7 +124,7 @@ contains
       real(wp), intent(inout) :: velocity(:,:)      !< [6,blocks] per s
    end subroutine match_nothing
 
-   !> Keep loads and prescribed positions constant from a time on; here: none depends on time.
+   !> Freeze loads and prescribed positions from a time on; default: none depends on time.
    subroutine freeze_nothing(self, blocks, motions, time)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< in their present state
@@ -134,22 +132,21 @@ contains
       real(wp), intent(in) :: time          !< at which loads and prescribed positions are frozen, s
    end subroutine freeze_nothing
 
-   !> Copy the state of its predecessor, before the model changed or a static stage froze it; here:
-   !> none.
+   !> Inherit the state of the former element after a change of model or stage; default: none.
    subroutine inherit_nothing(self, before, blocks)
       class(element_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before     !< the former element, of the same type
       type(blocks_type), intent(in) :: blocks       !< in their present state
    end subroutine inherit_nothing
 
-   !> After statics: add the unbalanced forces to the permanent reactions; here: none.
+   !> Balance after statics: add the unbalanced forces to constant reactions; default: none.
    subroutine balance_nothing(self, blocks, unbalanced)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at rest
       real(wp), intent(in) :: unbalanced(:,:)       !< [6,blocks] sum of all forces, N/m …
    end subroutine balance_nothing
 
-   !> Write or read a state of its own; here: none.
+   !> Save or restore the state of the element; default: none.
    subroutine serialise_nothing(self, archive)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(archive_type), intent(inout) :: archive  !< written or read

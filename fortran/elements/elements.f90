@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The elements of a model: registration, and sums over all of them.
+!> Elements of a model: registration of their kinds, and sums over all of them.
 module dda_elements
    use dda_kinds, only: wp
    use dda_added_mass, only: new_added_mass
@@ -42,7 +42,7 @@ module dda_elements
       class(element_type), allocatable :: element
    end type kind_type
 
-   !> All kinds that a model has, and the motions that drive them.
+   !> All kinds of elements of a model, and the motions that drive them.
    type :: elements_type
       type(kind_type), allocatable :: kind(:)
       type(motion_type), allocatable :: motions(:)
@@ -51,7 +51,7 @@ module dda_elements
 
 contains
 
-   !> The elements that a model requires.  Here a new kind is registered.
+   !> Create the elements that a model requires.  New kinds are registered here.
    subroutine set_elements(elements, model, blocks, time)
       type(elements_type), intent(inout) :: elements  !< replaced; states of their own stay
       type(model_type), intent(in) :: model  !< as the stages up to now have changed it
@@ -94,7 +94,7 @@ contains
       if (allocated(before)) call inherit_states(elements, before, blocks)
    end subroutine set_elements
 
-   !> Laws of faces that break, of all joints; of those that no face becomes, blank ones.
+   !> Laws of faces that break, by joint; blank for joints that never replace a face.
    function crack_laws(model) result(laws)
       type(model_type), intent(in) :: model  !< joints
       type(crack_law_type) :: laws(size(model%joints))
@@ -111,7 +111,7 @@ contains
       end do
    end function crack_laws
 
-   !> States of their own pass to the elements of the same type.
+   !> Pass states to the elements of the same type in a new model.
    subroutine inherit_states(elements, before, blocks)
       type(elements_type), intent(inout) :: elements  !< new ones
       type(kind_type), intent(in) :: before(:)        !< those before
@@ -126,7 +126,7 @@ contains
       end do
    end subroutine inherit_states
 
-   !> Append a kind.
+   !> Append a kind of elements.
    subroutine register(elements, element)
       type(elements_type), intent(inout) :: elements  !< of the model
       class(element_type), intent(in) :: element  !< all of a kind
@@ -141,7 +141,7 @@ contains
       call move_alloc(more, elements%kind)
    end subroutine register
 
-   !> All springs and dashpots in the present geometry.
+   !> List all springs and dashpots in the present geometry.
    subroutine linear_terms_of(elements, blocks, step, terms)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -168,7 +168,7 @@ contains
       end do
    end subroutine add_forces
 
-   !> The energy that elements store in the present state.
+   !> Sum the energy that elements store in the present state.
    subroutine update_stored(elements, blocks, step, energy)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -182,7 +182,7 @@ contains
       end do
    end subroutine update_stored
 
-   !> Work, losses and stored energy of the converged increment d, before the update.
+   !> Account for work, losses and stored energy of the converged increment d, before the update.
    subroutine account_elements(elements, blocks, step, d, energy)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -197,7 +197,7 @@ contains
       end do
    end subroutine account_elements
 
-   !> Before a step: linearise nonlinear terms about an increment.
+   !> Prepare a step: linearise nonlinear terms about an increment.
    subroutine prepare_elements(elements, blocks, step, d)
       type(elements_type), intent(inout) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
@@ -225,8 +225,8 @@ contains
       end do
    end subroutine revise_elements
 
-   !> Slope of the nonlinear part of the energy of a step on a path between two increments, J per
-   !> metre of thickness.
+   !> Slope of the nonlinear part of the energy of a step on a path between two increments.
+   !> Unit: J per metre of thickness.
    real(wp) function slope_beyond(elements, blocks, step, from, to, share) result(slope)
       type(elements_type), intent(in) :: elements  !< prepared for the step
       type(blocks_type), intent(in) :: blocks      !< at the start of the step
@@ -241,7 +241,7 @@ contains
       end do
    end function slope_beyond
 
-   !> A block whose stress has not agreed with the last solution, 0 if all have.
+   !> Block whose stress does not agree with the last solution; 0 if all agree.
    pure integer function worst_of_points(elements) result(block)
       type(elements_type), intent(in) :: elements  !< of the model
       integer :: i
@@ -255,7 +255,7 @@ contains
       end do
    end function worst_of_points
 
-   !> Bounds of materials have not agreed with the stress of the step.
+   !> .true. if bounds of materials do not agree with the stress of the step.
    pure logical function has_bounds_off(elements)
       type(elements_type), intent(in) :: elements  !< of the model
       integer :: i
@@ -301,8 +301,8 @@ contains
       end do
    end subroutine flow_states
 
-   !> Forces of ties, and of welds with images, on the blocks of one face, at t₀ + θΔt of a step
-   !> whose increment d is known.
+   !> Forces of ties, and of welds with images, on the blocks of one face, at t₀ + θΔt.
+   !> The increment d of the step is known.
    function face_forces(elements, face, blocks, step, d) result(force)
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: face                  !< of each tie and weld, 1 or 2
@@ -353,8 +353,8 @@ contains
       end do
    end function block_stress
 
-   !> Error of the stresses of cells, Pa, as a stress along one axis at no other strain whose
-   !> energy is that of the jumps about the cell; 0 of other blocks.
+   !> Error of the stresses of cells, Pa; 0 for other blocks.
+   !> It is a uniaxial stress with the energy of the jumps about the cell, for zero lateral strain.
    function stress_error(elements, blocks) result(stress)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -367,7 +367,7 @@ contains
       end do
    end function stress_error
 
-   !> The largest plastic strain within each block, of those whose material yields.
+   !> Largest plastic strain within each block whose material yields.
    function plastic_strain(elements, blocks) result(strain)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -383,8 +383,8 @@ contains
       end do
    end function plastic_strain
 
-   !> Estimate of the error of the stress in each cell, and energy of all faces, J per metre of
-   !> thickness.
+   !> Estimate the error of the stress in each cell, and sum the energy of all faces.
+   !> Unit of the energy: J per metre of thickness.
    subroutine add_up_jumps(elements, blocks, error, stored)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -401,8 +401,8 @@ contains
       end do
    end subroutine add_up_jumps
 
-   !> Energies of bodies, J per metre of thickness: that of the jumps, which estimates the error of
-   !> stresses, and the total.
+   !> Energies of bodies, J per metre of thickness: that of the jumps, and the total.
+   !> The energy of the jumps estimates the error of stresses.
    function body_energies(elements, blocks) result(energies)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -420,7 +420,7 @@ contains
       end do
    end function body_energies
 
-   !> Sides inherit the step of the column of a free field.
+   !> Pass the step of the column of a free field to its side.
    subroutine follow_free_field(elements, number, block, column, d, force)
       type(elements_type), intent(inout) :: elements  !< of the model
       integer, intent(in) :: number                   !< of the free field
@@ -438,7 +438,7 @@ contains
       end do
    end subroutine follow_free_field
 
-   !> States of their own move to the end of the step.
+   !> Accept the step: move the states of elements to its end.
    subroutine accept_elements(elements, blocks, step, d)
       type(elements_type), intent(inout) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
@@ -451,7 +451,7 @@ contains
       end do
    end subroutine accept_elements
 
-   !> Project initial velocities onto those that stiff elements admit.
+   !> Match initial velocities to those that stiff elements admit.
    subroutine match_velocities(elements, blocks, step)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(inout) :: blocks  !< in their present state
@@ -466,8 +466,7 @@ contains
       blocks%velocity = velocity
    end subroutine match_velocities
 
-   !> For statics: loads and prescribed positions keep their values at a time, base motions do not
-   !> act.
+   !> Freeze loads and prescribed positions at a time for statics; base motions do not act.
    subroutine freeze_elements(elements, blocks, time)
       type(elements_type), intent(inout) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -479,7 +478,7 @@ contains
       end do
    end subroutine freeze_elements
 
-   !> After statics: permanent reactions include the unbalanced forces.
+   !> Balance after statics: constant reactions include the unbalanced forces.
    subroutine balance_elements(elements, blocks, unbalanced)
       type(elements_type), intent(inout) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< at rest
@@ -491,7 +490,7 @@ contains
       end do
    end subroutine balance_elements
 
-   !> Write or read their states.
+   !> Save or restore the states of all elements.
    subroutine serialise_elements(elements, archive)
       type(elements_type), intent(inout) :: elements  !< of the model
       type(archive_type), intent(inout) :: archive  !< written or read

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The energy budget: every joule of a run has a name, and `balance` is the remainder.
+!> Energy budget: every joule of a run belongs to a named term, and `balance` is the remainder.
 !>
-!> ΔT = d·F − (χ − ½) ΔvᵀMΔv holds exactly in a step (`dda_scheme`), so the loss that the scheme
-!> makes in a force with a convex potential V at the end of the step is V₀ − V₁ − ∇V₁·(x₀ − x₁) ≥ 0.
-!> Energy that the exact geometry at the start of the next step adds to the linear one is booked as
-!> geometric.
+!> ΔT = d·F − (χ − ½) ΔvᵀMΔv is exact in a step (`dda_scheme`), so the numerical loss
+!> in a force with a convex potential V at the end of the step is V₀ − V₁ − ∇V₁·(x₀ − x₁) ≥ 0.
+!> The difference between spring energies in exact geometry at the start of the next step and in the
+!> linear one is the geometric energy.
 !>
 !> Names and roles of the terms are lines of `schema.txt` in `output`.
 module dda_energy
@@ -28,14 +28,14 @@ module dda_energy
       energy_impact, energy_welded, energy_law, energy_plastic, energy_breaking, &
       energy_water, energy_flow, energy_balance
 
-   !> Value of each term but the balance, J per metre of thickness.
+   !> Value of each term except the balance, J per metre of thickness.
    type :: energy_type
       real(wp) :: value(size(energy_terms)) = 0.0_wp
    end type energy_type
 
 contains
 
-   !> Add to a term.
+   !> Add an amount to a term.
    pure subroutine add_energy(energy, term, more)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer, intent(in) :: term   !< one of energy_kinetic …
@@ -51,8 +51,8 @@ contains
       total_energy = sum(energy%value, mask=energy_terms%role == is_stored)
    end function total_energy
 
-   !> Total less all that explains it, J per metre of thickness: rounding and the tolerance of the
-   !> open–close iteration.
+   !> Balance, J per metre of thickness: the total minus all terms that explain it.
+   !> It contains rounding and the tolerance of the open–close iteration.
    pure real(wp) function balance(energy)  ! total
       type(energy_type), intent(in) :: energy  !< J per metre of thickness
       integer :: i
@@ -64,8 +64,8 @@ contains
       end do
    end function balance
 
-   !> Gross energy exchanged, J per metre of thickness: the scale of `balance` and of the geometric
-   !> term.
+   !> Gross energy exchanged, J per metre of thickness.
+   !> It is the scale of `balance` and of the geometric term.
    pure real(wp) function turnover(energy)
       type(energy_type), intent(in) :: energy  !< J per metre of thickness
 
@@ -73,7 +73,7 @@ contains
          - abs(energy%value(energy_balance))
    end function turnover
 
-   !> Values in the order of `energy_terms`, with the balance.
+   !> Values of all terms in the order of `energy_terms`, with the balance.
    pure function energy_values(energy) result(values)
       type(energy_type), intent(in) :: energy  !< J per metre of thickness
       real(wp) :: values(size(energy_terms))  !< J per metre of thickness

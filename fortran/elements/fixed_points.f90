@@ -31,7 +31,7 @@ module dda_fixed_points
 
 contains
 
-   !> Fixed points from a time on.
+   !> Create fixed points, which act from a time on.
    pure type(fixed_points_type) function new_fixed_points(points, motions, stiffness, &
       time) result(self)
       type(fixed_point_type), intent(in) :: points(:)  !< [points]
@@ -72,8 +72,7 @@ contains
       end associate
    end subroutine get_spring
 
-   !> Forces of the spring of point i on its block in the present state, N/m …; its motion does
-   !> not count.
+   !> Forces of the spring of point i on its block in the present state, N/m …, without its motion.
    pure function reaction_of(self, i, blocks) result(force)
       type(fixed_points_type), intent(in) :: self  !< all points
       integer, intent(in) :: i  !< number, from 1
@@ -85,7 +84,7 @@ contains
       force = -matmul(spring%row(:, :, 1), spring%stiffness*spring%stretch)
    end function reaction_of
 
-   !> The motions' velocities at the end of the step are those at the start of the next one.
+   !> Accept the step: end velocities of motions become start velocities of the next step.
    subroutine accept(self, blocks, motions, step, d)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
@@ -99,8 +98,8 @@ contains
       end do
    end subroutine accept
 
-   !> Least of ½ |v − v₀|² in M plus ½ (1 − χ) c Δt Σ [w + y/((1 − χ)Δt)]²: a stiff support takes a
-   !> jump of velocity at once, which it would else store as energy for a step.
+   !> Match velocities to stiff supports, which follow a jump of velocity without storing energy.
+   !> Minimum of ½ |v − v₀|² in M plus ½ (1 − χ) c Δt Σ [w + y/((1 − χ)Δt)]².
    subroutine match_velocity(self, blocks, motions, step, velocity)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -126,7 +125,7 @@ contains
       end do
    end subroutine match_velocity
 
-   !> The same for block b.
+   !> Match the velocity of block b.
    pure subroutine match_block(self, blocks, step, b, wanted, velocity)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -157,7 +156,7 @@ contains
       velocity(:, b) = matmul(inverse, impulse)
    end subroutine match_block
 
-   !> Keep the prescribed positions constant at their values at a time.
+   !> Freeze the prescribed positions at their values at a time.
    subroutine freeze(self, blocks, motions, time)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -173,7 +172,7 @@ contains
       self%rate = 0.0_wp
    end subroutine freeze
 
-   !> The velocities of the motions.
+   !> Save or restore the velocities of the motions.
    subroutine serialise(self, archive)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(archive_type), intent(inout) :: archive  !< written or read

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Nodes of water that are solved together, and the springs that they are to the blocks.
+!> Nodes of water that are solved together, and their effect on the blocks as springs.
 !>
-!> A group's pressures satisfy M Δp = r − Bᵀd.  With M = L Lᵀ its force on the blocks is
+!> The pressures of a group satisfy M Δp = r − Bᵀd.  With M = L Lᵀ the force on the blocks is
 !> B (p₀ + M⁻¹r) − G Gᵀd with G = B L⁻ᵀ: each column of G is a spring of stiffness 1 between all
-!> blocks of the group; that of a single node is B with the stiffness 1/M.  Nodes that do not flow
-!> are groups of their own, and couple only the blocks around them; flowing ones couple all blocks
+!> blocks of the group; that of a single node is B with the stiffness 1/M.  Nodes without flow
+!> are separate groups, and couple only the blocks around them; nodes with flow couple all blocks
 !> of their component, at a cost of nodes × blocks².
 module dda_flow_groups
    use dda_kinds, only: wp
@@ -15,7 +15,7 @@ module dda_flow_groups
    private
    public :: group_type, set_groups, set_springs, add_springs, change_by, find_steady_heads
 
-   !> Nodes that are solved together.
+   !> A group of nodes that are solved together.
    type :: group_type
       integer, allocatable :: node(:)
       ! Of more nodes than one
@@ -25,14 +25,14 @@ module dda_flow_groups
       integer, allocatable :: place(:)        !< [blocks of the model] of each in `block`
    end type group_type
 
-   !> of the conductance: of channels whose nodes are both above the water, in steady flow
+   !> fraction of the conductance: of channels with both nodes above the water, in steady flow
    real(wp), parameter :: of_air = 1.0e-3_wp
    integer, parameter :: most_rounds = 60  !< of the search for the water table
    real(wp), parameter :: rounding = 1.0e-9_wp  !< of the largest potential: no suction
 
 contains
 
-   !> Components of the network, or single nodes.
+   !> Form groups: components of the network, or single nodes.
    pure subroutine set_groups(network, flowing, groups)
       type(network_type), intent(in) :: network  !< of the model
       logical, intent(in) :: flowing             !< water flows from node to node
@@ -69,7 +69,7 @@ contains
       end do
    end subroutine set_groups
 
-   !> Nodes of each group.
+   !> List the nodes of each group.
    pure subroutine take_nodes(owner, groups)
       integer, intent(in) :: owner(:)               !< [nodes] group
       type(group_type), intent(inout) :: groups(:)  !< of all nodes
@@ -89,7 +89,7 @@ contains
       end do
    end subroutine take_nodes
 
-   !> Blocks beside the nodes of a group, and memory for its springs.
+   !> Find the blocks beside the nodes of a group, and allocate its springs.
    pure subroutine find_blocks(network, group)
       type(network_type), intent(in) :: network  !< of the model
       type(group_type), intent(inout) :: group   !< with its nodes
@@ -108,7 +108,7 @@ contains
       allocate (group%spring(6, size(group%block), size(group%node)))
    end subroutine find_blocks
 
-   !> Factor and springs of all groups: M = S + Δt H of free nodes; fixed ones do not yield.
+   !> Compute factor and springs of all groups: M = S + Δt H of free nodes; fixed ones are rigid.
    pure subroutine set_springs(network, conductance, fixed, groups)
       type(network_type), intent(in) :: network       !< of the model
       real(wp), intent(in) :: conductance(:)          !< [channels] Δt times it, m²/Pa
@@ -133,7 +133,7 @@ contains
       end do
    end subroutine set_springs
 
-   !> Add Δt H between free nodes, and of free nodes to fixed ones.
+   !> Add Δt H between free nodes, and between free and fixed nodes.
    pure subroutine add_conductances(network, conductance, fixed, place, owner, groups)
       type(network_type), intent(in) :: network       !< of the model
       real(wp), intent(in) :: conductance(:)          !< [channels] Δt times it, m²/Pa
@@ -157,7 +157,7 @@ contains
       end do
    end subroutine add_conductances
 
-   !> B of the free nodes of a group.
+   !> Set the rows B of the free nodes of a group.
    pure subroutine set_rows(network, fixed, group)
       type(network_type), intent(in) :: network  !< of the model
       logical, intent(in) :: fixed(:)            !< [nodes] their pressure is known
@@ -173,7 +173,7 @@ contains
       end do
    end subroutine set_rows
 
-   !> M = L Lᵀ, G = B L⁻ᵀ.
+   !> Factorise M = L Lᵀ, and compute G = B L⁻ᵀ.
    pure subroutine factorise(group)
       type(group_type), intent(inout) :: group  !< with M and B; becomes L and G
       integer :: n, info
@@ -184,7 +184,7 @@ contains
          1.0_wp, group%factor, n, group%spring, 6*size(group%block))
    end subroutine factorise
 
-   !> Append the springs; those of fixed nodes have no stiffness, so that the pattern lasts.
+   !> Append the springs; those of fixed nodes have no stiffness, so that the pattern is constant.
    pure subroutine add_springs(network, fixed, groups, terms)
       type(network_type), intent(in) :: network         !< of the model
       logical, intent(in) :: fixed(:)                   !< [nodes] their pressure is known
@@ -209,7 +209,7 @@ contains
       end do
    end subroutine add_springs
 
-   !> The spring of a node, if it has two blocks at least; memory is kept where it fits.
+   !> Append the spring of a node, if it has at least two blocks; memory is reused if it fits.
    pure subroutine add_spring(network, node, stiffness, block, row, terms)
       type(network_type), intent(in) :: network  !< of the model
       integer, intent(in) :: node                !< number
@@ -267,9 +267,9 @@ contains
       end associate
    end subroutine change_by
 
-   !> Heads of steady flow in a group; a group without a known pressure does not flow.
+   !> Find the heads of steady flow in a group; without a known pressure there is no flow.
    !>
-   !> Water is below the water table alone: a channel with both nodes above it conducts little
+   !> Water exists only below the water table: a channel with both nodes above it conducts little
    !> (residual flow, Desai 1976).
    pure subroutine find_steady_heads(network, group, fixed, source, conductance, head, settled)
       type(network_type), intent(in) :: network   !< of the model
@@ -313,7 +313,7 @@ contains
       end do
    end subroutine find_steady_heads
 
-   !> H φ = Q of a group over its largest conductance; φ of fixed nodes is given on the right side.
+   !> Assemble H φ = Q of a group over its largest conductance; fixed φ are on the right-hand side.
    pure subroutine assemble_steady(network, group, fixed, dry, matrix, right)
       type(network_type), intent(in) :: network  !< of the model
       type(group_type), intent(in) :: group      !< a component

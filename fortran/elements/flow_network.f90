@@ -3,8 +3,8 @@
 !>
 !> Apertures are linear along a channel.  With the ends' apertures a₁ and a₂, length L and the
 !> viscosity μ the cubic law gives the conductance 2a₁²a₂²/(a₁ + a₂)/(12μL) (Witherspoon et al.
-!> 1980), exact for a wedge.  A node's volume is ∫ N a ds with the linear shape functions N of its
-!> channels, V = L (a₁/3 + a₂/6), and its storage is V/K_w.
+!> 1980), exact for a wedge.  The volume of a node is ∫ N a ds with the linear shape functions N of
+!> its channels, V = L (a₁/3 + a₂/6), and its storage is V/K_w.
 module dda_flow_network
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -16,7 +16,7 @@ module dda_flow_network
 
    real(wp), parameter :: own = 1.0_wp/3.0_wp, other = 1.0_wp/6.0_wp  !< ∫ N N ds over L
 
-   !> Geometry of a step.
+   !> Geometry of the network in a step.
    type :: network_type
       type(flow_type) :: flow
       logical, allocatable :: absent(:)        !< [channels] a block beside it is removed
@@ -35,7 +35,7 @@ module dda_flow_network
 
 contains
 
-   !> The network of a model.
+   !> Create the network of a model.
    pure type(network_type) function new_network(flow, blocks) result(network)
       type(flow_type), intent(in) :: flow      !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -65,7 +65,7 @@ contains
       call update_network(network, blocks)
    end function new_network
 
-   !> The blocks beside each node: rows of B.
+   !> List the blocks beside each node: rows of B.
    pure subroutine list_rows(network)
       type(network_type), intent(inout) :: network  !< with its channels
       integer :: count(size(network%volume) + 1), block(4*size(network%absent))
@@ -104,7 +104,7 @@ contains
       call close_up(network, count, block)
    end subroutine list_rows
 
-   !> Rows one after the other, without the memory between them.
+   !> Move the rows together, without unused memory between them.
    pure subroutine close_up(network, count, block)
       type(network_type), intent(inout) :: network  !< with rows numbered within each node
       integer, intent(in) :: count(:)               !< [nodes+1] blocks of each node
@@ -130,7 +130,7 @@ contains
       network%first = first
    end subroutine close_up
 
-   !> Update to the present geometry.
+   !> Update the network to the present geometry.
    pure subroutine update_network(network, blocks)
       type(network_type), intent(inout) :: network  !< of the model
       type(blocks_type), intent(in) :: blocks       !< in their present state
@@ -163,7 +163,7 @@ contains
       end do
    end subroutine update_network
 
-   !> n·x of the material point ρ of block b, m.
+   !> Height n·x of the material point ρ of block b, m.
    pure real(wp) function height_of(normal, blocks, b, reference) result(height)
       real(wp), intent(in) :: normal(2)        !< n
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -176,7 +176,7 @@ contains
       end associate
    end function height_of
 
-   !> nᵀT of it, T as in `shape_matrix`.
+   !> Row nᵀT of the material point ρ, T as in `shape_matrix`.
    pure function row_along(normal, blocks, b, reference) result(row)
       real(wp), intent(in) :: normal(2)        !< n
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -202,7 +202,7 @@ contains
       product_of = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
    end function product_of
 
-   !> Normal of channel c, out of its first block.
+   !> Normal of channel c, outward from its first block.
    pure function normal_of(network, blocks, c) result(normal)
       type(network_type), intent(in) :: network  !< of the model
       type(blocks_type), intent(in) :: blocks    !< in their present state
@@ -214,7 +214,7 @@ contains
       end associate
    end function normal_of
 
-   !> Apertures at the ends of channels, volumes and storage of nodes.
+   !> Find apertures at the ends of channels, and volumes and storage of nodes.
    pure subroutine find_storage(network, blocks, aperture, volume, storage)
       type(network_type), intent(in) :: network  !< of the model
       type(blocks_type), intent(in) :: blocks    !< in their present state
@@ -247,7 +247,7 @@ contains
       end do
    end subroutine find_storage
 
-   !> Bᵀd: growth of the nodes' volumes, m³ per metre of thickness.
+   !> Growth Bᵀd of the volumes of nodes, m³ per metre of thickness.
    pure function growth_of(network, d) result(growth)
       type(network_type), intent(in) :: network  !< of the model
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -278,7 +278,7 @@ contains
       end do
    end subroutine add_pressures
 
-   !> H φ: outflow of each node, m²/s.
+   !> Outflow H φ of each node, m²/s.
    pure function outflow_of(network, conductance, potential) result(outflow)
       type(network_type), intent(in) :: network    !< of the model
       real(wp), intent(in) :: conductance(:)       !< [channels] m²/(Pa s)

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sides with a free field behind them: forces of the neighbour that a block at the side would have
-!> in level ground, and dashpots on the motion relative to that ground.
+!> Sides with a free field: forces of the neighbour that a block at the side would have in level
+!> ground, and dashpots on the motion relative to that ground.
 !>
-!> Both come from the column of the side, which is stepped before the model (`dda_columns`).  A
-!> model of level ground moves as its column does, and its dashpots do nothing.
+!> Both are computed by the column of the side, which is stepped before the model (`dda_columns`).
+!> A model of level ground moves like its column, and its dashpots exert no force.
 !>
-!> In statics the forces of the column at rest act, and no dashpots.
+!> In statics the forces of the column in equilibrium act, and no dashpots.
 module dda_free_sides
    use dda_kinds, only: wp
    use dda_absorbing, only: absorbing_type, new_absorbing_boundaries
@@ -18,7 +18,7 @@ module dda_free_sides
    private
    public :: free_sides_type, new_free_sides, follow_column
 
-   !> Gauss points of all such sides; `reaction` is the force of the neighbours.
+   !> Gauss points of all free-field sides; `reaction` is the force of the neighbours.
    type, extends(absorbing_type) :: free_sides_type
       integer, allocatable :: field(:)    !< [points] free field behind each
       real(wp), allocatable :: carried(:,:)  !< [2,points] of its ground over the step, m
@@ -30,7 +30,7 @@ module dda_free_sides
 
 contains
 
-   !> The sides of a model, without neighbours.
+   !> Create the sides of a model, without neighbours.
    type(free_sides_type) function new_free_sides(fields) result(self)
       type(free_field_type), intent(in) :: fields(:)  !< of the model
       integer :: i, k
@@ -42,8 +42,7 @@ contains
       allocate (self%carried(2, size(self%point)), source=0.0_wp)
    end function new_free_sides
 
-   !> Take over the step of the column of one field: its motion, and the forces between its blocks
-   !> and their images.
+   !> Pass the step of a column to its side: its motion, and the forces between blocks and images.
    pure subroutine follow_column(self, number, block, column, d, force)
       class(free_sides_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: number                  !< of the field
@@ -76,7 +75,7 @@ contains
       increment = self%carried(:, i)
    end function increment_of
 
-   !> No dashpots in statics.
+   !> Freeze the sides for statics: deactivate their dashpots.
    subroutine freeze(self, blocks, motions, time)
       class(free_sides_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< in their present state
@@ -86,7 +85,7 @@ contains
       self%dashpot = 0.0_wp
    end subroutine freeze
 
-   !> The forces of the neighbours are given.
+   !> Balance after statics: nothing to do, since the forces of the neighbours are prescribed.
    subroutine balance(self, blocks, unbalanced)
       class(free_sides_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< at rest

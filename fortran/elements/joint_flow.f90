@@ -1,21 +1,21 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Water that flows in joints, in one step with the motion of the blocks.
+!> Water flow in joints, solved together with the motion of the blocks in a step.
 !>
 !> At the end of a step the inflow of a node has filled the opening of its joints, its storage and
 !> its outflow:
 !>
 !>     Bᵀd + S Δp + Δt H (p₁ + γy) − Δt Q = Δw ,
 !>
-!> where w is the volume without water.  A node is full (w = 0, p free) or not (p = p_v, w ≥ 0); a
-!> converged step that contradicts is solved again with other states.  Force B p₁ on the blocks and
-!> balance make one symmetric positive definite system: nothing grows at any Δt.  Exactly
+!> where w is the volume without water.  A node is full (w = 0, p free) or partly full (p = p_v,
+!> w ≥ 0); a converged step that contradicts this is solved again with other states.  The forces B
+!> p₁ on blocks and the balance form a symmetric positive definite system, stable at any Δt.  Then
 !>
 !>     p₁ᵀBᵀd = −Δ(½ pᵀSp) − ½ ΔpᵀSΔp − Δt φᵀHφ + Δt (γy)ᵀHφ + Δt p₁ᵀQ + p₁ᵀΔw ,  φ = p₁ + γy:
 !>
-!> the work on the blocks is what the water stores less, what the scheme and viscosity lose, and
-!> what weight, inflow and vapour give.
+!> the work on the blocks is the released energy of the water, minus losses of scheme and viscosity,
+!> plus the work of weight, inflow and vapour.
 !>
-!> In the undrained state H = 0.  In the steady one, pressures are those of flow in equilibrium
+!> In the undrained state H = 0.  In the steady state, pressures are those of steady flow
 !> through the apertures at the start of the step, a load without stiffness.
 module dda_joint_flow
    use dda_kinds, only: wp
@@ -41,7 +41,7 @@ module dda_joint_flow
    !> numbers of a node and of a channel in the output
    integer, parameter :: node_columns = columns_of(in_flow_nodes)
    integer, parameter :: channel_columns = columns_of(in_flow_channels)
-   !> rounds in which all nodes may change their state; then one at a time, which ends (Murty 1974)
+   !> rounds in which all nodes may change state; then one at a time, which is finite (Murty 1974)
    integer, parameter :: free_rounds = 15
    real(wp), parameter :: rounding = 1.0e-12_wp  !< of the largest pressure, and of a volume
 
@@ -67,7 +67,7 @@ module dda_joint_flow
       logical :: settled = .true.             !< the water table of steady flow was found
       real(wp), allocatable :: after(:)       !< [nodes] p₁ of the last solution, Pa
       real(wp), allocatable :: growth(:)      !< [nodes] Bᵀd of it, m³ per metre of thickness
-      ! Of the last step accepted
+      ! Of the last accepted step
       real(wp), allocatable :: inflow(:)      !< [nodes] from outside, m²/s
       real(wp), allocatable :: flux(:)        !< [channels] from the first node to the second, m²/s
    contains
@@ -87,7 +87,7 @@ module dda_joint_flow
 
 contains
 
-   !> Water of a model in its first state.
+   !> Create the water of a model in its initial state.
    type(joint_flow_type) function new_joint_flow(flow, loads, blocks) result(self)
       type(flow_type), intent(in) :: flow      !< of the model
       type(edge_load_type), intent(in) :: loads(:)  !< of the model
@@ -111,7 +111,7 @@ contains
       call begin_state(self)
    end function new_joint_flow
 
-   !> A load that a boundary belongs to is not there.
+   !> .true. if the load to which a boundary belongs does not act.
    pure logical function is_missing(load, loads)
       integer, intent(in) :: load                   !< number, 0: it belongs to none
       type(edge_load_type), intent(in) :: loads(:)  !< of the model
@@ -120,7 +120,7 @@ contains
       if (is_missing) is_missing = .not. loads(load)%present
    end function is_missing
 
-   !> Groups of the state of the stage.
+   !> Begin the flow state of the stage, and form its groups.
    subroutine begin_state(self)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
 
@@ -128,14 +128,14 @@ contains
       call set_springs(self%network, self%conductance, self%fixed .or. self%vented, self%group)
    end subroutine begin_state
 
-   !> Steady, transient or undrained.
+   !> Flow state of the stage: steady, transient or undrained.
    pure integer function state_of(self)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
 
       state_of = self%network%flow%state(merge(1, 2, self%frozen))
    end function state_of
 
-   !> Before a step: apertures, boundaries, and pressures for d = 0.
+   !> Prepare a step: apertures, boundaries, and pressures for d = 0.
    subroutine prepare(self, blocks, step, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
@@ -150,8 +150,8 @@ contains
       call assume(self)
    end subroutine prepare
 
-   !> Conductances in the assumed states: those of the cubic law, and s²(3 − 2s) of them where water
-   !> comes from a node that is not full, with its saturation s at the start of the step.
+   !> Set conductances in the assumed states by the cubic law, with reduction by saturation.
+   !> Flow from a node that is not full has the factor s²(3 − 2s), s its saturation at the start.
    pure subroutine set_conductance(self)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       real(wp) :: saturation
@@ -173,7 +173,7 @@ contains
       end do
    end subroutine set_conductance
 
-   !> Pressures and inflows that the boundaries prescribe at a time.
+   !> Set the pressures and inflows that the boundaries prescribe at a time.
    pure subroutine set_boundaries(self, time)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       real(wp), intent(in) :: time  !< s
@@ -205,7 +205,7 @@ contains
       self%vented = self%vented .and. .not. self%fixed
    end subroutine set_boundaries
 
-   !> Springs and pressures at d = 0 in the assumed states.
+   !> Compute springs and pressures at d = 0 in the assumed states.
    subroutine assume(self)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       integer :: g
@@ -233,7 +233,7 @@ contains
       end do
    end subroutine assume
 
-   !> Growth of the volumes and pressures at the end of a step with increment d.
+   !> Find the growth of volumes and the pressures at the end of a step with increment d.
    pure subroutine find_pressures(self, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -249,8 +249,7 @@ contains
       end do
    end subroutine find_pressures
 
-   !> Residual of the balance of each node, m³ per metre of thickness: growth of the volume
-   !> without water, or inflow from outside.
+   !> Surplus of each node, m³ per metre of thickness: growth without water, or inflow from outside.
    pure function surplus_of(self) result(surplus)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       real(wp) :: surplus(size(self%after))
@@ -260,7 +259,7 @@ contains
          + self%network%elevation) - self%source)
    end function surplus_of
 
-   !> Springs of enclosed water.
+   !> Append the springs of enclosed water.
    subroutine add_linear(self, blocks, step, terms)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -271,7 +270,7 @@ contains
          self%vented, self%group, terms)
    end subroutine add_linear
 
-   !> B p₁ at d = 0.
+   !> Add the forces B p₁ at d = 0.
    subroutine add_force(self, blocks, motions, step, load)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -282,7 +281,7 @@ contains
       call add_pressures(self%network, self%first, load)
    end subroutine add_force
 
-   !> ½ pᵀSp
+   !> Add the energy ½ pᵀSp.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -295,7 +294,7 @@ contains
       call add_energy(energy, energy_water, 0.5_wp*sum(storage*self%pressure**2))
    end subroutine add_stored
 
-   !> Terms of the identity above.
+   !> Account for the terms of the identity in the header of this module.
    subroutine account(self, blocks, motions, step, d, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
@@ -327,8 +326,8 @@ contains
       call add_energy(energy, energy_input, work + change + viscous + lost)
    end subroutine account
 
-   !> Nodes that would have less than the least pressure are not full; those that would have less
-   !> than no volume without water are.
+   !> Revise the states of nodes: below the least pressure they are not full; without
+   !> empty volume they are full.
    subroutine revise(self, blocks, step, d, changed)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
@@ -360,7 +359,7 @@ contains
       call assume(self)
    end subroutine revise
 
-   !> Pressures, volumes without water and flow at the end of the step.
+   !> Accept the step: pressures, volumes without water and flow at its end.
    subroutine accept(self, blocks, motions, step, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
@@ -387,7 +386,7 @@ contains
       self%pressure = self%after
    end subroutine accept
 
-   !> A static stage begins.
+   !> Freeze the water: a static stage begins.
    subroutine freeze(self, blocks, motions, time)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -399,7 +398,7 @@ contains
       call begin_state(self)
    end subroutine freeze
 
-   !> Adopt pressures and volumes of the former element.
+   !> Inherit pressures and volumes of the former element.
    subroutine inherit(self, before, blocks)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before  !< the former element, of the same type
@@ -416,7 +415,7 @@ contains
       end select
    end subroutine inherit
 
-   !> Pressures, volumes without water and flow.
+   !> Save or restore pressures, volumes without water and flow.
    subroutine serialise(self, archive)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(archive_type), intent(inout) :: archive  !< written or read

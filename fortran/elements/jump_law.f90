@@ -3,7 +3,7 @@
 !> cap, so that they transmit no more than the strain points beside them.
 !>
 !> The force of the jump, a vector k (e − e^p), returns at t₀ + θΔt to the circle of the cap, which
-!> stays in a step: the generalised midpoint rule, whose losses are not below 0.
+!> is constant in a step: the generalised midpoint rule, whose losses are not negative.
 module dda_jump_law
    use dda_kinds, only: wp
    use dda_material_law, only: material_law_type, strain_point_type, loss_plastic, loss_scheme, &
@@ -14,7 +14,7 @@ module dda_jump_law
    private
    public :: jump_law_type
 
-   !> The law of all jumps; cap and stiffness are the point's.
+   !> Law of all jumps; cap and stiffness are those of the point.
    type, extends(material_law_type) :: jump_law_type
    contains
       procedure :: state_size
@@ -25,14 +25,14 @@ module dda_jump_law
 
 contains
 
-   !> The plastic jump.
+   !> Number of state variables: the plastic jump.
    pure integer function state_size(self)
       class(jump_law_type), intent(in) :: self  !< law
 
       state_size = 2
    end function state_size
 
-   !> Force that acts in a step beyond that at the start of the law, and its tangent.
+   !> Find the force in a step in addition to that at its start, and its tangent.
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(jump_law_type), intent(in) :: self           !< law
       type(strain_point_type), intent(in) :: point       !< at its position
@@ -51,7 +51,7 @@ contains
       end associate
    end subroutine respond
 
-   !> State at the end of a step, and its losses.
+   !> Find the state at the end of a step, and its losses.
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(jump_law_type), intent(in) :: self       !< law
       type(strain_point_type), intent(in) :: point   !< at its position
@@ -72,7 +72,7 @@ contains
       state(1:2) = state(1:2) + flow
    end subroutine finish
 
-   !> ψ, J/m.
+   !> Stored energy ψ, J/m.
    pure real(wp) function stored(self, point, state, strain)
       class(jump_law_type), intent(in) :: self      !< law
       type(strain_point_type), intent(in) :: point  !< at its position

@@ -3,7 +3,7 @@
 !> points.
 !>
 !> A term acts on row_a·x_a − row_b·x_b of two blocks, or of one block and the ground (block b = 0);
-!> that of a cable also on the further blocks that it passes.  Its instant states what it acts on:
+!> that of a cable also acts on the blocks between its ends.  Its instant states its variable:
 !> the stretch at t₀ + θΔt or at the end of the step, the mean velocity d/Δt, the velocity at the
 !> end, or the acceleration.  Terms of a closed contact have the same form.
 module dda_linear_terms
@@ -24,7 +24,7 @@ module dda_linear_terms
    integer, parameter :: at_end = 2        !< stiffness at the end of the step
    integer, parameter :: mean_dashpot = 3  !< dashpot on d/Δt
    integer, parameter :: end_dashpot = 4   !< dashpot on the velocity at the end of the step
-   !> what damping and laws of materials add to K̂ in a step; frequencies have their own moduli
+   !> contributions of damping and material laws to K̂ in a step; frequencies have their own moduli
    integer, parameter :: at_damping = 5
    integer, parameter :: of_mass = 6       !< mass in the direction of the row
    integer, parameter :: instants = 6
@@ -80,7 +80,7 @@ module dda_linear_terms
 
 contains
 
-   !> Empty the list; its memory stays.
+   !> Empty the list and retain its memory.
    pure subroutine clear_terms(terms)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
 
@@ -96,7 +96,7 @@ contains
       terms%term(terms%n) = term
    end subroutine add_term
 
-   !> Lengthen the list by a term that has old numbers, and memory for further blocks if it had.
+   !> Lengthen the list by one term; its old values and memory are not cleared.
    pure subroutine reserve_term(terms)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
 
@@ -114,8 +114,8 @@ contains
       call move_alloc(more, terms%term)
    end subroutine widen
 
-   !> Give a term the blocks and the vector u of points of two blocks or more; rows of points of
-   !> the same block are added up.
+   !> Set the blocks and the vector u of a term of two or more points.
+   !> Rows of points of the same block are added.
    pure subroutine set_rows(term, block, row)
       type(linear_term_type), intent(inout) :: term  !< one of the list
       integer, intent(in) :: block(:)   !< [points] not all the same
@@ -159,7 +159,7 @@ contains
       if (allocated(term%further)) n = n + size(term%further)
    end function blocks_in
 
-   !> One of the blocks of a term.
+   !> Number of the k-th block of a term.
    pure integer function block_of(term, k) result(block)
       type(linear_term_type), intent(in) :: term  !< one of the list
       integer, intent(in) :: k          !< 1 … `blocks_in`
@@ -174,7 +174,7 @@ contains
       end select
    end function block_of
 
-   !> One of the blocks of a term, and its part of u.
+   !> Number of the k-th block of a term, and its part of u.
    pure subroutine get_row(term, k, block, row)
       type(linear_term_type), intent(in) :: term  !< one of the list
       integer, intent(in) :: k          !< 1 … `blocks_in`
@@ -192,7 +192,7 @@ contains
       end select
    end subroutine get_row
 
-   !> Factor of a term of each instant in K̂: θ, 1, 1/Δt, 1/(χΔt), 1, 1/(χΔt²).
+   !> Factor in K̂ for terms of each instant: θ, 1, 1/Δt, 1/(χΔt), 1, 1/(χΔt²).
    pure function step_weights(step) result(weights)
       type(step_type), intent(in) :: step  !< the present one
       real(wp) :: weights(instants)  !< 1, 1, 1/s, 1/s, 1, 1/s²
@@ -201,7 +201,7 @@ contains
          mass_weight(step)]
    end function step_weights
 
-   !> u·x of a term in a motion x of all blocks.
+   !> Extension u·x of a term in a motion x of all blocks.
    pure real(wp) function stretch_of(term, x) result(stretch)
       type(linear_term_type), intent(in) :: term  !< one of the list
       real(wp), intent(in) :: x(:,:)  !< [6,blocks]
@@ -215,7 +215,7 @@ contains
       end do
    end function stretch_of
 
-   !> Give all terms in proportion to the penalty another one.
+   !> Scale all terms that are proportional to the penalty.
    pure subroutine scale_penalty(terms, ratio)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       real(wp), intent(in) :: ratio  !< new k_n over old
@@ -226,7 +226,7 @@ contains
       end do
    end subroutine scale_penalty
 
-   !> Pairs of blocks that terms couple; they may repeat.
+   !> List the pairs of blocks that terms couple; they may repeat.
    pure function coupled_blocks(terms) result(pairs)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       integer, allocatable :: pairs(:,:)  !< [2,any]
@@ -247,7 +247,7 @@ contains
 
    !> Add weight × c u uᵀ of all terms to a matrix whose pattern contains them.
    !>
-   !> The springs of a welded face follow each other: their position in the matrix is looked for
+   !> The springs of a welded face are consecutive: their position in the matrix is searched only
    !> once.
    pure subroutine add_to_matrix(terms, weights, matrix)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
@@ -280,7 +280,7 @@ contains
       end do
    end subroutine add_to_matrix
 
-   !> c u uᵀ of a term of any number of blocks.
+   !> Add c u uᵀ of a term with any number of blocks.
    pure subroutine add_rows(term, c, matrix)
       type(linear_term_type), intent(in) :: term  !< one of the list
       real(wp), intent(in) :: c  !< factor, N/m per metre of thickness
@@ -303,7 +303,7 @@ contains
       end do
    end subroutine add_rows
 
-   !> block += c a bᵀ
+   !> Add the product: block += c a bᵀ.
    pure subroutine add_product(block, c, a, b)
       real(wp), intent(inout) :: block(6, 6)  !< 6×6 block of a matrix
       real(wp), intent(in) :: c  !< factor, N/m per metre of thickness

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Points at which materials have a law (`dda_material_law`), and the memory of that law: in
-!> blocks, rests of cells, sides of welded faces, and, where a law limits them, in the mean and the
-!> linear jump of these faces, whose law is `dda_jump_law`; and in points of broken faces, whose law
-!> is `dda_crack_law`.
+!> blocks, remainders of cells, and sides of welded faces.  If a law limits them, the mean and
+!> linear jumps of these faces are points too, with `dda_jump_law`; so are points of broken faces,
+!> with `dda_crack_law`.
 !>
-!> Blocks and welded faces are linear elastic; a point has what its law adds to that,
+!> Blocks and welded faces are linear elastic; a point adds the difference of its law,
 !> c = s − θDΔε − Dε.  At a face between two materials each side has its own strain, with the
 !> displacement of the face that small strains give it (`dda_weld_springs`).
 module dda_material_points
@@ -31,12 +31,12 @@ module dda_material_points
 
    real(wp), parameter :: arc_share = 2.0_wp/3.0_wp  !< 1 − (1/24)/(1/8)
 
-   !> A law of a material.
+   !> Container of a law.
    type :: slot_type
       class(material_law_type), allocatable :: law
    end type slot_type
 
-   !> All points, still without equations.
+   !> All points, without equations.
    type, abstract, extends(element_type) :: material_points_type
       integer :: n = 0
       logical, allocatable :: active(:)                  !< [n] there is more than elasticity
@@ -64,8 +64,7 @@ module dda_material_points
 
 contains
 
-   !> The points of a model: of all blocks, of both sides of all welded faces, of the jumps of
-   !> these, and of faces that can break.
+   !> Create the points of a model: blocks, sides and jumps of welded faces, faces that can break.
    subroutine set_points(self, welds, blocks, materials, cracks, plane_strain)
       class(material_points_type), intent(inout) :: self  !< gets its points
       type(weld_type), intent(in) :: welds(:)          !< of the model
@@ -101,7 +100,7 @@ contains
       if (any(welds%joint > 0)) call set_crack_points(self, welds, size(materials) + 1)
    end subroutine set_points
 
-   !> A material has a law of its own.
+   !> .true. if a material has its own law.
    pure logical function has_law(self, material)  ! total
       class(material_points_type), intent(in) :: self  !< with its laws
       integer, intent(in) :: material                !< number
@@ -109,7 +108,7 @@ contains
       has_law = allocated(self%slot(material)%law)
    end function has_law
 
-   !> Arrays for n points with states of a size.
+   !> Allocate arrays for n points with states of a given size.
    subroutine reserve(self, n, states)
       class(material_points_type), intent(inout) :: self  !< gets its arrays
       integer, intent(in) :: n, states                  !< points; numbers of a state
@@ -123,7 +122,7 @@ contains
          self%rest_energy(n), self%strain(3, n), source=0.0_wp)
    end subroutine reserve
 
-   !> Points of blocks, and of the remainders of cells beside welded faces.
+   !> Create points of blocks, and of the remainders of cells beside welded faces.
    subroutine set_block_points(self, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< with its arrays
       type(blocks_type), intent(in) :: blocks           !< in their present state
@@ -137,7 +136,7 @@ contains
       end do
    end subroutine set_block_points
 
-   !> Points of welded faces; one material has the first alone.
+   !> Create points of welded faces; faces within one material have one point.
    subroutine set_face_points(self, welds, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< with its arrays
       type(weld_type), intent(in) :: welds(:)           !< of the model
@@ -163,7 +162,7 @@ contains
       end do
    end subroutine set_face_points
 
-   !> Points of the jumps of welded faces, of the mean and the linear one.
+   !> Create points of the mean and linear jumps of welded faces.
    subroutine set_jump_points(self, welds, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< with its arrays and other points
       type(weld_type), intent(in) :: welds(:)           !< of the model
@@ -193,7 +192,7 @@ contains
       end do
    end subroutine set_jump_points
 
-   !> Points of faces that can break: opening and slip by the deformations.
+   !> Create points of faces that can break: opening and slip from the deformations.
    subroutine set_crack_points(self, welds, before)
       class(material_points_type), intent(inout) :: self  !< with its arrays and other points
       type(weld_type), intent(in) :: welds(:)           !< of the model
@@ -226,7 +225,7 @@ contains
       end do
    end subroutine set_crack_points
 
-   !> Largest force of the jump of point p in a step, N/m, by the points of its face at its start.
+   !> Largest force of the jump of point p in a step, N/m, from the points of its face at the start.
    pure real(wp) function cap_of(self, p) result(cap)
       class(material_points_type), intent(in) :: self  !< with strains at the start of the step
       integer, intent(in) :: p                       !< point of a jump
@@ -244,7 +243,7 @@ contains
       if (cap < huge(1.0_wp)) cap = cap*self%face(p)%length
    end function cap_of
 
-   !> The law of point p begins in the present state, under the elastic stress of its strain.
+   !> Begin the law of point p in the present state, with the elastic stress of its strain.
    subroutine begin_point(self, p, blocks, material, moduli, initial)
       class(material_points_type), intent(inout) :: self  !< with blocks, area and map of the point
       integer, intent(in) :: p                          !< point
@@ -264,7 +263,7 @@ contains
       if (self%active(p)) self%active(p) = has_law(self, material)
    end subroutine begin_point
 
-   !> Strain of point p in the present state, from the shape that was drawn on.
+   !> Strain of point p in the present state, relative to the input geometry.
    pure function total_strain(self, p, blocks) result(strain)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
@@ -278,7 +277,7 @@ contains
       end if
    end function total_strain
 
-   !> Point p acts, and its blocks are there.
+   !> .true. if point p acts and its blocks exist.
    pure logical function acts(self, p, blocks)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
@@ -294,7 +293,7 @@ contains
       end if
    end function acts
 
-   !> Point p keeps its stress beyond elasticity, as its law rests in static stages.
+   !> .true. if point p retains its stress from the law, which is inactive in static stages.
    pure logical function resting(self, p)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
@@ -304,7 +303,7 @@ contains
       if (resting) resting = self%slot(self%material(p))%law%rests()
    end function resting
 
-   !> c of point p in a step, and its derivative by Δε.
+   !> Find c of point p in a step, and its derivative with respect to Δε.
    pure subroutine respond(self, p, strain, change, step, stress, tangent)
       class(material_points_type), intent(in) :: self      !< elements of this kind
       integer, intent(in) :: p                           !< point
@@ -326,7 +325,7 @@ contains
       end if
    end subroutine respond
 
-   !> c of point p in the present state.
+   !> Stress c of point p in the present state.
    pure function present_stress(self, p, blocks) result(stress)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
@@ -337,10 +336,10 @@ contains
          [0.0_wp, 0.0_wp, 0.0_wp], step_type(scheme_type(1.0_wp, 1.0_wp)), stress, tangent)
    end function present_stress
 
-   !> Part of `carried` that keeps the area of point p of a face where its plastic strain is large.
+   !> Part of `carried` that preserves the area of point p of a face with large plastic strain.
    !>
-   !> Cells that turn by a against each other about the middle of a face come nearer by ha²/8, arcs
-   !> by ha²/24: the work of a pressure p of the sides on the difference is subtracted, the force
+   !> Cells that turn by a relative to each other about the middle of a face approach by ha²/8, arcs
+   !> by ha²/24.  The work of a pressure p of the sides on the difference is subtracted: a force
    !> ⅔ p (h/L) [u]_l of the plastic linear jump.
    pure function shape_stress(self, p) result(stress)
       class(material_points_type), intent(in) :: self  !< elements of this kind
@@ -364,7 +363,7 @@ contains
          *self%state(1:2, p)
    end function shape_stress
 
-   !> Energy of point p beyond an elastic one at a strain, J/m³.
+   !> Energy of point p minus that of an elastic point with the same strain, J/m³.
    pure real(wp) function beyond_elastic(self, p, state, strain) result(energy)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
@@ -386,7 +385,7 @@ contains
          - dot_product(self%point(p)%held, at)
    end function beyond_elastic
 
-   !> Advance the state of point p by a step; its losses, of the scheme beyond elasticity.
+   !> Advance the state of point p by a step, and find its losses.
    pure subroutine take_step(self, p, state, change, step, loss)
       class(material_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: p                       !< point
@@ -404,7 +403,7 @@ contains
          *dot_product(change, matmul(self%point(p)%elasticity, change))
    end subroutine take_step
 
-   !> Point p inherits the state of an earlier point.
+   !> Copy the state of an earlier point to point p.
    subroutine take_over(self, p, before, old, blocks)
       class(material_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p, old                     !< point, and that before

@@ -23,7 +23,7 @@ module dda_point_loads
 
 contains
 
-   !> Tᵀ f
+   !> Add the forces Tᵀ f.
    subroutine add_force(self, blocks, motions, step, load)
       class(point_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -40,7 +40,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Work f·Td.
+   !> Account for the work f·Td.
    subroutine account(self, blocks, motions, step, d, energy)
       class(point_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -58,7 +58,7 @@ contains
       end do
    end subroutine account
 
-   !> Keep the forces constant at their values at a time.
+   !> Freeze the forces at their values at a time.
    subroutine freeze(self, blocks, motions, time)
       class(point_loads_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Beds of springs [Winkler, 1867]: points of edges on springs of a stiffness per area, which act in
-!> compression and tension at t₀ + θΔt.
+!> Beds of springs [Winkler, 1867]: points of edges on springs with a stiffness per area, which act
+!> in compression and tension at t₀ + θΔt.
 module dda_spring_beds
    use dda_kinds, only: wp
    use dda_fixed_points, only: fixed_points_type, new_fixed_points
@@ -13,7 +13,7 @@ module dda_spring_beds
 
 contains
 
-   !> Springs from a time on.
+   !> Create springs that act from a time on.
    pure type(fixed_points_type) function new_spring_beds(points, motions, time) result(self)
       type(fixed_point_type), intent(in) :: points(:)  !< [points] with their stiffness
       type(motion_type), intent(in) :: motions(:)      !< prescribed ones

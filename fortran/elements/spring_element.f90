@@ -1,18 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Elements that are pairs of springs, between two blocks or a block and the ground.
 !>
-!> With y and w, the stretch and its rate relative to a motion, a spring at t₀ + θΔt exerts −k y.
-!> One at the end of the step has a dashpot and exerts −k y₁ − c w₁ with c = (1 − χ) k Δt.  Without
-!> the dashpot a velocity that a stiff spring has stopped changes its sign every step forever (DDA:
-!> root −1 + 8/Ω²); with it both roots are 1/(1 ± iΩ) in every member, those of backward Euler.
+!> With the extension y and its rate w, both relative to a motion, a spring at t₀ + θΔt exerts −k y.
+!> A spring at the end of the step has a dashpot and exerts −k y₁ − c w₁ with c = (1 − χ) k Δt.
+!> Without the dashpot, a velocity that a stiff spring has stopped would change sign every step for
+!> ever (DDA: root −1 + 8/Ω²); with it both roots are 1/(1 ± iΩ) for any (θ, χ).
 !>
-!> Their energy is ½ k y² + ½ (1 − χ) c Δt w².  It never grows at rest: a step loses (θ − ½) k Δy²
+!> Their energy is ½ k y² + ½ (1 − χ) c Δt w².  It never increases: a step loses (θ − ½) k Δy²
 !> by the scheme, with θ = 1 at the end, and c Δt [(2χ − 1) w₁² + ½ (1 − χ)(w₀ + w₁)²] in the
 !> dashpot.
 !>
-!> The velocity of a motion is the record's own where χ = ½.  Else it follows from its displacement
-!> as that of a block does, v₁ = Δu/(χΔt) − (1/χ − 1) v₀: the record's own would leave the base
-!> (1 − χ)(χ − ½)Ω² short of it.
+!> The velocity of a motion is that of its record if χ = ½.  Otherwise it follows from displacement
+!> as for a block, v₁ = Δu/(χΔt) − (1/χ − 1) v₀: with the recorded velocity, the base would stay
+!> behind by (1 − χ)(χ − ½)Ω².
 module dda_spring_element
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -53,7 +53,7 @@ module dda_spring_element
    end type spring_element_type
 
    abstract interface
-      !> The springs of an element in the present geometry.
+      !> Springs of an element in the present geometry.
       pure subroutine springs_interface(self, i, blocks, spring)
          import :: spring_element_type, blocks_type, spring_type
          class(spring_element_type), intent(in) :: self  !< elements of this kind
@@ -65,7 +65,7 @@ module dda_spring_element
 
 contains
 
-   !> Change of the stretch in increments or rates of all blocks.
+   !> Change of the extension due to increments or rates of all blocks.
    pure function change_of(spring, d) result(change)
       type(spring_type), intent(in) :: spring  !< both of an element
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] of their coordinates
@@ -75,7 +75,7 @@ contains
       if (spring%block(2) > 0) change = change - matmul(d(:, spring%block(2)), spring%row(:, :, 2))
    end function change_of
 
-   !> c, N s/m per metre of thickness.
+   !> Dashpot coefficient c, N s/m per metre of thickness.
    pure function dashpots_of(self, spring, step) result(dashpot)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(spring_type), intent(in) :: spring         !< of one of them
@@ -95,7 +95,7 @@ contains
       share = merge(1.0_wp, step%scheme%theta, self%instant == at_end)
    end function share_of
 
-   !> Velocity of motions at the end of a step, m/s.
+   !> Velocity of the motions at the end of a step, m/s.
    pure function target_rate(motion, before, motions, step) result(rate)
       integer, intent(in) :: motion(2)             !< numbers; 0: none
       real(wp), intent(in) :: before(2)            !< velocity at its start, m/s
@@ -111,7 +111,7 @@ contains
       end if
    end function target_rate
 
-   !> A spring each, and its dashpot.  A block on both sides has both rows in one.
+   !> Append springs and their dashpots; rows of a block on both sides are added.
    subroutine add_linear(self, blocks, step, terms)
       class(spring_element_type), intent(in) :: self   !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< in their present state
@@ -149,7 +149,7 @@ contains
       end do
    end subroutine add_linear
 
-   !> −k (s₀ − u) + c [(1/χ − 1) v₀ + u̇₁], u when the spring acts.
+   !> Add the forces −k (s₀ − u) + c [(1/χ − 1) v₀ + u̇₁], with u at the instant of the spring.
    subroutine add_force(self, blocks, motions, step, load)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< in their present state
@@ -177,7 +177,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Energy of springs and dashpots in the present state.
+   !> Add the energy of springs and dashpots in the present state.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< in their present state
@@ -196,7 +196,7 @@ contains
       end do
    end subroutine add_stored
 
-   !> ½ k y² + ½ (1 − χ) c Δt w², J per metre of thickness.
+   !> Energy ½ k y² + ½ (1 − χ) c Δt w², J per metre of thickness.
    pure real(wp) function stored(self, spring, step, y, w)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(spring_type), intent(in) :: spring         !< of one of them
@@ -207,7 +207,7 @@ contains
          *dashpots_of(self, spring, step)*step%time_step*w**2)
    end function stored
 
-   !> Work −k y·Δu − c w₁·Δt [(1 − χ) u̇₀ + χ u̇₁] of the motions, and the losses.
+   !> Account for work −k y·Δu − c w₁·Δt [(1 − χ) u̇₀ + χ u̇₁] of the motions, and for losses.
    subroutine account(self, blocks, motions, step, d, energy)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< in their present state

@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Terms of the laws of materials in the equations of a step at their points
+!> Contributions of material laws to the equations of a step at their points
 !> (`dda_material_points`).
 !>
-!> A step is solved by Newton's method: with the stress c beyond elasticity linear about an
-!> increment, and again about its solution, until c at the solution is the one that was solved with.
-!> c is the derivative of a potential less a quadratic one, so where the law is convex a step is the
-!> least of a convex function, and `slope_beyond` makes its line search exact.
+!> A step is solved by Newton's method: the additional stress c is linearised about an increment,
+!> and again about the solution, until c at the solution equals the c of the linearisation.
+!> c is the derivative of a potential minus a quadratic one.  If the law is convex, a step minimises
+!> a convex function, and `slope_beyond` makes its line search exact.
 !>
-!> Bounds that a law holds at the stress of a step are taken from the last solution until they agree
-!> or a number of rounds has passed; they are then off by what the last round changed.
+!> Bounds that a law freezes at the stress of a step are updated from the last solution until they
+!> agree or the number of rounds is reached; their error is then the change in the last round.
 module dda_strain_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -42,7 +42,7 @@ module dda_strain_points
    integer, parameter :: most_held = 15              !< rounds in which bounds are updated
    real(wp), parameter :: no_curvature = 1.0e-13_wp  !< of D: a tangent that counts as zero
 
-   !> The equations of all points in a step.
+   !> Equations of all points in a step.
    type, extends(material_points_type) :: strain_points_type
       real(wp), allocatable :: operator(:,:,:,:)         !< [3,6,2,n] Δε by increments of blocks
       real(wp), allocatable :: change(:,:)               !< [3,n] Δε about which c is linear
@@ -67,7 +67,7 @@ module dda_strain_points
 
 contains
 
-   !> The points of a model.
+   !> Create the points of a model.
    type(strain_points_type) function new_strain_points(welds, blocks, materials, cracks, &
       plane_strain) result(self)
       type(weld_type), intent(in) :: welds(:)          !< of the model
@@ -82,7 +82,7 @@ contains
       where (self%crack > 0) self%tangent(1, 1, :) = 1.0_wp  ! both cells are coupled
    end function new_strain_points
 
-   !> The largest plastic strain of all points of each block.
+   !> Largest plastic strain of all points of each block.
    pure function largest_plastic_strain(self, blocks) result(strain)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< in their present state
@@ -102,7 +102,7 @@ contains
       end do
    end function largest_plastic_strain
 
-   !> Before a step: strains at its start, and c about an increment.
+   !> Prepare a step: strains at its start, and c about an increment.
    subroutine prepare(self, blocks, step, d)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< at the start of the step
@@ -144,7 +144,7 @@ contains
       if (any(abs(stress - self%point(p)%bounding) > allowed)) self%point(p)%bounding = stress
    end subroutine freeze_bounds
 
-   !> Δε of point p by the increments of its blocks.
+   !> Set the operator that maps increments of blocks to Δε of point p.
    subroutine set_operator(self, p, blocks, step)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p                          !< point
@@ -166,7 +166,7 @@ contains
       end do
    end subroutine set_operator
 
-   !> Δε of point p.
+   !> Strain increment Δε of point p.
    pure function change_of(self, p, d) result(change)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: p                       !< point
@@ -178,7 +178,7 @@ contains
          d(:, self%block(2, p)))
    end function change_of
 
-   !> The tangents of all points, A T = Σ c u uᵀ.
+   !> Append the tangents of all points, A T = Σ c u uᵀ.
    subroutine add_linear(self, blocks, step, terms)
       class(strain_points_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< in their present state
@@ -209,7 +209,7 @@ contains
       end do
    end subroutine add_linear
 
-   !> A symmetric matrix as Σ f u uᵀ, the largest on the diagonal first.
+   !> Split a symmetric matrix into Σ f u uᵀ, the largest diagonal entry first.
    pure subroutine split(matrix, none, n, factor, direction)
       real(wp), intent(in) :: matrix(3, 3)             !< symmetric
       real(wp), intent(in) :: none                     !< diagonal values that count as zero
@@ -230,7 +230,7 @@ contains
       end do
    end subroutine split
 
-   !> −A Bᵀ(c − T Δε) of each point.
+   !> Add the forces −A Bᵀ(c − T Δε) of each point.
    subroutine add_force(self, blocks, motions, step, load)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< in their present state
@@ -251,8 +251,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Add the forces of images on the cells of one side beyond elasticity, in a step whose increment
-   !> d is known.
+   !> Add the forces of images on the cells of one side due to c, in a step with known increment d.
    subroutine add_face_force(self, side, blocks, step, d, load)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: side                    !< of each face, 1 or 2
@@ -274,8 +273,8 @@ contains
       end do
    end subroutine add_face_force
 
-   !> Work of the nonlinear part of c on a path between two increments of the step, at a fraction of
-   !> it, J per metre of thickness.
+   !> Work of the nonlinear part of c on a path between two increments, J per metre of thickness.
+   !> It is taken at a fraction of the path.
    real(wp) function slope_beyond(self, blocks, step, from, to, share) result(slope)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks        !< at the start of the step
@@ -301,7 +300,7 @@ contains
       slope = sum(part)
    end function slope_beyond
 
-   !> Linearise all points about a solution if c there differs from the one that was solved with.
+   !> Revise: linearise all points about a solution if c there differs from that of the solve.
    subroutine revise(self, blocks, step, d, changed)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks           !< at the start of the step
@@ -362,7 +361,7 @@ contains
       end associate
    end function may_be_off
 
-   !> The first block of the point that agrees least with the last solution, 0 if all do.
+   !> First block of the point with the largest difference from the last solution; 0 if all agree.
    pure integer function worst_point(self) result(block)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
 
@@ -370,7 +369,7 @@ contains
       if (self%worst > 0) block = self%block(1, self%worst)
    end function worst_point
 
-   !> Energy of all points beyond elastic ones.
+   !> Add the energy of all points minus that of elastic points.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< in their present state
@@ -388,7 +387,7 @@ contains
       call add_energy(energy, energy_law, sum(part))
    end subroutine add_stored
 
-   !> Energy at the end of the step, and losses.
+   !> Account for the energy at the end of the step, and for losses.
    subroutine account(self, blocks, motions, step, d, energy)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks        !< at the start of the step
@@ -420,7 +419,7 @@ contains
       call add_energy(energy, energy_algorithmic, sum(part(loss_scheme, :)))
    end subroutine account
 
-   !> States at the end of the step.
+   !> Accept the step: set the states at its end.
    subroutine accept(self, blocks, motions, step, d)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks           !< at the start of the step
@@ -445,15 +444,14 @@ contains
       end do
    end subroutine accept
 
-   !> Frozen bounds have been updated as often as allowed, and may not agree with the stress of the
-   !> step.
+   !> .true. if frozen bounds may not agree with the stress of the step after the last update.
    pure logical function bounds_are_off(self)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
 
       bounds_are_off = self%round > most_held
    end function bounds_are_off
 
-   !> In static stages laws at rest keep their inelastic part.
+   !> Freeze laws in static stages: inactive laws retain their inelastic part.
    subroutine freeze(self, blocks, motions, time)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< in their present state
@@ -470,8 +468,8 @@ contains
       self%static = .true.
    end subroutine freeze
 
-   !> States pass to the same points.  An inactive law continues from the strain at which it
-   !> stopped.  If the law is replaced, the inelastic part of its stress stays.
+   !> Inherit the states of the same points; an inactive law continues from its last strain.
+   !> If the law is replaced, the inelastic part of its stress remains.
    subroutine inherit(self, before, blocks)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before         !< the former element, of the same type
@@ -486,7 +484,7 @@ contains
       end select
    end subroutine inherit
 
-   !> The point that had the stress of point p: the first of a face of one material.
+   !> Point that had the stress of point p: the first one of a face within one material.
    pure integer function source_of(before, p) result(source)
       class(strain_points_type), intent(in) :: before  !< elements before
       integer, intent(in) :: p                         !< point
@@ -495,7 +493,7 @@ contains
       if (before%area(p) <= 0.0_wp .and. before%block(2, p) > 0) source = p - 1
    end function source_of
 
-   !> State of the points.
+   !> Save or restore the states of the points.
    subroutine serialise(self, archive)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(archive_type), intent(inout) :: archive      !< written or read
@@ -519,7 +517,7 @@ contains
       call archive_values(archive, self%rest_energy)
    end subroutine serialise
 
-   !> Part of points in the mean stress of blocks, Pa, in the axes of the block.
+   !> Add the contribution of points to the mean stress of blocks, Pa, in the axes of the block.
    subroutine add_point_stress(self, blocks, stress)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< in their present state

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Ties as springs: they exert the forces that a bonded contact of the same geometry exerts
-!> (`dda_contact_geometry`), at t₀ + θΔt, without an end to its strength.
+!> Ties as springs: they exert the forces of a bonded contact with the same geometry
+!> (`dda_contact_geometry`), at t₀ + θΔt, with unlimited strength.
 !>
-!> If a corner of each face lies at the end of the overlap, the one whose foot lies on the
-!> other face counts, as in the detection of contacts.
+!> If a corner of each face lies at the end of the overlap, the corner whose foot lies on the
+!> other face is used, as in the detection of contacts.
 module dda_ties
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -37,7 +37,7 @@ module dda_ties
 
 contains
 
-   !> Ties without forces.
+   !> Create ties without forces.
    pure type(ties_type) function new_ties(ties, stiffness) result(self)
       type(tie_type), intent(in) :: ties(:)     !< [ties]
       real(wp), intent(in) :: stiffness(2)      !< k_n and k_s, N/m per metre of thickness
@@ -49,7 +49,7 @@ contains
       allocate (self%slip(size(ties)), source=0.0_wp)
    end function new_ties
 
-   !> Springs of tie i, with the stretch of the shear spring; none where a block has been removed.
+   !> Set the springs of tie i, with the stretch of the shear spring; none at a removed block.
    pure subroutine get_spring(self, i, blocks, spring)
       class(ties_type), intent(in) :: self      !< elements of this kind
       integer, intent(in) :: i                  !< number, from 1
@@ -67,7 +67,7 @@ contains
       end associate
    end subroutine get_spring
 
-   !> The face whose corner counts, 1 or 2.
+   !> Face whose corner is used, 1 or 2.
    pure integer function face_of(blocks, tie) result(face)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(tie_type), intent(in) :: tie        !< of the list
@@ -95,7 +95,7 @@ contains
       end associate
    end function overshoot
 
-   !> From the first vertex of the other face to the corner of a face, m.
+   !> Vector from the first vertex of the other face to the corner of a face, m.
    pure function apart(blocks, tie, face)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(tie_type), intent(in) :: tie        !< of the list
@@ -106,7 +106,7 @@ contains
          + merge(-1.0_wp, 1.0_wp, face == 1)*tie%shift
    end function apart
 
-   !> The contact of a corner of one face with the other face.
+   !> Set the geometry of a corner of one face on the other face.
    pure subroutine set_geometry(blocks, tie, face, spring)
       type(blocks_type), intent(in) :: blocks     !< in their present state
       type(tie_type), intent(in) :: tie           !< of the list
@@ -135,8 +135,7 @@ contains
       end associate
    end subroutine set_geometry
 
-   !> Add the forces of the ties on the blocks of one face, at t₀ + θΔt of a step whose increment d
-   !> is known.
+   !> Add the forces of the ties on the blocks of one face, at t₀ + θΔt of a step with known d.
    subroutine add_face_force(self, face, blocks, step, d, load)
       class(ties_type), intent(in) :: self     !< elements of this kind
       integer, intent(in) :: face              !< of each tie, 1 or 2
@@ -160,7 +159,7 @@ contains
       end do
    end subroutine add_face_force
 
-   !> Slips at the end of the step.
+   !> Accept the step: update the slips.
    subroutine accept(self, blocks, motions, step, d)
       class(ties_type), intent(inout) :: self      !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< at the start of the step
@@ -179,7 +178,7 @@ contains
       end do
    end subroutine accept
 
-   !> Slips stay.
+   !> Inherit the slips of the former ties.
    subroutine inherit(self, before, blocks)
       class(ties_type), intent(inout) :: self    !< elements of this kind
       class(element_type), intent(in) :: before  !< the former element, of the same type
@@ -191,7 +190,7 @@ contains
       end select
    end subroutine inherit
 
-   !> The slips.
+   !> Save or restore the slips.
    subroutine serialise(self, archive)
       class(ties_type), intent(inout) :: self        !< elements of this kind
       type(archive_type), intent(inout) :: archive   !< written or read

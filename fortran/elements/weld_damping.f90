@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Damping of a spring of a welded face, by the materials of both cells.
 !>
-!> The equations are those of `dda_material_damping`, with the stretch of a spring instead of the
-!> strains of a block, e being the stretch since the end of statics.  Between materials each has a
-!> fraction of the spring: that of the energy that a common traction stores on its side.
+!> The equations are those of `dda_material_damping`, with the extension of a spring instead of the
+!> strains of a block; e is the extension since the end of statics.  Between materials, each has a
+!> fraction of the spring: that of the energy stored on its side by a common traction.
 module dda_weld_damping
    use dda_kinds, only: wp
    use dda_damping, only: damping_type, is_damped, following, relaxing
@@ -16,7 +16,7 @@ module dda_weld_damping
 
 contains
 
-   !> Fractions of both cells of a face in its springs; 0 for a material that does not damp.
+   !> Fractions of both cells of a face in its springs; 0 for a material without damping.
    pure function shares_of(weld, material, modulus, damping) result(share)
       type(weld_type), intent(in) :: weld              !< face
       integer, intent(in) :: material(2)               !< of both cells
@@ -31,7 +31,7 @@ contains
       where (.not. is_damped(damping(material))) share = 0.0_wp
    end function shares_of
 
-   !> Factor of the stiffness of a spring in K̂ beyond θ.
+   !> Factor of the stiffness of a spring in K̂ due to damping, in addition to θ.
    pure real(wp) function damping_factor(damping, step) result(factor)
       type(damping_type), intent(in) :: damping  !< of the material
       type(step_type), intent(in) :: step        !< the present one
@@ -44,7 +44,7 @@ contains
       factor = step%scheme%theta*factor + damping%beta/step%time_step
    end function damping_factor
 
-   !> (r − 1) e − r Σ ζ_l
+   !> Extension (r − 1) e − r Σ ζ_l of the memory.
    pure real(wp) function memory_stretch(damping, e, memory) result(stretch)
       type(damping_type), intent(in) :: damping  !< of the material
       real(wp), intent(in) :: e                  !< m or a strain
@@ -55,7 +55,7 @@ contains
          - damping%unrelaxed*sum(memory(:damping%n))
    end function memory_stretch
 
-   !> r Σ 2h_l/(1 + h_l) (Y_l e₀ − ζ_l): relaxation of the mechanisms within a step at rest.
+   !> Relaxation r Σ 2h_l/(1 + h_l) (Y_l e₀ − ζ_l) of the mechanisms in a step without motion.
    pure real(wp) function relaxing_stretch(damping, e, memory, time_step) result(stretch)
       type(damping_type), intent(in) :: damping  !< of the material
       real(wp), intent(in) :: e, memory(:)       !< as in `memory_stretch`
@@ -68,7 +68,7 @@ contains
       end do
    end function relaxing_stretch
 
-   !> ½ (r − 1) e² − r e Σ ζ_l + ½ r Σ ζ_l²/Y_l
+   !> Energy ½ (r − 1) e² − r e Σ ζ_l + ½ r Σ ζ_l²/Y_l.
    pure real(wp) function damping_energy(damping, e, memory) result(energy)
       type(damping_type), intent(in) :: damping  !< of the material
       real(wp), intent(in) :: e, memory(:)       !< as in `memory_stretch`
@@ -81,7 +81,7 @@ contains
       end associate
    end function damping_energy
 
-   !> ζ_l at the end of a step.
+   !> Update ζ_l at the end of a step.
    pure subroutine change_memory(damping, e, change, time_step, memory)
       type(damping_type), intent(in) :: damping  !< of the material
       real(wp), intent(in) :: e, change          !< at the start, and increment
@@ -95,7 +95,7 @@ contains
       end do
    end subroutine change_memory
 
-   !> Losses of a step: by damping, and Δσ·Δε beyond elasticity.
+   !> Add the losses of a step: by damping, and its Δσ·Δε.
    pure subroutine add_damping_loss(damping, stiffness, change, moved, time_step, loss)
       type(damping_type), intent(in) :: damping  !< of the material
       real(wp), intent(in) :: stiffness          !< its fraction of that of the spring

@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Elasticity of a welded face as springs.
+!> Elasticity of a welded face, represented by springs.
 !>
-!> Ten deformations of a face are all that its energy depends on: the mean jump [u] and the linear
+!> The energy of a face depends on ten deformations: the mean jump [u] and the linear
 !> jump [u]_l of the displacement across it, in axes that turn with its cells, and the strains of
 !> both cells.  With A_f = A_i + A_j, n from cell i to j, h = 2A_f/L and one material
 !>
 !>     ε_f = (A_i ε_i + A_j ε_j)/A_f − (L/A_f) sym(n ⊗ [u]) ,
 !>     W = ½ A_f ε_f·Dε_f + (L/h) (½ μ |[u]|² + E′ |[u]_l|²/6) .
 !>
-!> Isotropy splits the first term into springs on ε_x + ε_y, ε_x − ε_y and γ, so a face is seven
-!> springs with weights that stay.  Between materials each side has its own strain and the face a
-!> displacement u* of its own, the one of least energy: six springs less two that u* takes, and
+!> Isotropy divides the first term into springs on ε_x + ε_y, ε_x − ε_y and γ, so a face is seven
+!> springs with constant weights.  Between materials, each side has its own strain, and the face has
+!> a displacement u* that minimises the energy: six springs minus two that u* eliminates, and
 !> four on the jumps with harmonic means of the moduli.
 module dda_weld_springs
    use dda_kinds, only: wp
@@ -34,7 +34,7 @@ module dda_weld_springs
 
 contains
 
-   !> The springs of a face between materials.
+   !> Springs of a face between two materials.
    pure type(weld_springs_type) function springs_of(weld, moduli) result(springs)
       type(weld_type), intent(in) :: weld        !< face
       real(wp), intent(in) :: moduli(3, 3, 2)    !< D of both cells, Pa
@@ -62,7 +62,7 @@ contains
       stiffness = [ratio*shear, ratio*stretch/3.0_wp]
    end function jump_stiffness
 
-   !> Springs on both components of a jump.
+   !> Append springs on both components of a jump.
    pure subroutine add_jumps(springs, before, stiffness)
       type(weld_springs_type), intent(inout) :: springs  !< get two more
       integer, intent(in) :: before         !< deformations before the jump
@@ -77,7 +77,7 @@ contains
       end do
    end subroutine add_jumps
 
-   !> 2ab/(a + b)
+   !> Harmonic mean 2ab/(a + b).
    pure real(wp) function harmonic(a, b)
       real(wp), intent(in) :: a, b  !< moduli, Pa
 
@@ -92,7 +92,7 @@ contains
       modulus = d(1, 1) - d(1, 2)**2/d(2, 2)
    end function plate_modulus
 
-   !> sym(n ⊗ u) as a matrix on u: strains ε_x, ε_y, γ of a jump u across a face.
+   !> Matrix of sym(n ⊗ u): strains ε_x, ε_y, γ of a jump u across a face.
    pure function across(weld) result(b)
       type(weld_type), intent(in) :: weld  !< face
       real(wp) :: b(3, 2)
@@ -113,7 +113,7 @@ contains
       stiffness = area*[0.5_wp*(d(1, 1) + d(1, 2)), d(3, 3), d(3, 3)]
    end subroutine separate
 
-   !> Three springs on the one strain of a face.
+   !> Append three springs on the common strain of a face.
    pure subroutine add_common_strain(springs, weld, d)
       type(weld_springs_type), intent(inout) :: springs  !< get three more
       type(weld_type), intent(in) :: weld    !< face
@@ -127,7 +127,7 @@ contains
       end associate
    end subroutine add_common_strain
 
-   !> ε_f as a matrix on the deformations.
+   !> Matrix of ε_f on the deformations.
    pure function strain_of(weld) result(strain)
       type(weld_type), intent(in) :: weld  !< face
       real(wp) :: strain(3, n_deformations)
@@ -142,8 +142,8 @@ contains
       end do
    end function strain_of
 
-   !> Strains of both sides as matrices on the deformations: one strain where moduli are the same,
-   !> else with the displacement of the face that makes the elastic tractions of both sides one.
+   !> Matrices of the strains of both sides on the deformations.
+   !> With equal moduli there is one strain; otherwise u* makes the tractions of both sides equal.
    pure function strains_of(weld, moduli) result(strain)
       type(weld_type), intent(in) :: weld      !< face
       real(wp), intent(in) :: moduli(3, 3, 2)  !< D of both cells, Pa
@@ -157,7 +157,7 @@ contains
       strain = 0.0_wp
       stiffness = 0.0_wp
       traction = 0.0_wp
-      ! Of u* − u_j, then, as all of [u] is on the first side: ε_i − (L/A_i) sym(n ⊗ [u]), ε_j.
+      ! Of u* − u_j, since all of [u] is on the first side: ε_i − (L/A_i) sym(n ⊗ [u]), ε_j.
       do k = 1, 2
          jump(:, :, k) = merge(1.0_wp, -1.0_wp, k == 1)*weld%length/weld%area(k)*across(weld)
          do i = 1, 3
@@ -185,10 +185,10 @@ contains
          /(matrix(1, 1)*matrix(2, 2) - matrix(1, 2)*matrix(2, 1))
    end function inverse
 
-   !> Springs on the strains of both sides, two of which u* eliminates.
+   !> Append springs on the strains of both sides; u* eliminates two of them.
    !>
-   !> In √c s = B q + C u* the columns of C are made orthonormal; what is orthogonal to them does
-   !> not depend on u*, and is the energy at the least over u*.
+   !> In √c s = B q + C u* the columns of C are made orthonormal.  The part orthogonal to them does
+   !> not depend on u*, and is the minimum of the energy over u*.
    pure subroutine add_two_strains(springs, weld, moduli)
       type(weld_springs_type), intent(inout) :: springs  !< get four more
       type(weld_type), intent(in) :: weld      !< face
@@ -228,7 +228,7 @@ contains
       end do
    end subroutine add_two_strains
 
-   !> Column k becomes orthogonal to those before it, of length 1.
+   !> Make column k orthogonal to earlier columns, with length 1.
    pure subroutine orthonormalise(basis, k, size_of)
       real(wp), intent(inout) :: basis(:,:)  !< columns 1 … k − 1 are orthonormal
       integer, intent(in) :: k               !< column

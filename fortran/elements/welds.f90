@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Welded faces of bodies: springs between cells, at t₀ + θΔt as elasticity of blocks.
 !>
-!> Jumps are measured in axes that turn with the mean rotation of both cells, so that the local
-!> numbers q of a face do not change when its body turns, and forces of a face have no net force and
-!> no net moment: with G = ∂q/∂x, x being the twelve coordinates, the forces are −Gᵀf, f = Σ c w s +
-!> f₀, s = w·q.  f₀ is what acts at q = 0: initial stress, and stress that stays when a material
+!> Jumps are measured in axes that turn with the mean rotation of both cells.  The local
+!> variables q of a face thus do not change when its body turns, and forces of a face have no
+!> resultant and no moment: with G = ∂q/∂x, x being the twelve coordinates, they are −Gᵀf, f = Σ c w
+!> s + f₀, s = w·q.  f₀ is the force at q = 0: initial stress, and stress retained when a material
 !> changes.
 module dda_welds
    use dda_kinds, only: wp
@@ -37,7 +37,7 @@ module dda_welds
       real(wp), allocatable :: share(:,:)                 !< [2,faces] that they damp in steps
       real(wp), allocatable :: small_share(:,:)           !< [2,faces] with the damping of laws
       real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] after statics
-      !> [mechanisms,springs,2,faces] ζ_l of both materials; 0 faces: nothing damps
+      !> [mechanisms,springs,2,faces] ζ_l of both materials; 0 faces: no damping
       real(wp), allocatable :: memory(:,:,:,:)
    contains
       procedure :: add_linear
@@ -61,7 +61,7 @@ module dda_welds
 
 contains
 
-   !> Welded faces between blocks of these materials, with the initial stress of the blocks.
+   !> Create welded faces between blocks of these materials, with the initial stress of the blocks.
    type(welds_type) function new_welds(welds, blocks, materials, plane_strain) result(self)
       type(weld_type), intent(in) :: welds(:)  !< of the model
       type(blocks_type), intent(in) :: blocks  !< with their materials
@@ -90,7 +90,7 @@ contains
       call begin_memory(self, blocks)
    end function new_welds
 
-   !> Reset the springs: stretches count from the present ones.
+   !> Reset the memory of springs: extensions count from the present ones.
    pure subroutine begin_memory(self, blocks)
       class(welds_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks   !< in their present state
@@ -109,7 +109,7 @@ contains
       end do
    end subroutine begin_memory
 
-   !> The springs of face i damp in a step.
+   !> .true. if the springs of face i damp in a step.
    pure logical function damps(self, i, blocks)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< face
@@ -118,7 +118,7 @@ contains
       damps = blocks%damps .and. any(self%share(:, i) > 0.0_wp)
    end function damps
 
-   !> Forces of damping on the deformations of face i; of a step with θ of what relaxes in it.
+   !> Forces of damping on the deformations of face i; in a step with θ of its relaxation.
    pure function damping_force(self, i, blocks, q, step) result(force)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< face
@@ -148,8 +148,8 @@ contains
       end associate
    end function damping_force
 
-   !> Energy that damping of face i stores, and, of a step, that at its end and both losses: of
-   !> the materials, and Δσ·Δε beyond elasticity.
+   !> Energies of the damping of face i: stored, at the end of a step, and both losses.
+   !> The losses are those of the materials, and of their Δσ·Δε.
    pure function damping_energies(self, i, blocks, q, change, time_step) result(energy)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< face
@@ -185,8 +185,8 @@ contains
       end do
    end function damping_energies
 
-   !> f₀ of initial stresses σ₀: A_i σ_f and A_j σ_f on the strains, −L σ_f n on the jump, σ_f being
-   !> their mean by area.
+   !> Force f₀ of initial stresses σ₀: A_i σ_f and A_j σ_f on the strains, −L σ_f n on the jump.
+   !> σ_f is the mean of the initial stresses, weighted by area.
    pure function initial_force(weld, stress) result(force)
       type(weld_type), intent(in) :: weld    !< face
       real(wp), intent(in) :: stress(3, 2)   !< of both cells, Pa
@@ -203,7 +203,7 @@ contains
       end do
    end function initial_force
 
-   !> The face is whole, and both cells are there.
+   !> .true. if the face is intact and both cells exist.
    pure logical function acts(weld, blocks)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -227,7 +227,7 @@ contains
       end do
    end function deformations_of
 
-   !> Both cells as they will be a while later at their present rates.
+   !> Both cells at a later time, predicted with their present rates.
    pure type(configuration_type) function configuration_of(weld, blocks, ahead) result(placed)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -257,8 +257,8 @@ contains
       placed%turn = reshape([cos(angle), -sin(angle), sin(angle), cos(angle)], [2, 2])
    end function configuration_of
 
-   !> G of a face at the middle of a step, as its present rates predict it: in a body that turns by
-   !> ω the increment of q, and so its momenta, are accurate to the third power of ωΔt.
+   !> Matrix G of a face at the middle of a step, predicted with present rates.
+   !> If a body turns at a rate ω, the increment of q, and so its momentum, is accurate to (ωΔt)³.
    pure function derivatives_of(weld, blocks, step) result(g)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -304,7 +304,7 @@ contains
       end associate
    end function shape_of
 
-   !> f = Σ c w s + f₀
+   !> Force f = Σ c w s + f₀.
    pure function force_of(springs, before, q) result(force)
       type(weld_springs_type), intent(in) :: springs     !< of a face
       real(wp), intent(in) :: before(n_deformations)      !< f₀
@@ -319,7 +319,7 @@ contains
       end do
    end function force_of
 
-   !> The springs of all faces.
+   !> Append the springs of all faces.
    subroutine add_linear(self, blocks, step, terms)
       class(welds_type), intent(in) :: self            !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< in their present state
@@ -365,7 +365,7 @@ contains
       end do
    end subroutine add_linear
 
-   !> −Gᵀf of each face.
+   !> Add the forces −Gᵀf of each face.
    subroutine add_force(self, blocks, motions, step, load)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -389,8 +389,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Add the forces of images on the cells of one side, at t₀ + θΔt of a step whose increment d is
-   !> known.
+   !> Add the forces of images on the cells of one side, at t₀ + θΔt of a step with known d.
    subroutine add_face_force(self, side, blocks, step, d, load)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: side              !< of each face, 1 or 2
@@ -420,7 +419,7 @@ contains
       end do
    end subroutine add_face_force
 
-   !> ½ Σ c s² + f₀·q
+   !> Energy ½ Σ c s² + f₀·q.
    pure real(wp) function energy_of(springs, before, q) result(energy)
       type(weld_springs_type), intent(in) :: springs  !< of a face
       real(wp), intent(in) :: before(n_deformations)   !< f₀
@@ -429,7 +428,7 @@ contains
       energy = 0.5_wp*dot_product(force_of(springs, before, q) + before, q)
    end function energy_of
 
-   !> Energy of all faces.
+   !> Add the energy of all faces.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -449,7 +448,7 @@ contains
       call add_energy(energy, energy_welded, total)
    end subroutine add_stored
 
-   !> Energy at the end of the step, and the loss (θ − ½) Σ c Δs² of the scheme.
+   !> Account for the energy at the end of the step, and for the loss (θ − ½) Σ c Δs² of the scheme.
    subroutine account(self, blocks, motions, step, d, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< in their present state
@@ -481,7 +480,7 @@ contains
       call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*(loss + damped(3)))
    end subroutine account
 
-   !> Memories of the springs at the end of the step.
+   !> Accept the step: update the memories of the springs.
    subroutine accept(self, blocks, motions, step, d)
       class(welds_type), intent(inout) :: self     !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< at the start of the step
@@ -511,7 +510,7 @@ contains
       end do
    end subroutine accept
 
-   !> Reset the springs at rest after statics.
+   !> Balance after statics: reset the memories of the springs.
    subroutine balance(self, blocks, unbalanced)
       class(welds_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks   !< at rest
@@ -520,7 +519,7 @@ contains
       call begin_memory(self, blocks)
    end subroutine balance
 
-   !> Forces in the present state do not change with the moduli.
+   !> Inherit forces: in the present state they do not change with the moduli.
    subroutine inherit(self, before, blocks)
       class(welds_type), intent(inout) :: self   !< elements of this kind
       class(element_type), intent(in) :: before  !< the former element, of the same type
@@ -547,7 +546,7 @@ contains
       end select
    end subroutine inherit
 
-   !> The forces f₀, and the memory of the springs.
+   !> Save or restore the forces f₀ and the memory of the springs.
    subroutine serialise(self, archive)
       class(welds_type), intent(inout) :: self       !< elements of this kind
       type(archive_type), intent(inout) :: archive   !< written or read
@@ -568,8 +567,8 @@ contains
       force = force_of(self%springs(i), self%force(:, i), q) + damping_force(self, i, blocks, q)
    end function weld_force
 
-   !> Part of faces in the mean stress of their cells, Pa, in the axes of the cell: the forces on
-   !> their strains over their area.
+   !> Add the contribution of faces to the mean stress of their cells, Pa, in the axes of the cell.
+   !> It is the force on the strains of the cell over its area.
    pure subroutine add_face_stress(self, blocks, stress)
       class(welds_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -588,8 +587,8 @@ contains
       end do
    end subroutine add_face_stress
 
-   !> Estimate of the error of stresses, η² = Σ (L/h) μ (|[u]|² + |[u]_l|²/3), one half in each
-   !> of the cells, and ½ Σ c s², what all faces store; J per metre of thickness.
+   !> Add the energy of jumps, η² = Σ (L/h) μ (|[u]|² + |[u]_l|²/3), half of it to each cell.
+   !> The energy of all faces, ½ Σ c s², is added too; J per metre of thickness.
    pure subroutine add_jump_energies(self, blocks, error, stored)
       type(welds_type), intent(in) :: self       !< elements of this kind
       type(blocks_type), intent(in) :: blocks    !< in their present state
@@ -602,7 +601,7 @@ contains
       do i = 1, size(self%weld)
          if (.not. acts(self%weld(i), blocks)) cycle
          q = deformations_of(self%weld(i), blocks)
-         ! The last four springs are those of the mean jump and of the linear one.
+         ! The last four springs are those of the mean jump and of the linear jump.
          associate (springs => self%springs(i))
             half = 0.5_wp*springs%stiffness(springs%n - 3)*(sum(q(1:2)**2) &
                + sum(q(3:4)**2)/3.0_wp)

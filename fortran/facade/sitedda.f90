@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The engine for programs in Fortran: an input, its check, its run step by step, its histories.
+!> Interface for programs in Fortran: an input, its check, its run step by step, its histories.
 !>
-!> This module has all procedures for such a program; modules below it may change from version to
-!> version.  An error is a value, and the program goes on: it may run another analysis.  Several
-!> analyses may be open at once, in one thread.
+!> This module has all procedures for such a program; lower modules may change from version to
+!> version.  An error is returned as a value, and the program continues: it may run another
+!> analysis. Several analyses may be open at once, in one thread.
 module sitedda
    use dda_kinds, only: wp, long
    use dda_check_report, only: report_type, report_text, add_notes, verdict_fail
@@ -31,7 +31,7 @@ module sitedda
 
    character(len=*), parameter :: axes = 'xy'
 
-   !> An input and, once it has begun, its run.
+   !> An input and, once started, its run.
    type :: analysis_type
       private
       type(model_type), allocatable :: model
@@ -53,7 +53,7 @@ contains
       if (allocated(error)) deallocate (analysis%model)
    end subroutine read_input
 
-   !> Check of a run before it begins: damping, resolution, ringing, cost.
+   !> Check a run before it begins: damping, resolution, ringing, cost.
    subroutine check_input(analysis, report, passes, error)
       type(analysis_type), intent(in) :: analysis  !< whose input has been read
       character(len=:), allocatable, intent(out) :: report  !< lines for a person
@@ -75,11 +75,11 @@ contains
       passes = found%worst /= verdict_fail
    end subroutine check_input
 
-   !> Begin the run of the input, or continue with one that ended early.
+   !> Begin the run of the input, or continue a run that ended early.
    subroutine begin_analysis(analysis, error, output, resume)
       type(analysis_type), intent(inout) :: analysis  !< whose input has been read
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      !> path of the output instead of the input's; blank: none is written
+      !> path of the output, instead of that in the input; blank: no output is written
       character(len=*), intent(in), optional :: output
       logical, intent(in), optional :: resume  !< from the last checkpoint of the output, if any
       logical :: writes, from_checkpoint
@@ -113,7 +113,7 @@ contains
       if (.not. allocated(error)) call continue_run(analysis%run, int(steps, long), error)
    end subroutine advance_analysis
 
-   !> Write the output; if the run is not complete under the name FILE.partial, with a checkpoint.
+   !> Write the output; an incomplete run is written as FILE.partial, with a checkpoint.
    subroutine end_analysis(analysis, error)
       type(analysis_type), intent(inout) :: analysis  !< begun; its input can be begun again
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -124,7 +124,7 @@ contains
       deallocate (analysis%run)
    end subroutine end_analysis
 
-   !> The run has reached its duration, or a rule of &stop.
+   !> .true. if the run has reached its duration, or a rule of &stop has ended it.
    pure logical function is_complete(analysis)
       type(analysis_type), intent(in) :: analysis  !< in any state
 
@@ -132,7 +132,7 @@ contains
       if (allocated(analysis%run)) is_complete = is_done(analysis%run)
    end function is_complete
 
-   !> Time reached, s.
+   !> Present time of the run, s.
    pure real(wp) function present_time(analysis)
       type(analysis_type), intent(in) :: analysis  !< in any state
 
@@ -140,7 +140,7 @@ contains
       if (allocated(analysis%run)) present_time = analysis%run%simulation%time
    end function present_time
 
-   !> Motion of a measured point now.
+   !> Present motion of a measured point.
    subroutine point_motion(analysis, name, displacement, velocity, acceleration, error)
       type(analysis_type), intent(in) :: analysis  !< begun
       character(len=*), intent(in) :: name         !< of the point
@@ -162,10 +162,10 @@ contains
       end associate
    end subroutine point_motion
 
-   !> A history from the output of an analysis that has ended.
+   !> Read a history from the output of an analysis that has ended.
    subroutine read_history(analysis, quantity, time, values, error, point, axis)
       type(analysis_type), intent(in) :: analysis  !< whose output is complete
-      !> as the output names it: displacement, velocity, acceleration; energy_kinetic …
+      !> name in the output: displacement, velocity, acceleration; energy_kinetic …
       character(len=*), intent(in) :: quantity
       real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
       real(wp), allocatable, intent(out) :: values(:)  !< [samples] in SI units
@@ -201,7 +201,7 @@ contains
          '; there are '//joined(model%points%name, ', '), error)
    end subroutine find_point
 
-   !> An error unless a condition is true.
+   !> Return an error unless a condition is true.
    subroutine require(holds, message, error)
       logical, intent(in) :: holds
       character(len=*), intent(in) :: message  !< of the error

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Blocks in a netCDF file: its content, read and checked as numbers and names.
 !>
-!> Nothing is read before sizes are known to agree with each other, with the length of the file and
-!> with the free memory, so a file with false sizes costs neither time nor memory.  The format
-!> must be the classic one, as HDF5 crashes on some damaged files.
+!> Values are read only if sizes agree with each other, with the length of the file and
+!> with the free memory, so that false sizes cost neither time nor memory.  The format
+!> must be the classic one, because HDF5 crashes on some damaged files.
 module dda_block_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_archive, only: archive_type, serialise, write_archive
@@ -51,7 +51,7 @@ module dda_block_file
 
 contains
 
-   !> Read a file; the error names it, the variable and the block.
+   !> Read a file; an error names the file, the variable and the block.
    subroutine read_block_file(blocks, file, error)
       type(block_file_type), intent(out) :: blocks  !< as the file says
       character(len=*), intent(in) :: file  !< path
@@ -74,7 +74,7 @@ contains
       end if
    end subroutine read_block_file
 
-   !> The length of the file, which must be of the classic format.
+   !> Check the length of the file, which must have the classic format.
    subroutine allow(reader, error)
       type(reader_type), intent(inout) :: reader  !< with the name of its file
       type(error_type), allocatable, intent(out) :: error  !< there is no such file
@@ -100,7 +100,7 @@ contains
       end if
    end subroutine allow
 
-   !> All variables; the first thing that is wrong is kept.
+   !> Read all variables and retain the first error.
    subroutine read_variables(reader, blocks)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       type(block_file_type), intent(inout) :: blocks  !< filled
@@ -123,7 +123,7 @@ contains
       call read_numbers(reader, 'body', n, blocks%bodies, blocks%body)
    end subroutine read_variables
 
-   !> Note why the file cannot be used, unless that is known already.
+   !> Record why the file cannot be used, unless a reason is known.
    subroutine refuse(reader, reason)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: reason  !< for a person
@@ -132,7 +132,7 @@ contains
          reader%dataset%file//': '//reason)
    end subroutine refuse
 
-   !> The file has a variable.
+   !> .true. if the file has a variable.
    logical function has(reader, name)
       type(reader_type), intent(in) :: reader  !< open
       character(len=*), intent(in) :: name  !< of the variable
@@ -141,8 +141,7 @@ contains
       has = nf90_inq_varid(reader%dataset%id, name, id) == nf90_noerr
    end function has
 
-   !> Length of the last dimension of a variable whose kind, shape and size are checked; 0 on
-   !> failure.
+   !> Check kind, shape and size of a variable; return its last dimension, or 0 on failure.
    integer function length_of(reader, name, rank, most) result(length)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
@@ -197,8 +196,7 @@ contains
       call check_bytes(reader, name, shape_of)
    end subroutine find_shape
 
-   !> The values of a variable must be possible for the length of the file, and fit into the free
-   !> memory.
+   !> Check that the values of a variable fit into the file and into free memory.
    subroutine check_bytes(reader, name, shape_of)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
@@ -216,7 +214,7 @@ contains
       end if
    end subroutine check_bytes
 
-   !> Whole numbers.
+   !> Read whole numbers.
    subroutine read_integers(reader, name, n, values)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
@@ -239,7 +237,7 @@ contains
       call checked(reader%dataset, nf90_get_var(reader%dataset%id, id, values), 'read '//name)
    end subroutine read_integers
 
-   !> The first vertex of each block from the numbers of their corners.
+   !> Find the first vertex of each block from the numbers of their corners.
    subroutine add_up(reader, corners, vertices, first)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       integer, intent(in) :: corners(:)  !< [blocks]
@@ -259,7 +257,7 @@ contains
          to_text(first(b) - 1)//' corners, but vertices contains '//to_text(vertices))
    end subroutine add_up
 
-   !> Positions of the corners, which must be usable numbers.
+   !> Read the positions of corners, which must be usable numbers.
    subroutine read_vertices(reader, n, vertices)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       integer, intent(in) :: n  !< number of vertices
@@ -279,7 +277,7 @@ contains
       end do
    end subroutine read_vertices
 
-   !> Names; blank ones where the file has no such variable.
+   !> Read names; blank if the file has no such variable.
    subroutine read_names(reader, name, names, n)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
@@ -308,7 +306,7 @@ contains
       end do
    end subroutine read_names
 
-   !> The characters of a variable.
+   !> Read the characters of a variable.
    function text_of(reader, name, id, shape_of) result(names)  ! total
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
@@ -321,7 +319,7 @@ contains
          nf90_get_var(reader%dataset%id, id, names, count=shape_of), 'read '//name)
    end function text_of
 
-   !> Numbers of names in a list; 0, for none, where the file has no such variable.
+   !> Read positions in a list of names; 0 (none) if the file has no such variable.
    subroutine read_numbers(reader, name, n, names, numbers)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
@@ -341,7 +339,7 @@ contains
          '_name; 0 means none')
    end subroutine read_numbers
 
-   !> The checksum of all that a run takes from the file.
+   !> Checksum of all values that a run reads from the file.
    integer(long) function checksum_of_blocks(blocks) result(checksum)
       type(block_file_type), intent(inout) :: blocks  !< as read; only read here
       type(archive_type) :: archive

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Header of a netCDF file of the classic format, checked before the library reads it.
 !>
-!> The library (4.9) divides by the size of a variable's type, which is zero for numbers that are no
-!> type of this format, and so a damaged file would end the program.  Lists of dimensions,
+!> The library (4.9) divides by the size of a variable's type, which is zero for invalid types,
+!> so that a damaged file would end the program.  Lists of dimensions,
 !> attributes and variables follow each other (NetCDF Classic Format Specification).
 module dda_classic_header
    use, intrinsic :: iso_fortran_env, only: int8
@@ -23,7 +23,7 @@ module dda_classic_header
 
 contains
 
-   !> Every attribute and variable of a header has a type of the format, and the header its lists.
+   !> .true. if every attribute and variable has a valid type, and the header has its lists.
    pure logical function has_known_types(bytes)
       integer(int8), intent(in) :: bytes(:)  !< of the file from its start, the header among them
       type(cursor_type) :: cursor
@@ -48,7 +48,7 @@ contains
       has_known_types = cursor%good
    end function has_known_types
 
-   !> Name, dimensions, attributes, type, size and position of a variable.
+   !> Skip name, dimensions, attributes, type, size and position of a variable.
    pure subroutine skip_variable(cursor)
       type(cursor_type), intent(inout) :: cursor  !< at a variable, then after it
       integer(long) :: dimensions, bytes
@@ -61,7 +61,7 @@ contains
       call skip(cursor, 4 + cursor%offset_size)
    end subroutine skip_variable
 
-   !> A list of attributes: name, type and values, filled up to four bytes.
+   !> Skip a list of attributes: name, type and values, padded to four bytes.
    pure subroutine skip_attributes(cursor)
       type(cursor_type), intent(inout) :: cursor  !< at a list, then after it
       integer(long) :: i, n, bytes, values
@@ -75,8 +75,7 @@ contains
       end do
    end subroutine skip_attributes
 
-   !> Kind of a list, which the library checks, and number of its entries, at most the bytes of the
-   !> file.
+   !> Read the kind of a list and its number of entries, at most the length of the file.
    pure subroutine begin_list(cursor, n)
       type(cursor_type), intent(inout) :: cursor  !< at a list, then at its first entry
       integer(long), intent(out) :: n  !< entries
@@ -87,7 +86,7 @@ contains
       if (.not. cursor%good) n = 0
    end subroutine begin_list
 
-   !> A name: its length, and letters filled up to four bytes.
+   !> Skip a name: its length, and letters padded to four bytes.
    pure subroutine skip_name(cursor)
       type(cursor_type), intent(inout) :: cursor  !< at a name, then after it
       integer(long) :: letters
@@ -96,7 +95,7 @@ contains
       call skip(cursor, filled(letters))
    end subroutine skip_name
 
-   !> A type that there is, as the bytes of a value.
+   !> Read a valid type, as the bytes of a value.
    pure subroutine read_type(cursor, bytes)
       type(cursor_type), intent(inout) :: cursor  !< at a type, then after it
       integer(long), intent(out) :: bytes  !< 0 where there is no such type
@@ -108,7 +107,7 @@ contains
       if (cursor%good) bytes = size_of_type(kind)
    end subroutine read_type
 
-   !> A number of four bytes, the greatest first; not negative.
+   !> Read a number of four bytes, most significant first; not negative.
    pure subroutine read_number(cursor, number)
       type(cursor_type), intent(inout) :: cursor  !< at the number, then after it
       integer(long), intent(out) :: number  !< 0 beyond the end of the file
@@ -131,7 +130,7 @@ contains
       if (cursor%good) cursor%at = cursor%at + bytes
    end subroutine skip
 
-   !> So many bytes, filled up to a multiple of four.
+   !> Number of bytes, padded to a multiple of four.
    pure integer(long) function filled(bytes)
       integer(long), intent(in) :: bytes  !< any
 

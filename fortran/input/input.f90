@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A namelist file becomes a model: all values checked, all names resolved.
+!> Conversion of a namelist file into a model: all values checked, all names resolved.
 module dda_input
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
@@ -46,7 +46,7 @@ module dda_input
 
 contains
 
-   !> Read a model from a file, with changes made to its text.
+   !> Read a model from a file, after changes to its text.
    subroutine read_model_file(model, file, error, changes)
       type(model_type), intent(out) :: model  !< of the input
       character(len=*), intent(in) :: file  !< path
@@ -114,7 +114,7 @@ contains
       if (.not. allocated(error)) model%values = resolved_values(model, groups)
    end subroutine read_model
 
-   !> Every group must be known, and appear once if it may not repeat.
+   !> Check that every group is known, and that groups that cannot repeat appear once.
    subroutine check_names(file, groups, error)
       character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -138,7 +138,7 @@ contains
       if (size(positions(groups, 'control')) == 0) call missing(error, file, 'the group &control')
    end subroutine check_names
 
-   !> The error for a group that every input must have.
+   !> Return the error for a missing group that every input must have.
    subroutine missing(error, file, group)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=*), intent(in) :: file, group  !< path; name of the group
@@ -146,7 +146,7 @@ contains
       if (.not. allocated(error)) call fail(error, error_input, file//': '//group//' is missing')
    end subroutine missing
 
-   !> The groups that appear once.
+   !> Read the groups that appear once.
    subroutine read_settings(model, file, groups, control, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       character(len=*), intent(in) :: file  !< path
@@ -182,7 +182,7 @@ contains
 
    contains
 
-      !> Settings that the original rules cannot be combined with.
+      !> Reject a setting that cannot be combined with the original rules.
       subroutine refuse(is, why)
          logical, intent(in) :: is            !< of the input
          character(len=*), intent(in) :: why  !< in words
@@ -193,7 +193,7 @@ contains
 
    end subroutine read_settings
 
-   !> The input's name with .nc instead of .nml, in the working folder.
+   !> Default name of the output: that of the input with .nc, in the working folder.
    pure function default_output(file) result(name)
       character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable :: name
@@ -207,7 +207,7 @@ contains
       name = name//'.nc'
    end function default_output
 
-   !> Materials, joints and motions.
+   !> Read materials, joints and motions.
    subroutine read_substances(model, file, folder, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
@@ -249,7 +249,7 @@ contains
          default_stiffness(model%materials)
    end subroutine read_substances
 
-   !> Contact rules that a joint law cannot be combined with.
+   !> Check that the contact rules permit the law of a joint.
    subroutine check_rules(group, joint, contact, error)
       type(group_type), intent(in) :: group  !< of the joint's group
       type(joint_type), intent(in) :: joint  !< as read
@@ -266,7 +266,7 @@ contains
          'penetration_tolerance: its closure follows from its load')
    end subroutine check_rules
 
-   !> Restitution and dashpots of a joint need contacts of the own rules with springs.
+   !> Reject restitution and dashpots of joints unless contacts have springs and the own rules.
    subroutine refuse_damping(group, joints, contact, error)
       type(group_type), intent(in) :: group  !< of the input
       type(joint_type), intent(in) :: joints(:)  !< so far
@@ -290,7 +290,7 @@ contains
          'springs: leave out one of them')
    end subroutine refuse_damping
 
-   !> A model that begins at rest has no first velocities.
+   !> Reject initial velocities in a model that begins with a static stage.
    subroutine refuse_velocities(file, model, error)
       character(len=*), intent(in) :: file  !< path
       type(model_type), intent(in) :: model  !< with its materials
@@ -306,7 +306,7 @@ contains
       end do
    end subroutine refuse_velocities
 
-   !> Samples are at equal steps of time.
+   !> .true. if samples are at equal steps of time.
    pure logical function is_uniform(stages)
       type(stage_type), intent(in) :: stages(:)  !< in order
       real(wp), allocatable :: steps(:)
@@ -316,7 +316,7 @@ contains
       if (is_uniform .and. size(steps) > 0) is_uniform = all(steps == steps(1))
    end function is_uniform
 
-   !> The motions of the base by name.
+   !> Find the motions of the base by name.
    subroutine resolve_base_motion(model, groups, control, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -341,7 +341,7 @@ contains
       end associate
    end subroutine resolve_base_motion
 
-   !> The displaced block by its name or number.
+   !> Find the displaced block by its name or number.
    subroutine resolve_displaced(model, groups, control, error)
       type(model_type), intent(inout) :: model  !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -353,7 +353,7 @@ contains
          control%displaced_block, error)
    end subroutine resolve_displaced
 
-   !> Fixed points, loads and measured points.
+   !> Read fixed points, loads and measured points.
    subroutine read_points(model, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -385,7 +385,7 @@ contains
       end do
    end subroutine read_points
 
-   !> Rules that end the run early, and output times that its steps must meet.
+   !> Read rules that end the run early, and output times at which steps must end.
    subroutine read_ends(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks and stages
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -399,7 +399,7 @@ contains
       end do
    end subroutine read_ends
 
-   !> The amplifications to be printed after the run.
+   !> Read the amplifications that are printed after the run.
    subroutine read_amplifications(model, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The group &blocks: the blocks of a netCDF file, with the materials and joints that it names.
+!> Group &blocks: the blocks of a netCDF file, with the materials and joints that it names.
 module dda_input_block_file
    use dda_block_file, only: block_file_type, read_block_file
    use dda_errors, only: error_type
@@ -15,7 +15,7 @@ module dda_input_block_file
 
 contains
 
-   !> &blocks
+   !> Read &blocks.
    subroutine read_block_group(group, source, folder, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the group
       integer, intent(in) :: source              !< number of the group
@@ -43,7 +43,7 @@ contains
       model%block_files = [model%block_files, block_source_type(path, found%checksum)]
    end subroutine read_block_group
 
-   !> The blocks of a file, each a polygon that can be one.
+   !> Add the blocks of a file, each a valid polygon.
    subroutine add_blocks(group, path, found, source, m, j, model, outlines, error)
       type(group_type), intent(in) :: group          !< of the group
       character(len=*), intent(in) :: path           !< of the file, for messages
@@ -77,7 +77,7 @@ contains
       end do
    end subroutine add_blocks
 
-   !> Name of the body that a block of a file is a cell of, or blank.
+   !> Name of the body of which a block is a cell, or blank.
    pure function body_of(found, b) result(name)
       type(block_file_type), intent(in) :: found  !< content of the file
       integer, intent(in) :: b                    !< block
@@ -87,7 +87,7 @@ contains
       if (found%body(b) > 0) name = found%bodies(found%body(b))
    end function body_of
 
-   !> Positions in the model of the materials or joints that a file numbers, those that it uses.
+   !> Find the positions in the model of the materials or joints that a file uses.
    subroutine find_names(group, path, kind, names, used, known, usual, positions, error)
       type(group_type), intent(in) :: group      !< of the group
       character(len=*), intent(in) :: path, kind !< of the file; 'material' or 'joint'

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups that make blocks: &block, &blocks, &layers, &drums, &wall.
+!> Groups that make blocks: &block, &blocks, &layers, &drums, &wall.
 module dda_input_blocks
    use dda_kinds, only: wp
    use dda_errors, only: error_type
@@ -16,12 +16,12 @@ module dda_input_blocks
    private
    public :: read_blocks, is_block_group
 
-   !> of the name of generated blocks, which get a number
+   !> length of the name of generated blocks, to which a number is added
    integer, parameter :: longest_stem = name_length - 8
 
 contains
 
-   !> A group makes blocks.
+   !> .true. if a group makes blocks.
    pure logical function is_block_group(name)
       character(len=*), intent(in) :: name       !< of the group
 
@@ -29,7 +29,7 @@ contains
          'wall'])
    end function is_block_group
 
-   !> Any of the block groups.
+   !> Read any of the block groups.
    subroutine read_blocks(group, source, folder, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the group
       integer, intent(in) :: source              !< number of the group
@@ -52,7 +52,7 @@ contains
       end select
    end subroutine read_blocks
 
-   !> The name of generated blocks leaves space for their number.
+   !> Check that the name of generated blocks leaves space for their number.
    subroutine check_stem(group, name, error)
       type(group_type), intent(in) :: group      !< of the input
       character(len=*), intent(in) :: name       !< as the input has it
@@ -63,7 +63,7 @@ contains
          ' characters, since the blocks get numbers')
    end subroutine check_stem
 
-   !> &block: one polygon.
+   !> Read &block: one polygon.
    subroutine read_block(group, source, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the input
       integer, intent(in) :: source              !< number of the group
@@ -84,7 +84,7 @@ contains
       if (.not. allocated(error)) call add_block(group, own, m, joints, source, outlines, error)
    end subroutine read_block
 
-   !> A polygon that can be a block: counter-clockwise, simple.
+   !> Add a block if its polygon is simple and counter-clockwise.
    subroutine add_block(group, own, material, joints, source, outlines, error)
       type(group_type), intent(in) :: group   !< of the input
       type(block_values), intent(in) :: own   !< its values
@@ -102,7 +102,7 @@ contains
       end if
    end subroutine add_block
 
-   !> Positions of the joints of a block's edges; an edge without a name takes that of the block.
+   !> Find the joints of a block's edges; an edge without a name has the joint of the block.
    subroutine resolve_edges(group, model, edges, joint, names, joints, error)
       type(group_type), intent(in) :: group          !< of the input
       type(model_type), intent(in) :: model          !< with its joints
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine resolve_edges
 
-   !> The new blocks of a group start with their weight as stress, if it requests that.
+   !> Set stress due to weight in the new blocks of a group, if requested.
    subroutine begin_at_rest(group, rest, model, outlines, first, error)
       type(group_type), intent(in) :: group      !< of the input
       type(rest_values), intent(in) :: rest      !< what it says of that
@@ -140,7 +140,7 @@ contains
       if (.not. allocated(error)) call bury(outlines, first, rest%overburden)
    end subroutine begin_at_rest
 
-   !> &layers: a stack of equal layers.
+   !> Read &layers: a stack of equal layers.
    subroutine read_layers(group, source, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the input
       integer, intent(in) :: source              !< number of the group
@@ -160,7 +160,7 @@ contains
       call begin_at_rest(group, own%rest, model, outlines, first, error)
    end subroutine read_layers
 
-   !> &drums: a column of drums, tapering from `width` to `top_width`.
+   !> Read &drums: a column of drums, tapering from `width` to `top_width`.
    subroutine read_drums(group, source, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the input
       integer, intent(in) :: source              !< number of the group
@@ -178,7 +178,7 @@ contains
          value_or(own%top_width, own%width)], own%count, m, j, source, own%name)
    end subroutine read_drums
 
-   !> &wall: running bond.
+   !> Read &wall: running bond.
    subroutine read_wall(group, source, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the input
       integer, intent(in) :: source              !< number of the group

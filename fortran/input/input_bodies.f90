@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> All blocks of an input: read, brought to the engine's origin, and checked as a whole.
+!> All blocks of an input: read, moved to the engine's origin, and checked as a whole.
 module dda_input_bodies
    use dda_kinds, only: wp, long
    use dda_blocks, only: set_blocks
@@ -20,9 +20,9 @@ module dda_input_bodies
    real(wp), parameter :: touching = 1.0e-6_wp     !< of the smaller block: deeper is an overlap
    real(wp), parameter :: farthest = 1.0e9_wp    !< m; positions beyond have no digits left for gaps
    real(wp), parameter :: least_extent = 1.0e-9_wp !< m
-   !> size of a block over that of the model: less is rounding
+   !> size of a block relative to the model: smaller ones are rounding
    real(wp), parameter :: least_share = 1.0e-9_wp
-   !> of a block over the same: less has no direction
+   !> side of a block relative to the model: shorter ones have no direction
    real(wp), parameter :: least_side = 1.0e-12_wp
    real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the size
    integer(long), parameter :: block_bytes = 7500  !< a block of a wall with its contacts, measured
@@ -30,7 +30,7 @@ module dda_input_bodies
 
 contains
 
-   !> All blocks, moved so that the middle of the model is the engine's origin.
+   !> Read all blocks and move the middle of the model to the engine's origin.
    subroutine read_bodies(model, file, folder, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
@@ -68,7 +68,7 @@ contains
       if (allocated(error)) call name_block_files(error, model)
    end subroutine read_bodies
 
-   !> Refused blocks may be from a block file.
+   !> Name the block files in an error, since rejected blocks may be from them.
    subroutine name_block_files(error, model)
       type(error_type), intent(inout) :: error  !< of the blocks as a whole
       type(model_type), intent(in) :: model  !< with its block files
@@ -79,7 +79,7 @@ contains
       end do
    end subroutine name_block_files
 
-   !> Vertical stress of buried blocks at first, on top of that of their material.
+   !> Add vertical stress due to weight to buried blocks, in addition to that of their material.
    pure subroutine stress_by_weight(model, outlines)
       type(model_type), intent(inout) :: model  !< with its blocks
       type(outlines_type), intent(in) :: outlines  !< of all blocks
@@ -93,8 +93,7 @@ contains
       end associate
    end subroutine stress_by_weight
 
-   !> Positions and sizes must be such that rounding leaves the shape of every block, generated ones
-   !> too.
+   !> Check that positions and sizes preserve the shape of every block in spite of rounding.
    subroutine check_sizes(groups, outlines, error)
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(outlines_type), intent(in) :: outlines  !< of all blocks
@@ -116,14 +115,14 @@ contains
          block_title(b, outlines%name(b))//failure)
    end subroutine check_sizes
 
-   !> The larger side of the box around positions, m.
+   !> Larger side of the bounding box of positions, m.
    pure real(wp) function extent_of(places) result(extent)
       real(wp), intent(in) :: places(:,:)  !< [2, positions] m
 
       extent = maxval(maxval(places, 2) - minval(places, 2))
    end function extent_of
 
-   !> The first block with a vertex too far away; 0 if there is none.
+   !> First block with a vertex too far away; 0 if there is none.
    pure integer function first_beyond(outlines) result(b)
       type(outlines_type), intent(in) :: outlines  !< of all blocks
 
@@ -134,7 +133,7 @@ contains
       b = 0
    end function first_beyond
 
-   !> Why the size of a block cannot be used in a model of some extent; blank if it can.
+   !> Reason why a block is too small for a model of some extent; blank if it is not.
    pure function size_failure(vertices, extent) result(failure)
       real(wp), intent(in) :: vertices(:,:), extent  !< [2, vertices] m; of the model, m
       character(len=:), allocatable :: failure
@@ -162,7 +161,7 @@ contains
       length = minval(norm2(cshift(vertices, 1, 2) - vertices, 1))
    end function shortest_side
 
-   !> No two blocks may overlap.
+   !> Check that no two blocks overlap.
    subroutine check_overlap(model, groups, source, error)
       type(model_type), intent(in) :: model  !< as read from the input
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -189,7 +188,7 @@ contains
       end associate
    end subroutine check_overlap
 
-   !> A group in a message: name and line.
+   !> Text of a group in a message: name and line.
    pure function group_in_message(group) result(name)
       type(group_type), intent(in) :: group  !< of the input
       character(len=:), allocatable :: name

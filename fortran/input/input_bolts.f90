@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups &bolt: bolts and cables between two anchors, past further points or not, or grouted
+!> Groups &bolt: bolts and cables between two anchors, with or without further points, or grouted
 !> through joints.
 module dda_input_bolts
    use dda_kinds, only: wp
@@ -18,7 +18,7 @@ module dda_input_bolts
 
 contains
 
-   !> All bolts of an input.
+   !> Read all bolts of an input.
    subroutine read_bolts(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -43,7 +43,7 @@ contains
       end do
    end subroutine read_bolts
 
-   !> Values that go with each other.
+   !> Check values that depend on each other.
    subroutine check_values(own, group, error)
       type(bolt_values), intent(in) :: own   !< as read
       type(group_type), intent(in) :: group  !< of the input
@@ -58,7 +58,7 @@ contains
          to_text(own%yield_force))
    end subroutine check_values
 
-   !> The springs of a bolt: one between its ends, or one at each joint that it crosses.
+   !> Make the springs of a bolt: one between its ends, or a pair at each joint that it crosses.
    subroutine make_bolt(model, group, own, new, error)
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the input
@@ -99,7 +99,7 @@ contains
       end if
    end subroutine make_bolt
 
-   !> The points of a bolt are apart, and not all in one block.
+   !> Check that the points of a bolt are apart, and not all in one block.
    subroutine check_points(model, group, point, owner, error)
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
@@ -120,7 +120,7 @@ contains
       end do
    end subroutine check_points
 
-   !> A spring between positions of blocks.
+   !> Make a spring between positions of blocks.
    pure type(bolt_type) function placed(blocks, bolt, owner, places) result(spring)
       type(blocks_type), intent(in) :: blocks  !< of the model
       type(bolt_type), intent(in) :: bolt  !< its law
@@ -137,7 +137,7 @@ contains
       end do
    end function placed
 
-   !> A pair of springs where a straight bolt passes from one block to the next.
+   !> Add a pair of springs where a straight bolt passes from one block to the next.
    subroutine grout(blocks, group, bolt, from, to, ends, new, error)
       type(blocks_type), intent(in) :: blocks  !< of the model
       type(group_type), intent(in) :: group  !< of the input
@@ -165,7 +165,7 @@ contains
       if (size(new) == 0) call input_error(error, group, 'the bolt crosses no joint')
    end subroutine grout
 
-   !> Crossings of a segment with edges, as fractions of its length in ascending order.
+   !> Find crossings of a segment with edges, as ascending fractions of its length.
    pure subroutine find_cuts(blocks, from, to, cut)
       type(blocks_type), intent(in) :: blocks  !< of the model
       real(wp), intent(in) :: from(2), to(2)  !< ends, m
@@ -188,7 +188,7 @@ contains
       end do
    end subroutine find_cuts
 
-   !> The first block that contains a point; 0 if none does.
+   !> First block that contains a point; 0 if there is none.
    pure integer function block_at(blocks, point) result(b)
       type(blocks_type), intent(in) :: blocks  !< of the model
       real(wp), intent(in) :: point(2)  !< m

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups &boundary: edges of the outline that are fixed, on springs, or absorb waves.
+!> Groups &boundary: edges of the outline that are fixed, on springs, or absorb waves.
 !>
-!> Fixed edges become fixed points at the Gauss points of the edges; the others become
-!> boundaries or free fields of the model.  Motions that enter through these are recorded.
+!> Fixed edges become fixed points at the Gauss points of the edges; other edges become
+!> boundaries or free fields of the model.  Incoming motions are recorded.
 module dda_input_boundaries
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, place_of
@@ -37,7 +37,7 @@ module dda_input_boundaries
       logical :: absorbs            !< by a half-space with dashpots along the edges
    end type kind_type
 
-   !> Here a new kind is registered.
+   !> New kinds are registered here.
    type(kind_type), parameter :: boundary_kinds(7) = [ &
       kind_type('fixed', 'fixed', 'xy', .true., .false.), &
       kind_type('roller', 'roller', 'normal', .true., .false.), &
@@ -54,7 +54,7 @@ module dda_input_boundaries
 
 contains
 
-   !> All boundaries of an input.
+   !> Read all boundaries of an input.
    subroutine read_boundaries(model, groups, error)
       type(model_type), intent(inout) :: model  !< with blocks, motions and fixed points
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -90,14 +90,14 @@ contains
       end do
    end subroutine read_boundaries
 
-   !> It becomes fixed points, which act in one direction or two.
+   !> .true. if the boundary consists of fixed points, which act in one direction or two.
    pure logical function is_held(reading)  ! total
       type(reading_type), intent(in) :: reading  !< as read
 
       is_held = reading%is%holds .or. reading%motion_is == 'within'
    end function is_held
 
-   !> The effective kind of a group: a base that follows its motion 'within' is a fixed one.
+   !> Effective kind of a group: 'fixed' for a base that follows its motion 'within'.
    pure function acts_as(group) result(kind)
       type(group_type), intent(in) :: group  !< &boundary, checked
       character(len=:), allocatable :: kind
@@ -109,7 +109,7 @@ contains
       if (own%motion_is == 'within') kind = 'fixed'
    end function acts_as
 
-   !> Models on dashpots would sink without end under gravity applied in a dynamic stage.
+   !> Reject dashpots alone under gravity in a dynamic stage: the model would sink without limit.
    subroutine check_rest(model, groups, error)
       type(model_type), intent(in) :: model  !< with boundaries and stages
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -127,7 +127,7 @@ contains
       end do
    end subroutine check_rest
 
-   !> The variables of a group.
+   !> Read the variables of a group.
    subroutine read_boundary(group, reading, error)
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(out) :: reading  !< as read
@@ -142,14 +142,14 @@ contains
          ' is not registered in dda_input_boundaries')
    end subroutine read_boundary
 
-   !> It follows a motion, or has an incoming one.
+   !> .true. if the boundary follows a motion, or has an incoming motion.
    pure logical function has_motion(reading)  ! total
       class(boundary_values), intent(in) :: reading  !< as read
 
       has_motion = any([reading%motion_x, reading%motion_y] /= '')
    end function has_motion
 
-   !> Values that a kind of boundary has, and what it needs of the model.
+   !> Check the values of a kind of boundary, and what it needs of the model.
    subroutine check_words(reading, group, model, error)
       type(reading_type), intent(inout) :: reading  !< as read; defaults are set
       type(group_type), intent(in) :: group  !< of the input
@@ -171,7 +171,7 @@ contains
          "&control accelerate: give the motion to a boundary of kind = 'compliant'")
    end subroutine check_words
 
-   !> The left side meets the right side, a width away.
+   !> Tie the left side to the right side, one width away.
    subroutine tie_sides(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives the ties
       type(group_type), intent(in) :: group  !< of the input
@@ -199,7 +199,7 @@ contains
          'the left and the right side are at different heights: nothing meets')
    end subroutine tie_sides
 
-   !> The left side is tied or welded to the right one.
+   !> .true. if the left side is tied or welded to the right side.
    pure logical function are_tied(model)
       type(model_type), intent(in) :: model  !< with its blocks
 
@@ -207,7 +207,7 @@ contains
       if (.not. are_tied) are_tied = any(is_shifted(model%welds))
    end function are_tied
 
-   !> Sides are tied to each other, or have a free field.
+   !> Reject a model with both tied sides and free fields.
    subroutine refuse_both(group, error)
       type(group_type), intent(in) :: group  !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -216,7 +216,7 @@ contains
          'go on with the ground: leave out one of them')
    end subroutine refuse_both
 
-   !> Level ground continues beyond a side.
+   !> Add a free field beyond a side.
    subroutine continue_side(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives the free field
       type(group_type), intent(in) :: group  !< of the input
@@ -251,7 +251,7 @@ contains
          field=size(model%free_fields))]
    end subroutine continue_side
 
-   !> The highest corner of parts of edges.
+   !> Highest corner of parts of edges.
    pure type(point_type) function top_of(blocks, pieces) result(top)
       type(blocks_type), intent(in) :: blocks         !< of the model
       type(edge_piece_type), intent(in) :: pieces(:)  !< one at least
@@ -272,7 +272,7 @@ contains
       if (label == '') label = words
    end function label
 
-   !> Supports or dashpots at the Gauss points of the parts.
+   !> Add supports or dashpots at the Gauss points of the parts.
    subroutine add_boundary(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives it
       type(group_type), intent(in) :: group  !< of the input
@@ -311,8 +311,8 @@ contains
          to_text(size(model%boundaries))))]
    end subroutine add_boundary
 
-   !> The incoming motion of a boundary (half of its outcrop motion), and the mean motion of its
-   !> edges.
+   !> Add the incoming motion of a boundary, and the mean motion of its edges.
+   !> The incoming motion is half of the outcrop motion.
    pure type(boundary_motion_type) function mean_motion(blocks, boundary, name) result(mean)
       type(blocks_type), intent(in) :: blocks        !< of the model
       type(boundary_type), intent(in) :: boundary    !< compliant
@@ -328,7 +328,7 @@ contains
       mean%factor = 0.5_wp*boundary%factor
    end function mean_motion
 
-   !> The Gauss points of parts, and their fixed directions.
+   !> Find the Gauss points of parts, and their fixed directions.
    function points_of(model, reading, pieces) result(points)
       type(model_type), intent(in) :: model  !< with its blocks
       type(reading_type), intent(in) :: reading  !< as read
@@ -359,7 +359,7 @@ contains
       end do
    end function points_of
 
-   !> Normals, and dashpots of the half-space; by default it is of the material of each block.
+   !> Set normals, and dashpots of the half-space; default: the material of each block.
    subroutine set_half_space(boundary, model, reading, group, error)
       type(boundary_type), intent(inout) :: boundary  !< with its pieces
       type(model_type), intent(in) :: model  !< with its blocks and materials

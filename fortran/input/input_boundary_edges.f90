@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The edges of the groups &boundary: none may have two boundaries in one direction.
+!> Edges of the groups &boundary: none may have two boundaries in one direction.
 module dda_input_boundary_edges
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -18,7 +18,7 @@ module dda_input_boundary_edges
 
 contains
 
-   !> Add the parts of a group; an error if another one has part of them in the same direction.
+   !> Add the parts of a group; reject parts that have a boundary in the same direction.
    subroutine claim_edges(model, lines, group, pieces, direction, error)
       type(model_type), intent(inout) :: model  !< receives them
       integer, intent(in) :: lines(:)  !< [groups &boundary up to this one] in the input
@@ -47,7 +47,7 @@ contains
          direction), i=1, size(pieces))]
    end subroutine claim_edges
 
-   !> A part overlaps one of another group, and both act in one direction.
+   !> .true. if a part overlaps a part of another group, and both act in one direction.
    pure logical function overlaps(blocks, piece, direction, other)
       type(blocks_type), intent(in) :: blocks         !< of the model
       type(edge_piece_type), intent(in) :: piece      !< number of steps
@@ -63,7 +63,7 @@ contains
       overlaps = abs(a(1)*b(2) - a(2)*b(1)) <= parallel
    end function overlaps
 
-   !> The direction of a boundary that acts in one.
+   !> Direction of a boundary that acts in one direction.
    pure function unit_vector(blocks, piece, direction) result(vector)
       type(blocks_type), intent(in) :: blocks      !< of the model
       type(edge_piece_type), intent(in) :: piece   !< that it acts on
@@ -75,7 +75,7 @@ contains
       if (direction == 'y') vector = [0.0_wp, 1.0_wp]
    end function unit_vector
 
-   !> A block by its name; by its number where it has none.
+   !> Text of a block: its name, or its number if it has none.
    pure function name_of(model, b) result(name)
       type(model_type), intent(in) :: model  !< with its blocks
       integer, intent(in) :: b               !< block

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Names in the schema, and messages about those that are not.
+!> Names in the schema, and messages about unknown names.
 module dda_input_catalogue
    use dda_input_schema, only: input_groups, input_variables
    use dda_input_variable, only: variable_type
@@ -10,7 +10,7 @@ module dda_input_catalogue
 
 contains
 
-   !> The position of a group in `input_groups`; 0 if there is none of that name.
+   !> Position of a group in `input_groups`; 0 if there is no group of that name.
    pure integer function find_group(name) result(g)  ! total
       character(len=*), intent(in) :: name            !< in lower case
 
@@ -46,7 +46,7 @@ contains
       end if
    end function variables_of
 
-   !> A variable by name; its name is blank if the group has none of that name.
+   !> Find a variable by name; its name is blank if the group has no such variable.
    pure function find_variable(group, name) result(variable)
       character(len=*), intent(in) :: group, name     !< in lower case
       type(variable_type) :: variable
@@ -60,7 +60,7 @@ contains
       end do
    end function find_variable
 
-   !> The message for a group that does not exist, or is built before: the closest one, or all.
+   !> Message for an unknown group, or a group for `sitedda build`: the closest name, or all.
    pure function unknown_group(name, file) result(message)
       character(len=*), intent(in) :: name            !< as the input has it
       character(len=*), intent(in) :: file            !< path of the input
@@ -80,8 +80,7 @@ contains
       end associate
    end function unknown_group
 
-   !> The message for a variable that a group does not have: the groups that have it, or the closest
-   !> one and all of the group.
+   !> Message for an unknown variable: the groups that have it, or the closest and all names.
    pure function unknown_variable(group, name) result(message)
       character(len=*), intent(in) :: group           !< that exists
       character(len=*), intent(in) :: name            !< as the input has it

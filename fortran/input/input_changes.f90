@@ -32,7 +32,7 @@ module dda_input_changes
 
 contains
 
-   !> The change that 'NAME=VALUE' means; without an equals sign it has no path.
+   !> Parse 'NAME=VALUE'; without an equals sign the change has no path.
    pure type(change_type) function typed_change(words) result(change)
       character(len=*), intent(in) :: words  !< as typed
       integer :: equals
@@ -42,7 +42,7 @@ contains
       change%value = words(equals + 1:)
    end function typed_change
 
-   !> The text with changes made, one after the other; every line keeps its number.
+   !> Apply changes to the text, one after the other; every line retains its number.
    subroutine change_text(file, text, changes, error)
       character(len=*), intent(in) :: file                  !< path, for messages
       character(len=:), allocatable, intent(inout) :: text  !< of the input
@@ -58,7 +58,7 @@ contains
       end do
    end subroutine change_text
 
-   !> Make one change.
+   !> Apply one change.
    subroutine make(change, groups, text, error)
       type(change_type), intent(in) :: change       !< with its variable
       type(group_type), intent(inout) :: groups(:)  !< of the text; those of its kind get values
@@ -93,7 +93,7 @@ contains
       text = text//'&'//change%group//' '//new//' /'//newline
    end subroutine make
 
-   !> An error that names the change.
+   !> Return an error that names the change.
    pure subroutine refuse(change, message, error)
       type(change_type), intent(in) :: change  !< with its path
       character(len=*), intent(in) :: message  !< a sentence without its full stop
@@ -102,7 +102,7 @@ contains
       if (.not. allocated(error)) call fail(error, error_input, change%path//': '//message)
    end subroutine refuse
 
-   !> Group, name and variable of a path.
+   !> Find group, name and variable of a path.
    subroutine find(change, groups, text, error)
       type(change_type), intent(inout) :: change  !< with its path and value
       type(group_type), intent(in) :: groups(:)   !< of the text
@@ -137,7 +137,7 @@ contains
          call refuse(change, 'a value is needed', error)
    end subroutine find
 
-   !> The one group that a variable without a group can mean.
+   !> Find the only group to which a variable without a group can belong.
    subroutine find_home(change, groups, text, error)
       type(change_type), intent(inout) :: change  !< with the name of its variable
       type(group_type), intent(in) :: groups(:)   !< of the text
@@ -149,7 +149,7 @@ contains
       integer :: i, g
 
       homes = input_groups(groups_with(change%name))
-      ! Joints and masonry count where there are any.
+      ! Joints and masonry count if there are any.
       if (.not. all(homes%built)) homes = pack(homes, .not. homes%built .or. &
          [(any([(groups(i)%name == homes(g)%name, i=1, size(groups))]), g=1, size(homes))])
       if (any(homes%name == 'control')) homes = pack(homes, homes%name == 'control')
@@ -173,8 +173,8 @@ contains
       end if
    end subroutine find_home
 
-   !> The variable of that group needs no other; or one that the text gives, or that allows it by
-   !> default in a group of the text.
+   !> .true. if a variable of that group can be meant.
+   !> It needs no other variable, or the needed one is given in the text, or is the default.
    pure logical function is_meant(text, groups, group, variable)
       character(len=*), intent(in) :: text              !< of the input
       type(group_type), intent(in) :: groups(:)         !< of the text
@@ -192,7 +192,7 @@ contains
       end associate
    end function is_meant
 
-   !> A group of that name gives the variable in the text.
+   !> .true. if a group of that name gives the variable in the text.
    pure logical function is_given(text, groups, group, variable)
       character(len=*), intent(in) :: text              !< of the input
       type(group_type), intent(in) :: groups(:)         !< of the text
@@ -213,7 +213,7 @@ contains
       end do
    end function is_given
 
-   !> A hint at the most similar name; otherwise the known ones.
+   !> Text that suggests the most similar name; otherwise the known names.
    pure function meant(word, words, otherwise) result(hint)
       character(len=*), intent(in) :: word, words(:)  !< not known; known ones
       character(len=*), intent(in) :: otherwise       !< words before a list of them, or none
@@ -229,7 +229,7 @@ contains
       end if
    end function meant
 
-   !> The first names, with commas between.
+   !> List the first names, separated by commas.
    pure function listed(names) result(list)
       character(len=*), intent(in) :: names(:)  !< trailing blanks are dropped
       character(len=:), allocatable :: list
@@ -238,7 +238,7 @@ contains
       if (size(names) > most_names) list = list//' …'
    end function listed
 
-   !> The variable that is named, in a group that exists.
+   !> Find the named variable in an existing group.
    subroutine find_variable(change, error)
       type(change_type), intent(inout) :: change  !< with its group
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -260,7 +260,7 @@ contains
       end associate
    end subroutine find_variable
 
-   !> The value as the text of an input has it: texts in quotes, logical values with dots.
+   !> Value as written in an input: texts in quotes, logical values with dots.
    pure function value_text(change) result(text)
       type(change_type), intent(in) :: change  !< with its value and variable
       character(len=:), allocatable :: text
@@ -278,7 +278,7 @@ contains
       text = "'"//text//"'"
    end function value_text
 
-   !> Mark the groups that a change means: the only one, one by name or number, or all (*).
+   !> Mark the groups that a change selects: the only one, one by name or number, or all (*).
    subroutine choose(change, names, chosen, error)
       type(change_type), intent(in) :: change   !< with group and name
       character(len=*), intent(in) :: names(:)  !< of the groups of its kind, or blank
@@ -309,8 +309,8 @@ contains
       end if
    end subroutine choose
 
-   !> Set or remove the variable in one group; a duration removes the number of steps, and vice
-   !> versa.
+   !> Set or remove the variable in one group.
+   !> A duration removes the number of steps, and vice versa.
    subroutine set_in(text, last, spans, change, new)
       character(len=:), allocatable, intent(inout) :: text  !< of the input
       integer, intent(in) :: last                !< the slash of the group

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups &traction and &water: loads on edges.
+!> Groups &traction and &water: loads on edges.
 module dda_input_edge_loads
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, place_of
@@ -23,7 +23,7 @@ module dda_input_edge_loads
 
 contains
 
-   !> All tractions and waters of an input.
+   !> Read all groups &traction and &water of an input.
    subroutine read_edge_loads(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -50,7 +50,7 @@ contains
       end do
    end subroutine read_edge_loads
 
-   !> Initial ends of the parts.
+   !> Set the initial ends of the parts.
    pure subroutine mark_ends(blocks, load)
       type(blocks_type), intent(in) :: blocks  !< in their initial state
       type(edge_load_type), intent(inout) :: load  !< with its pieces
@@ -66,7 +66,7 @@ contains
       end do
    end subroutine mark_ends
 
-   !> &traction
+   !> Read &traction.
    subroutine read_traction(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
@@ -91,7 +91,7 @@ contains
          call set_reservoir(new, model, group, own%reservoir_depth, error)
    end subroutine read_traction
 
-   !> Depth of the reservoir whose water moves with the edges of a load, which stand upright.
+   !> Set the depth of the reservoir whose water moves with the steep edges of a load.
    subroutine set_reservoir(load, model, group, depth, error)
       type(edge_load_type), intent(inout) :: load  !< with its pieces and level
       type(model_type), intent(in) :: model  !< with its blocks
@@ -120,7 +120,7 @@ contains
       end do
    end subroutine set_reservoir
 
-   !> The times of a load; without any it lasts for ever.
+   !> Set the times of a load; without times it acts for ever.
    subroutine set_times(load, time, group, error)
       type(edge_load_type), intent(inout) :: load  !< its times
       real(wp), intent(in) :: time(:)        !< as given, s
@@ -133,7 +133,7 @@ contains
       if (.not. load%held) call check_times(error, group, time)
    end subroutine set_times
 
-   !> The values of a variable at the times of a load; one value counts for all of them.
+   !> Set the values of a variable at the times of a load; one value applies to all times.
    subroutine set_values(load, group, name, given_values, values, error)
       type(edge_load_type), intent(in) :: load  !< its times
       type(group_type), intent(in) :: group  !< of the input
@@ -148,7 +148,7 @@ contains
          ' must have one value, or as many as time ('//to_text(size(load%time))//')')
    end subroutine set_values
 
-   !> &water
+   !> Read &water.
    subroutine read_water(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
@@ -173,7 +173,7 @@ contains
       new%held = .true.
    end subroutine read_water
 
-   !> The edges that water may act on: all, those of joints between blocks, or those of the outline.
+   !> Edges that water may act on: all, those of joints between blocks, or those of the outline.
    subroutine wettable(model, group, own, pieces, error)
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
@@ -198,7 +198,7 @@ contains
       end associate
    end subroutine wettable
 
-   !> Remainders of whole edges without some parts of them, which are in the same order.
+   !> Parts of whole edges that remain without some parts of them, in the same order.
    function without(edges, pieces) result(left)
       type(edge_piece_type), intent(in) :: edges(:)   !< whole ones
       type(edge_piece_type), intent(in) :: pieces(:)  !< to leave out
@@ -226,7 +226,7 @@ contains
 
    contains
 
-      !> Read the remaining variables that are given.
+      !> Read the remaining given variables.
       subroutine read_remaining()
          if (rest%to - rest%from <= covered) return
          n = n + 1
@@ -234,7 +234,7 @@ contains
       end subroutine read_remaining
    end function without
 
-   !> A phreatic line within the model.
+   !> Set a phreatic line within the model.
    subroutine set_surface(load, model, group, points, error)
       type(edge_load_type), intent(inout) :: load  !< with its pieces
       type(model_type), intent(in) :: model  !< with its blocks
@@ -263,7 +263,7 @@ contains
       load%line = line
    end subroutine set_surface
 
-   !> The location of a load in words.
+   !> Text of a position.
    pure function words_of(point) result(words)
       real(wp), intent(in) :: point(2)  !< m
       character(len=:), allocatable :: words
@@ -271,7 +271,7 @@ contains
       words = to_text(point(1))//', '//to_text(point(2))
    end function words_of
 
-   !> Heads or pressures at the points of a line that lies on edges, straight between them.
+   !> Set heads or pressures at the points of a line on edges, straight between the points.
    subroutine set_line(load, model, group, own, error)
       type(edge_load_type), intent(inout) :: load  !< with the pieces it may act on
       type(model_type), intent(in) :: model  !< with its blocks
@@ -300,7 +300,7 @@ contains
       end do
    end subroutine set_line
 
-   !> Pressures at the ends of parts on a segment.
+   !> Add pressures at the ends of parts on a segment.
    pure subroutine add_pressures(load, blocks, segment, values, pieces)
       type(edge_load_type), intent(inout) :: load  !< with the pieces before
       type(blocks_type), intent(in) :: blocks  !< in their initial state
@@ -332,7 +332,7 @@ contains
          i - 1.0_wp)) - segment(:, 1))/dot_product(along, along)
    end function share_of
 
-   !> All of a segment must lie on edges.
+   !> Check that all of a segment lies on edges.
    subroutine check_cover(model, group, segment, pieces, error)
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The edges that a group names: by a side of the model, along a polyline, or by blocks and the
-!> numbers of their edges.  All that is given must hold, and only parts of the outline count.
+!> Edges that a group selects: by a side of the model, along a polyline, or by blocks and the
+!> numbers of their edges.  A part must satisfy all given criteria and belong to the outline.
 !>
-!> A group that acts on edges takes the part `edges` of the schema.
+!> A group that acts on edges includes the part `edges` of the schema.
 module dda_input_edges
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -20,7 +20,7 @@ module dda_input_edges
 
 contains
 
-   !> The parts of the outline that a group names; none is an input error.
+   !> Select the parts of the outline that a group names; none is an input error.
    subroutine choose_edges(group, edges, model, pieces, error, side)
       type(group_type), intent(in) :: group          !< of the input
       type(edges_values), intent(in) :: edges        !< what it says of them
@@ -51,7 +51,7 @@ contains
          'no edge of the outline is there; an edge that another block touches is not part of it')
    end subroutine choose_edges
 
-   !> A polyline in the engine's coordinates.
+   !> Convert a polyline to the engine's coordinates.
    subroutine take_polyline(group, name, points, origin, line, error)
       type(group_type), intent(in) :: group  !< of the input
       character(len=*), intent(in) :: name  !< of the variable
@@ -65,7 +65,7 @@ contains
       line = points - spread(origin, 2, size(points, 2))
    end subroutine take_polyline
 
-   !> Numbers of edges are whole, and belong to blocks that are named.
+   !> Check that edge numbers are whole and exist in the named blocks.
    subroutine check_numbers(group, edges, error)
       type(group_type), intent(in) :: group  !< of the input
       type(edges_values), intent(in) :: edges  !< what it says of them
@@ -78,7 +78,7 @@ contains
       end do
    end subroutine check_numbers
 
-   !> Pieces of edges of the given numbers in their blocks, the first from the first vertex on.
+   !> Parts of edges with the given numbers in their blocks; edge 1 begins at the first vertex.
    pure function numbered(blocks, pieces, numbers) result(found)
       type(blocks_type), intent(in) :: blocks          !< of the model
       type(edge_piece_type), intent(in) :: pieces(:)   !< to choose from

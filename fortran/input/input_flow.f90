@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups &flow and &flow_boundary: the network of water in joints.
+!> Groups &flow and &flow_boundary: the network of water in joints.
 module dda_input_flow
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -23,12 +23,12 @@ module dda_input_flow
 
    real(wp), parameter :: least = 1.0e-6_wp  !< smallest fraction of an edge that is a channel
 
-   !> Flowing nodes are solved together by a dense factor: 4000 take some seconds a step.
+   !> Nodes with flow are solved together by a dense factor: 4000 need some seconds per step.
    integer, parameter :: most_nodes = 4000
 
 contains
 
-   !> Everything in an input on water that flows.
+   !> Read everything in an input on water that flows.
    subroutine read_flow(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks and edge loads
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -67,7 +67,7 @@ contains
       call set_water(model, groups, error)
    end subroutine read_flow
 
-   !> Refuse more flowing nodes than can be solved together.
+   !> Reject more nodes with flow than can be solved together.
    subroutine limit_nodes(flow, group, error)
       type(flow_type), intent(in) :: flow    !< with its nodes
       type(group_type), intent(in) :: group  !< of the input
@@ -81,7 +81,7 @@ contains
          //' or fewer joints by joints')
    end subroutine limit_nodes
 
-   !> The water of the joints of a group; the first group says in what state it is.
+   !> Read the law of the water in the joints of a group; the first group sets the flow state.
    subroutine read_law(model, group, i, own, law_of, error)
       type(model_type), intent(inout) :: model   !< with flow
       type(group_type), intent(in) :: group      !< of the input
@@ -117,7 +117,7 @@ contains
       end associate
    end subroutine read_law
 
-   !> Channels wherever edges of two blocks lie along each other.
+   !> Find channels wherever edges of two blocks lie along each other.
    subroutine find_channels(flow, blocks, law_of, longest)
       type(flow_type), intent(inout) :: flow   !< gets channels and positions of nodes
       type(blocks_type), intent(in) :: blocks  !< in their initial state
@@ -149,7 +149,7 @@ contains
       allocate (flow%saturation(n), source=1.0_wp)
    end subroutine find_channels
 
-   !> The channels of two edges, if they lie along each other.
+   !> Add the channels of two edges, if they lie along each other.
    subroutine add_channels(channels, count, blocks, edges, law, longest)
       type(channel_type), allocatable, intent(inout) :: channels(:)  !< lengthened where needed
       integer, intent(inout) :: count          !< of them
@@ -186,8 +186,8 @@ contains
       end associate
    end subroutine add_channels
 
-   !> Number the ends of channels; ends at the same position are one node.  Cells of a grid hold
-   !> their nodes as linked lists.
+   !> Number the ends of channels; ends at the same position are one node.
+   !> Cells of a grid contain their nodes as linked lists.
    pure subroutine number_nodes(flow, blocks)
       type(flow_type), intent(inout) :: flow   !< gets nodes and their positions
       type(blocks_type), intent(in) :: blocks  !< in their initial state
@@ -221,7 +221,7 @@ contains
 
    contains
 
-      !> A node within reach of a position; 0: there is none.
+      !> Find a node within reach of a position; 0 if there is none.
       pure integer function near(at, position)
          integer, intent(in) :: at(2)         !< its cell
          real(wp), intent(in) :: position(2)  !< m
@@ -239,7 +239,7 @@ contains
       end function near
    end subroutine number_nodes
 
-   !> Pressure and saturation at the start.
+   !> Set initial pressure and saturation.
    pure subroutine set_first_state(flow, own, origin)
       type(flow_type), intent(inout) :: flow     !< with its nodes
       type(flow_values), intent(in) :: own(:)    !< of the groups
@@ -260,7 +260,7 @@ contains
       end do
    end subroutine set_first_state
 
-   !> &flow_boundary
+   !> Read &flow_boundary.
    subroutine read_boundary(model, group, error)
       type(model_type), intent(inout) :: model  !< with flow
       type(group_type), intent(in) :: group     !< of the input
@@ -292,7 +292,7 @@ contains
       if (.not. allocated(error)) model%flow%boundary = [model%flow%boundary, new]
    end subroutine read_boundary
 
-   !> Nodes on a side of the model, on a polyline, or on both.
+   !> Find nodes on a side of the model, on a polyline, or on both.
    pure function nodes_of(model, own, line) result(list)
       type(model_type), intent(in) :: model            !< with flow
       type(flow_boundary_values), intent(in) :: own    !< as read
@@ -320,7 +320,7 @@ contains
       list = pack([(i, i=1, size(wanted))], wanted)
    end function nodes_of
 
-   !> A point lies on a polyline.
+   !> .true. if a point lies on a polyline.
    pure logical function is_on(line, point, reach)  ! total
       real(wp), intent(in) :: line(:,:)        !< [2,points] m
       real(wp), intent(in) :: point(2), reach  !< m
@@ -336,8 +336,8 @@ contains
       is_on = .false.
    end function is_on
 
-   !> Heads of nodes on faces under water, by &water or a level of &traction; in joints, water is
-   !> that of &flow.
+   !> Set heads of nodes on faces under water, by &water or a level of &traction.
+   !> In joints, the water is that of &flow.
    subroutine set_water(model, groups, error)
       type(model_type), intent(inout) :: model   !< with flow and edge loads
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -365,7 +365,7 @@ contains
       end do
    end subroutine set_water
 
-   !> No channel has an edge that a load acts on as a whole.
+   !> .true. if no channel has an edge on which a load acts as a whole.
    pure logical function faces_alone(model, load)
       type(model_type), intent(in) :: model  !< with flow and edge loads
       integer, intent(in) :: load            !< number
@@ -384,7 +384,7 @@ contains
       end associate
    end function faces_alone
 
-   !> The head of a node that lies on part k of the faces under water.
+   !> Add the head of a node that lies on part k of the faces under water.
    subroutine add_node(model, load, k, node)
       type(model_type), intent(inout) :: model  !< with flow and edge loads
       integer, intent(in) :: load, k, node      !< numbers

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The column of a free-field side: the blocks up to the first vertical line that cuts none, whose
-!> right face must meet its left one.
+!> Column of a free-field side: the blocks up to the first vertical line that cuts no block; its
+!> right face must match its left face.
 module dda_input_free_field
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -23,7 +23,7 @@ module dda_input_free_field
 
 contains
 
-   !> Blocks and ties of the column at a side.
+   !> Find blocks and ties of the column at a side.
    subroutine find_column(model, group, field, error)
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the input
@@ -56,7 +56,7 @@ contains
       call check_ties(model, group, column, field%tie, error)
    end subroutine find_column
 
-   !> Ties have the springs of the contacts.
+   !> Check that ties have the springs of the contacts.
    subroutine check_ties(model, group, blocks, ties, error)
       type(model_type), intent(in) :: model  !< with its joints
       type(group_type), intent(in) :: group  !< of the input
@@ -77,7 +77,7 @@ contains
       end do
    end subroutine check_ties
 
-   !> Blocks between a side and the first vertical line from there that passes between blocks.
+   !> Find blocks between a side and the first vertical line that passes between blocks.
    pure subroutine blocks_at_side(blocks, outward, list)
       type(blocks_type), intent(in) :: blocks  !< of the model
       real(wp), intent(in) :: outward          !< −1: the left side; 1: the right one
@@ -101,7 +101,7 @@ contains
       list = pack([(b, b=1, blocks%n)], near < line - small)
    end subroutine blocks_at_side
 
-   !> Two lists of vertical faces cover the same heights, without gaps.
+   !> .true. if two lists of vertical faces cover the same heights, without gaps.
    pure logical function same_span(blocks, one, other)
       type(blocks_type), intent(in) :: blocks         !< of the column
       type(edge_piece_type), intent(in) :: one(:), other(:)  !< faces
@@ -116,7 +116,7 @@ contains
 
    contains
 
-      !> Lowest and highest group, and sum of lengths, m.
+      !> Lowest and highest position, and sum of lengths, m.
       pure function span_of(pieces) result(span)
          type(edge_piece_type), intent(in) :: pieces(:)  !< whole edges
          real(wp) :: span(3)
@@ -127,7 +127,7 @@ contains
       end function span_of
    end function same_span
 
-   !> Columns do not support removal and edge loads, which must not act on their blocks.
+   !> Check that no removal and no edge load acts on blocks of columns, which do not support them.
    subroutine check_columns(model, groups, error)
       type(model_type), intent(in) :: model  !< complete
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -162,7 +162,7 @@ contains
       end do
    end subroutine check_columns
 
-   !> Two lists have a number in common.
+   !> .true. if two lists have a number in common.
    pure logical function has_any(list, other)
       integer, intent(in) :: list(:), other(:)
       integer :: i

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Values of the variables of a group, checked by the schema.
 !>
-!> `dda_input_groups`, which is made from the schema, has a type for the values of each group.
+!> `dda_input_groups`, which is generated from the schema, has a type for the values of each group.
 module dda_input_group
    use dda_kinds, only: wp
    use dda_errors, only: error_type
@@ -18,35 +18,35 @@ module dda_input_group
    public :: take_integer, take_logical, take_name, take_names, take_numbers, take_points, &
       take_real, take_text, take_tuple
 
-   !> The input gives a value; before it is read it is `unset`.
+   !> .true. if the input gives a value; before reading, the value is `unset`.
    interface is_set
       module procedure is_set_real, is_set_integer
    end interface is_set
 
 contains
 
-   !> A number that the input gives.
+   !> .true. if the input gives a number.
    pure logical elemental function is_set_real(value) result(is)
       real(wp), intent(in) :: value           !< in its unit
 
       is = value /= unset
    end function is_set_real
 
-   !> A whole number that the input gives.
+   !> .true. if the input gives a whole number.
    pure logical elemental function is_set_integer(value) result(is)
       integer, intent(in) :: value            !< as given
 
       is = value /= -huge(value)
    end function is_set_integer
 
-   !> A value, or a marker for one that is not given.
+   !> The given value, or a substitute if none is given.
    pure elemental real(wp) function value_or(value, otherwise)
       real(wp), intent(in) :: value, otherwise  !< as read, or `unset`; in its place
 
       value_or = merge(value, otherwise, is_set(value))
    end function value_or
 
-   !> Positions of the groups of a name.
+   !> Positions of the groups with a given name.
    pure function positions(groups, name) result(list)
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       character(len=*), intent(in) :: name       !< of groups
@@ -56,8 +56,7 @@ contains
       list = pack([(i, i=1, size(groups))], [(groups(i)%name == name, i=1, size(groups))])
    end function positions
 
-   !> Position of the values of a variable in a group; 0 if it is missing, which is an error if it
-   !> is required.
+   !> Find the values of a variable in a group; 0 if missing, an error if required.
    pure subroutine find(group, v, i, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
@@ -71,7 +70,7 @@ contains
          trim(input_variables(v)%name)//' is missing')
    end subroutine find
 
-   !> A number within the limits of its variable.
+   !> Read a number within the limits of its variable.
    pure subroutine take_real(group, v, value, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
@@ -85,7 +84,7 @@ contains
       call check_number(error, group, input_variables(v), value)
    end subroutine take_real
 
-   !> A whole number.
+   !> Read a whole number.
    pure subroutine take_integer(group, v, value, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
@@ -99,7 +98,7 @@ contains
          wp)))
    end subroutine take_integer
 
-   !> A logical value.
+   !> Read a logical value.
    pure subroutine take_logical(group, v, value, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
@@ -111,7 +110,7 @@ contains
       if (i > 0) value = group%values(i)%numbers(1) > 0.0_wp
    end subroutine take_logical
 
-   !> A name, or one of the words that the schema allows.
+   !> Read a name, or one of the words that the schema allows.
    pure subroutine take_name(group, v, value, error)
       type(group_type), intent(in) :: group     !< of the input
       integer, intent(in) :: v                  !< position in `input_variables`
@@ -133,7 +132,7 @@ contains
       if (text /= '') value = text
    end subroutine take_name
 
-   !> A text of any length.
+   !> Read a text of any length.
    pure subroutine take_text(group, v, text, error)
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
@@ -148,7 +147,7 @@ contains
          trim(input_variables(v)%name)//' is missing')
    end subroutine take_text
 
-   !> Numbers within the limits of their variable, none left out.
+   !> Read numbers within the limits of their variable; none may be left out.
    pure subroutine take_numbers(group, v, values, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
@@ -172,7 +171,7 @@ contains
       end do
    end subroutine take_numbers
 
-   !> A few numbers.
+   !> Read a fixed number of values.
    pure subroutine take_tuple(group, v, values, error)
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
@@ -184,7 +183,7 @@ contains
       values(:size(own)) = own
    end subroutine take_tuple
 
-   !> Points, x and y of each.
+   !> Read points, x and y of each.
    pure subroutine take_points(group, v, points, error)
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
@@ -198,7 +197,7 @@ contains
       points = reshape(values, [2, size(values)/2])
    end subroutine take_points
 
-   !> Names, blank where one is left out.
+   !> Read names; omitted ones are blank.
    pure subroutine take_names(group, v, values, error)
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
@@ -219,7 +218,7 @@ contains
       end do
    end subroutine take_names
 
-   !> Names have at most so many bytes.
+   !> Check that names do not exceed the largest length.
    pure subroutine check_length(error, group, name, text)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group     !< of the input
@@ -229,7 +228,7 @@ contains
          ' is too long: at most '//to_text(name_length)//' bytes')
    end subroutine check_length
 
-   !> Numbers that must be there and lie within the limits of the schema.
+   !> Require numbers to be given and to be within the limits of the schema.
    pure subroutine require(error, group, names, values)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input
@@ -250,7 +249,7 @@ contains
       end do
    end subroutine require
 
-   !> A number must lie within the limits of its variable.
+   !> Check that a number is within the limits of its variable.
    pure subroutine check_number(error, group, variable, value)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input
@@ -273,7 +272,7 @@ contains
          to_text(value)//failure)
    end subroutine check_number
 
-   !> A word must be one of those that the schema allows.
+   !> Check that a word is one of those that the schema allows.
    pure subroutine check_word(error, group, variable, value)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input
@@ -285,7 +284,7 @@ contains
          ' must be one of '//trim(variable%allowed))
    end subroutine check_word
 
-   !> A name must not be used twice.
+   !> Require that a name is not used twice.
    pure subroutine require_new_name(error, group, name, others)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input
@@ -296,7 +295,7 @@ contains
          ' is used twice')
    end subroutine require_new_name
 
-   !> The position of a name among those it may refer to; 0 and an input error if it is none.
+   !> Find a name among those that may be referred to; otherwise 0 and an input error.
    pure subroutine require_name(error, group, name, value, names, kind, position)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input

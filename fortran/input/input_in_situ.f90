@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups &in_situ: stress of the ground in place, from the weight above each block.
+!> Groups &in_situ: initial stress of the ground from the weight above each block.
 !>
-!> σy = −∫ρg dy along the vertical through the centroid, and σx = K₀σy, beside the stress of the
-!> material, which is locked in.  Columns of equal width list the blocks that a vertical can meet.
+!> σy = −∫ρg dy along the vertical through the centroid, and σx = K₀σy, in addition to the locked-in
+!> stress of the material.  Columns of equal width list the blocks that a vertical line can cross.
 module dda_input_in_situ
    use dda_kinds, only: wp
    use dda_counting_sort, only: counting_sort
@@ -34,7 +34,7 @@ module dda_input_in_situ
 
 contains
 
-   !> All groups &in_situ of an input.
+   !> Read all groups &in_situ of an input.
    subroutine read_in_situ(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -69,7 +69,7 @@ contains
       end do
    end subroutine read_in_situ
 
-   !> Lists that fit each other, and a gravity that presses.
+   !> Check that lists match and that gravity acts downwards.
    subroutine check_values(group, own, model, error)
       type(group_type), intent(in) :: group        !< of the input
       type(in_situ_values), intent(in) :: own      !< its values
@@ -95,7 +95,7 @@ contains
       end associate
    end subroutine check_values
 
-   !> Stress of the blocks of material m, or of all blocks.
+   !> Set the stress of the blocks of material m, or of all blocks.
    subroutine stress_blocks(group, own, m, columns, model, error)
       type(group_type), intent(in) :: group        !< of the input
       type(in_situ_values), intent(in) :: own      !< its values
@@ -134,7 +134,7 @@ contains
       end do
    end subroutine stress_blocks
 
-   !> What lies above a point: top edges of blocks run leftwards, lower ones rightwards.
+   !> Ground above a point: top edges of blocks run leftwards, lower edges rightwards.
    pure function cover_of(model, columns, x, y) result(cover)
       type(model_type), intent(in) :: model      !< with its blocks
       type(columns_type), intent(in) :: columns  !< of these
@@ -165,7 +165,7 @@ contains
       end associate
    end function cover_of
 
-   !> Columns with the blocks of a model.
+   !> Build the columns with the blocks of a model.
    function columns_of(model) result(columns)
       type(model_type), intent(in) :: model  !< with its blocks
       type(columns_type) :: columns
@@ -197,7 +197,7 @@ contains
       end associate
    end function columns_of
 
-   !> The column that a vertical lies in.
+   !> Column that contains a vertical line.
    pure integer function column_at(columns, x) result(c)
       type(columns_type), intent(in) :: columns  !< with their widths
       real(wp), intent(in) :: x                  !< m

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The time integration of &control: a member of the family of `dda_scheme` by its name, by θ, or by
-!> the damping ratio that is wanted at a frequency.
+!> Time integration of &control: a member of the family of `dda_scheme`, given by its name, by θ, or
+!> by a damping ratio at a frequency.
 module dda_input_integration
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
@@ -15,7 +15,7 @@ module dda_input_integration
 
 contains
 
-   !> Put what a group requires into the settings, which have Δt and the dynamic factor.
+   !> Set the integration that a group requires; the settings contain Δt and the dynamic factor.
    subroutine set_integration(group, integration, theta, ratio, frequency, settings, error)
       type(group_type), intent(in) :: group          !< &control or &stage
       character(len=*), intent(in) :: integration    !< by name
@@ -38,7 +38,7 @@ contains
          'static steps of the others overshoot')
    end subroutine set_integration
 
-   !> θ for a damping ratio at a frequency and the Δt of the settings.
+   !> Find θ for a damping ratio at a frequency and the Δt of the settings.
    subroutine match_damping(error, group, ratio, frequency, settings)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group

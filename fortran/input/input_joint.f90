@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The group &joint: strength and stiffness of a joint material by its law.
+!> Group &joint: strength and stiffness of a joint material by its law.
 module dda_input_joint
    use dda_kinds, only: wp
    use dda_errors, only: error_type
@@ -19,7 +19,7 @@ module dda_input_joint
 
 contains
 
-   !> &joint
+   !> Read &joint.
    subroutine read_joint(group, shear_ratio, new, error)
       type(group_type), intent(in) :: group  !< of the input
       real(wp), intent(in) :: shear_ratio    !< k_n/k_s of contacts without stiffness of their own
@@ -47,7 +47,7 @@ contains
       if (wrong /= '') call input_error(error, group, wrong)
    end subroutine read_joint
 
-   !> The variables of a group &joint or &material that divide all strength by a factor, by its law.
+   !> Variables of &joint or &material that divide all strength by a factor, by law.
    subroutine reduced_strengths(file, text, factor, strengths, error)
       character(len=*), intent(in) :: file  !< path, for messages
       character(len=*), intent(in) :: text  !< one group &joint or &material

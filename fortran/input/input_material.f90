@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The group &material: elasticity by moduli or by wave velocities, and damping.
+!> Group &material: elasticity by moduli or by wave velocities, and damping.
 module dda_input_material
    use dda_kinds, only: wp
    use dda_blocks, only: set_damping
@@ -18,7 +18,7 @@ module dda_input_material
 
 contains
 
-   !> &material
+   !> Read &material.
    subroutine read_material(group, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(material_type), intent(out) :: new  !< by the group
@@ -30,7 +30,7 @@ contains
       call check_law(group, new%material_values, new, error)
    end subroutine read_material
 
-   !> Young's modulus and Poisson's ratio, or the velocities of S and P waves.
+   !> Read Young's modulus and Poisson's ratio, or the velocities of S and P waves.
    subroutine read_elasticity(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the input
@@ -50,7 +50,7 @@ contains
       call check_derived(error, group, new)
    end subroutine read_elasticity
 
-   !> Moduli that follow from velocities must be ones that could have been given.
+   !> Check that moduli derived from velocities are permitted values.
    subroutine check_derived(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the group
@@ -65,7 +65,7 @@ contains
          ': '//failure%message(index(failure%message, '): ') + 3:))
    end subroutine check_derived
 
-   !> A damping ratio at all frequencies, or Rayleigh damping.
+   !> Read a constant damping ratio, or Rayleigh damping.
    subroutine take_damping(error, group, own, damping)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the input
@@ -88,7 +88,7 @@ contains
       end if
    end subroutine take_damping
 
-   !> Two frequencies, ascending.
+   !> Check that two frequencies ascend.
    subroutine check_band(error, group, name, band)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the input
@@ -99,8 +99,8 @@ contains
          ' = '//to_text(band(1))//', '//to_text(band(2))//' must ascend')
    end subroutine check_band
 
-   !> Fit the laws and bodies of all materials to what the time steps of all stages admit, and give
-   !> these to the blocks.
+   !> Fit laws and branches of all materials to the time steps of all stages.
+   !> The result is assigned to the blocks.
    subroutine fit_materials(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its stages
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order

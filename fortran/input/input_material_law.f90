@@ -16,7 +16,7 @@ module dda_input_material_law
 
 contains
 
-   !> Variables that a law requires are there, and go with the rest of the material.
+   !> Check that the variables of a law are given and consistent with the rest of the material.
    subroutine check_law(group, own, material, error)
       type(group_type), intent(in) :: group           !< &material
       type(material_values), intent(in) :: own        !< its values
@@ -30,7 +30,7 @@ contains
       call read_soil(group, own, material, soil, error)
    end subroutine check_law
 
-   !> The law of a material, which then includes the damping of small strains.
+   !> Set the law of a material, which then includes the damping at small strains.
    subroutine set_law(group, material, limit, error)
       type(group_type), intent(in) :: group            !< &material
       type(material_type), intent(inout) :: material   !< as read
@@ -58,7 +58,7 @@ contains
       allocate (material%own_law, source=new_hysteretic_law(branches))
    end subroutine set_law
 
-   !> The soil that a group describes.
+   !> Read the soil that a group describes.
    subroutine read_soil(group, own, material, soil, error)
       type(group_type), intent(in) :: group        !< &material
       type(material_values), intent(in) :: own     !< its values
@@ -82,7 +82,7 @@ contains
       if (soil%curve == 'table') soil%table = curve_type(own%strains, own%reductions, own%dampings)
    end subroutine read_soil
 
-   !> Values of a curve that go with each other.
+   !> Check the values of a curve.
    subroutine check_curve(group, own, error)
       type(group_type), intent(in) :: group     !< &material
       type(material_values), intent(in) :: own  !< its values

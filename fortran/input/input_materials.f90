@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The group of motions, and substances by name: &motion.
+!> The group &motion, and materials and joints by name.
 module dda_input_materials
    use dda_kinds, only: wp
    use dda_baseline, only: baseline_type, make_motion_curve
@@ -16,10 +16,10 @@ module dda_input_materials
 
 contains
 
-   !> &motion: a record file, or values in the input itself.
+   !> Read &motion: a record file, or values in the input itself.
    subroutine read_motion(group, folder, new, error)
       type(group_type), intent(in) :: group  !< of the input
-      !> that file names are relative to, '' or ending in '/'
+      !> folder to which file names are relative, '' or ending in '/'
       character(len=*), intent(in) :: folder
       type(motion_type), intent(out) :: new  !< by the group
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -37,7 +37,7 @@ contains
       if (.not. allocated(error)) call make_motion(group, record, own, new, error)
    end subroutine read_motion
 
-   !> A path of the input, relative to the working folder.
+   !> Path from the input, relative to the working folder.
    pure function full_path(folder, file) result(path)
       !> folder of the input, '' or ending in '/'; path
       character(len=*), intent(in) :: folder, file
@@ -47,7 +47,7 @@ contains
       if (file(1:1) /= '/') path = folder//file
    end function full_path
 
-   !> Read the record file; its errors get the position of the group in front.
+   !> Read the record file; the position of the group is added to its errors.
    subroutine read_record_file(group, path, own, record, error)
       type(group_type), intent(in) :: group  !< of the input
       character(len=*), intent(in) :: path   !< of the record
@@ -61,7 +61,7 @@ contains
       if (allocated(failure)) call input_error(error, group, failure%message)
    end subroutine read_record_file
 
-   !> Values in the group are in SI units.
+   !> Read values from the group, in SI units.
    subroutine take_values(group, own, record, error)
       type(group_type), intent(in) :: group  !< of the input
       type(motion_values), intent(in) :: own !< of the group
@@ -81,8 +81,8 @@ contains
       record%file = ''
    end subroutine take_values
 
-   !> Acceleration, velocity and displacement of the record; by default drift is removed from
-   !> accelerations.
+   !> Compute acceleration, velocity and displacement of the record.
+   !> By default, drift is removed from accelerations.
    subroutine make_motion(group, record, own, new, error)
       type(group_type), intent(in) :: group  !< of the group
       type(record_type), intent(in) :: record  !< as read
@@ -110,7 +110,7 @@ contains
          ' every '//to_text(record%time_step)//' s; '//new%curve%method
    end subroutine make_motion
 
-   !> Positions of a material and a joint by name; without a name the only or first one.
+   !> Find a material and a joint by name; without a name the only or first one.
    subroutine find_substances(group, names, model, m, j, error)
       type(group_type), intent(in) :: group      !< of the input
       type(naming_values), intent(in) :: names   !< that it has, or blank

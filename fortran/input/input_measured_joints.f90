@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups &measured_joint.
+!> Groups &measured_joint.
 module dda_input_measured_joints
    use dda_errors, only: error_type
    use dda_input_group, only: group_type, input_error, positions, require_new_name
@@ -14,7 +14,7 @@ module dda_input_measured_joints
 
 contains
 
-   !> All measured joints of an input.
+   !> Read all measured joints of an input.
    subroutine read_measured_joints(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -35,7 +35,7 @@ contains
       end do
    end subroutine read_measured_joints
 
-   !> One of them; the blocks against the first set are all others unless they are named.
+   !> Read one group; if no blocks are named against, all others are.
    subroutine read_measured_joint(group, names, new, error)
       type(group_type), intent(in) :: group    !< of the input
       character(len=*), intent(in) :: names(:) !< [n] of the blocks

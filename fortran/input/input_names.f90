@@ -10,7 +10,7 @@ module dda_input_names
 
 contains
 
-   !> Mark all that a list 'one, two, all_*' names; each entry must name something.
+   !> Mark all that a list 'one, two, all_*' names; each item must name something.
    subroutine mark_names(list, variable, names, group, marked, error)
       character(len=*), intent(in) :: list, variable  !< as read; its variable
       character(len=*), intent(in) :: names(:)        !< known ones

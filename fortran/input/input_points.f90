@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups of a material point: &fixed_point, &load, &measured_point, and &amplification, between
+!> Groups of material points: &fixed_point, &load, &measured_point, and &amplification, between
 !> two of these.
 module dda_input_points
    use dda_kinds, only: wp
@@ -23,7 +23,7 @@ module dda_input_points
 
 contains
 
-   !> The block that contains a point: the named one, else the first that does.
+   !> Find the block that contains a point: the named block, or the first one.
    subroutine find_block(group, model, wanted, point, b, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model      !< with its blocks
@@ -54,8 +54,7 @@ contains
          ' lies outside block '//quoted(wanted))
    end subroutine find_block
 
-   !> The number of the first block of a name, or of a number as text; 0 and an error if there is
-   !> none.
+   !> Number of the first block of a name, or of a number as text; otherwise 0 and an error.
    integer function number_of_block(group, variable, names, wanted, error) result(b)
       type(group_type), intent(in) :: group      !< of the input
       character(len=*), intent(in) :: variable   !< that says which
@@ -74,7 +73,7 @@ contains
       b = 0
    end function number_of_block
 
-   !> A point lies in a block.
+   !> .true. if a point lies in a block.
    pure logical function holds(blocks, b, point)
       type(blocks_type), intent(in) :: blocks  !< of the model
       integer, intent(in) :: b  !< number of the block
@@ -86,7 +85,7 @@ contains
          on_boundary*blocks%radius(b))
    end function holds
 
-   !> &fixed_point
+   !> Read &fixed_point.
    subroutine read_fixed_point(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
@@ -103,7 +102,7 @@ contains
          'a motion is given in a direction in which the point is not fixed')
    end subroutine read_fixed_point
 
-   !> The position of a group in the engine's coordinates, and the block that contains it.
+   !> Find the position of a group in engine coordinates, and the block that contains it.
    subroutine find_point(group, model, point, place, reference, b, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
@@ -118,7 +117,7 @@ contains
       if (b > 0) reference = reference_of(model%blocks, b, place)
    end subroutine find_point
 
-   !> The motions along x and y that a group names.
+   !> Find the motions along x and y that a group names.
    subroutine find_motions(group, names, motions, found, error, stem)
       type(group_type), intent(in) :: group        !< of the input
       character(len=*), intent(in) :: names(2)     !< or blank
@@ -137,7 +136,7 @@ contains
       end do
    end subroutine find_motions
 
-   !> &load
+   !> Read &load.
    subroutine read_load(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
@@ -162,7 +161,7 @@ contains
       new%force(2, :size(own%force_y)) = own%force_y
    end subroutine read_load
 
-   !> Times of a load: two at least, none before the one above it.
+   !> Check the times of a load: at least two, not descending.
    subroutine check_times(error, group, time)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group      !< of the input
@@ -173,7 +172,7 @@ contains
          'time must not decrease')
    end subroutine check_times
 
-   !> &measured_point
+   !> Read &measured_point.
    subroutine read_point(group, model, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
@@ -188,7 +187,7 @@ contains
          new%block, new%place)
    end subroutine read_point
 
-   !> The next block, of another body, that contains a point; 0 if there is none.
+   !> Next block, of another body, that contains a point; 0 if there is none.
    pure integer function other_container(blocks, first, point) result(b)
       type(blocks_type), intent(in) :: blocks  !< of the model
       integer, intent(in) :: first             !< block that contains it
@@ -201,7 +200,7 @@ contains
       b = 0
    end function other_container
 
-   !> &amplification: the spectral ratio of two measured points.
+   !> Read &amplification: the spectral ratio of two measured points.
    subroutine read_amplification(group, points, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(point_type), intent(in) :: points(:)  !< measured points of the model

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Meaning of an input as JSON: every variable of every group but those of blocks, as it is given,
-!> by default, or derived.
+!> Resolved input as JSON: every variable of every group except those of blocks, as given, by
+!> default, or derived.
 !>
 !> It is part of the output, so that readers of outputs need no input.
 module dda_input_resolved
@@ -22,7 +22,7 @@ module dda_input_resolved
       'layers', 'drums', 'wall']  !< groups whose values are those of blocks
    character(len=*), parameter :: always(*) = [character(len=7) :: 'contact', 'output']
 
-   !> A text that grows.
+   !> A text that can be extended.
    type :: page_type
       character(len=:), allocatable :: text
       integer :: n = 0
@@ -30,7 +30,7 @@ module dda_input_resolved
 
 contains
 
-   !> All values: {"group": [{"variable": value, …}, …], …}.
+   !> Text of all values: {"group": [{"variable": value, …}, …], …}.
    pure function resolved_values(model, groups) result(text)
       type(model_type), intent(in) :: model      !< of the input
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -56,7 +56,7 @@ contains
       text = page%text(:page%n)//'}'
    end function resolved_values
 
-   !> A group that the input leaves out.
+   !> An empty group in place of a group that the input omits.
    pure type(group_type) function not_given(g) result(group)
       integer, intent(in) :: g                 !< position of the group in `input_groups`
 
@@ -64,7 +64,7 @@ contains
       allocate (group%values(0))
    end function not_given
 
-   !> The variables of a group.
+   !> Add the variables of a group.
    pure subroutine add_group(page, g, group, k, model)
       type(page_type), intent(inout) :: page   !< gets them
       integer, intent(in) :: g                 !< position of the group in `input_groups`
@@ -89,7 +89,7 @@ contains
       call add(page, trim(merge('{} ', '}  ', between == '{')))
    end subroutine add_group
 
-   !> Values that the model has instead of those given, or has made of others.
+   !> Value in the model that replaces a given value, or is derived from others.
    pure function derived(model, group, name, k) result(value)
       type(model_type), intent(in) :: model    !< of the input
       type(group_type), intent(in) :: group    !< with its values
@@ -122,7 +122,7 @@ contains
       if (group%name == 'stage') value = of_stage(model%stages(k), name)
    end function derived
 
-   !> Stiffness and strength that a joint has by others of its variables.
+   !> Stiffness and strength of a joint that are derived from other variables.
    pure function of_joint(joint, name) result(value)
       type(joint_type), intent(in) :: joint    !< of the model
       character(len=*), intent(in) :: name     !< of the variable
@@ -141,7 +141,7 @@ contains
       end select
    end function of_joint
 
-   !> Steps of a dynamic stage, its own or those of &control.
+   !> Steps of a dynamic stage: its own, or those of &control.
    pure function of_stage(stage, name) result(value)
       type(stage_type), intent(in) :: stage    !< of the model
       character(len=*), intent(in) :: name     !< of the variable
@@ -154,7 +154,7 @@ contains
       if (name == 'theta') value = number(stage%theta)
    end function of_stage
 
-   !> A value that the input gives; one that is left out of a list is null.
+   !> Text of a given value; null if omitted from a list.
    pure function given_value(given, variable) result(value)
       type(value_type), intent(in) :: given         !< as read
       type(variable_type), intent(in) :: variable   !< of the schema
@@ -184,7 +184,7 @@ contains
       if (variable%size > 0) value = '['//value//']'
    end function given_value
 
-   !> The default of the schema; nothing where there is none, or another variable decides.
+   !> Default of the schema; blank if there is none, or if another variable decides.
    pure function by_default(variable) result(value)
       type(variable_type), intent(in) :: variable   !< of the schema
       character(len=:), allocatable :: value
@@ -203,7 +203,7 @@ contains
       end if
    end function by_default
 
-   !> A number with all its digits; real ones have a point.
+   !> Text of a number with all its digits; real numbers have a point.
    pure function number(value, whole) result(text)
       real(wp), intent(in) :: value                 !< `unset`: null
       logical, intent(in), optional :: whole        !< it counts something
@@ -221,7 +221,7 @@ contains
       end if
    end function number
 
-   !> A text in quotes; control characters, which netCDF and JSON do not allow, become blanks.
+   !> Text in quotes; control characters, which netCDF and JSON do not allow, become blanks.
    pure function string(words) result(text)
       character(len=*), intent(in) :: words         !< trailing blanks are dropped
       character(len=:), allocatable :: text
@@ -235,7 +235,7 @@ contains
       text = '"'//text//'"'
    end function string
 
-   !> Add to a page.
+   !> Append a text to a page.
    pure subroutine add(page, words)
       type(page_type), intent(inout) :: page        !< grows
       character(len=*), intent(in) :: words         !< all of it

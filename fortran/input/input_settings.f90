@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups that appear once: &run, &control, &contact, &output.
+!> Groups that appear once: &run, &control, &contact, &output.
 module dda_input_settings
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
@@ -16,7 +16,7 @@ module dda_input_settings
 
 contains
 
-   !> &control: how the run is stepped.
+   !> Read &control: the time stepping of the run.
    subroutine read_control(group, staged, settings, own, error)
       type(group_type), intent(in) :: group  !< of the input
       logical, intent(in) :: staged  !< the input has stages of its own
@@ -39,8 +39,7 @@ contains
          own%damping_frequency, settings, error)
    end subroutine read_control
 
-   !> If waves matter, plane strain or plane stress must be given, since wave velocities depend on
-   !> it.
+   !> Require plane strain or plane stress if waves matter, since wave velocities depend on it.
    pure subroutine require_analysis(error, group, control, what)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group        !< of the group that requires it
@@ -52,7 +51,7 @@ contains
          "plane) or 'plane_stress' (a plate between free faces, with slower P waves)")
    end subroutine require_analysis
 
-   !> Stages have steps of their own.
+   !> Reject steps in &control if stages have their own.
    subroutine refuse_steps(error, group, own)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group     !< of the group
@@ -63,7 +62,7 @@ contains
          "&stage has its own, and kind = 'static' settles")
    end subroutine refuse_steps
 
-   !> The number of steps, from `steps` or from `duration`.
+   !> Find the number of steps from `steps` or `duration`.
    subroutine count_steps(error, group, time_step, duration, steps)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the group
@@ -83,7 +82,7 @@ contains
       end if
    end subroutine count_steps
 
-   !> &contact: springs and iteration.  A stiffness left out stays 0 and gets the model's default.
+   !> Read &contact: springs and iteration.  An omitted stiffness is 0: the default of the model.
    subroutine read_contact(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
       type(contact_settings_type), intent(out) :: settings  !< by the group
@@ -93,7 +92,7 @@ contains
       settings%original_rules = settings%contact_rules == 'original'
    end subroutine read_contact
 
-   !> &output: where and how often.
+   !> Read &output: file and intervals.
    subroutine read_output(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
       type(output_settings_type), intent(inout) :: settings  !< with the usual file before
@@ -109,7 +108,7 @@ contains
       settings%output_values = own
    end subroutine read_output
 
-   !> Steps that cannot be shortened must fit into an output interval.
+   !> Check that an output interval is a multiple of fixed time steps.
    pure subroutine check_output_times(error, group, settings, stages)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the group &output

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups &stage: the sequence of changes of a run.
+!> Groups &stage: the sequence of changes of a run.
 module dda_input_stages
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
@@ -20,8 +20,8 @@ module dda_input_stages
 
 contains
 
-   !> The stages of an input; without &stage, a static one if the model settles, and that of
-   !> &control.
+   !> Read the stages of an input; without &stage, they follow from &control.
+   !> They are a static stage, if the model settles, and a dynamic stage.
    subroutine read_stages(model, groups, error)
       type(model_type), intent(inout) :: model  !< with blocks, supports, motions, materials
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -46,7 +46,7 @@ contains
       call begin_control(model)
    end subroutine read_stages
 
-   !> A run without &stage groups.
+   !> Stages of a run without &stage groups.
    pure subroutine stages_of_control(model)
       type(model_type), intent(inout) :: model  !< as read from the input
       integer :: s
@@ -72,7 +72,7 @@ contains
       end associate
    end subroutine stages_of_control
 
-   !> A stage that leaves the model as it is.
+   !> Stage without changes of the model.
    pure subroutine change_nothing(model, stage)
       type(model_type), intent(in) :: model  !< as read from the input
       type(stage_type), intent(inout) :: stage
@@ -89,7 +89,7 @@ contains
       stage%material = [(i, i=1, size(model%materials))]
    end subroutine change_nothing
 
-   !> Motions that no stage names begin with the first dynamic stage.
+   !> Begin motions that no stage names with the first dynamic stage.
    pure subroutine begin_other_motions(stages)
       type(stage_type), intent(inout) :: stages(:)
       integer :: m, s, dynamic
@@ -102,7 +102,7 @@ contains
       end do
    end subroutine begin_other_motions
 
-   !> Additions of a stage do not act before it: neither fixed points nor loads.
+   !> Deactivate fixed points and loads until the stage that adds them.
    pure subroutine wait_for_stages(model)
       type(model_type), intent(inout) :: model  !< with all its stages
       integer :: s, i
@@ -125,7 +125,7 @@ contains
       end do
    end subroutine wait_for_stages
 
-   !> The settings of the first dynamic stage are those that checks see.
+   !> Copy the settings of the first dynamic stage, which checks use.
    pure subroutine begin_control(model)
       type(model_type), intent(inout) :: model  !< as read from the input
       integer :: dynamic
@@ -140,7 +140,7 @@ contains
       end associate
    end subroutine begin_control
 
-   !> One &stage.
+   !> Read one &stage.
    subroutine read_stage(group, model, s, error)
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(inout) :: model  !< as read from the input
@@ -161,7 +161,7 @@ contains
       end associate
    end subroutine read_stage
 
-   !> Items that the lists of a stage name.
+   !> Find the items that the lists of a stage name.
    subroutine read_lists(model, group, own, stage, error)
       type(model_type), intent(in) :: model  !< as read from the input
       type(group_type), intent(in) :: group  !< of the input
@@ -184,7 +184,7 @@ contains
          stage%material, error)
    end subroutine read_lists
 
-   !> Number and length of steps, and their integration.
+   !> Set number and length of steps, and their integration.
    subroutine set_stepping(stage, own, control, group, error)
       type(stage_type), intent(inout) :: stage
       type(stage_values), intent(inout) :: own       !< values of the group
@@ -209,7 +209,7 @@ contains
       stage%theta = settings%theta
    end subroutine set_stepping
 
-   !> Replacements 'old -> new, old -> new'.
+   !> Read replacements 'old -> new, old -> new'.
    subroutine replace_names(group, list, kind, names, new, error)
       type(group_type), intent(in) :: group          !< of the input
       character(len=*), intent(in) :: list, kind     !< as read; of names: 'joint', 'material'
@@ -239,7 +239,7 @@ contains
       end do
    end subroutine replace_names
 
-   !> Removed items cannot be removed again, and a motion begins once.
+   !> Check that items are removed once and motions begin once.
    subroutine check_history(model, s, group, error)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: s  !< stage just read
@@ -268,7 +268,7 @@ contains
 
    contains
 
-      !> A stage must not repeat what an earlier one has done.
+      !> Reject a stage that repeats an action of an earlier stage.
       subroutine refuse(again, what, names, done)
          logical, intent(in) :: again(:)          !< [names] in stage k and now
          character(len=*), intent(in) :: what, names(:), done  !< in words; names of all of them

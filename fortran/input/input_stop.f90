@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The group &stop: conditions that end a run before its duration.
+!> Group &stop: conditions that end a run before its duration.
 module dda_input_stop
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
@@ -16,7 +16,7 @@ module dda_input_stop
 
 contains
 
-   !> &stop; angles in degrees become radians.
+   !> Read &stop; degrees are converted to radians.
    subroutine read_stop(group, model, error)
       type(group_type), intent(in) :: group       !< of the group
       type(model_type), intent(inout) :: model    !< with its blocks

@@ -19,7 +19,7 @@ module dda_input_strength
 
 contains
 
-   !> Strengths go together.
+   !> Check that strengths are given together.
    subroutine check_strength(group, own, error)
       type(group_type), intent(in) :: group     !< &material
       type(material_values), intent(in) :: own  !< its values
@@ -43,7 +43,7 @@ contains
 
    contains
 
-      !> No tension is above that of the cone.
+      !> Check that the tensile strength does not exceed that of the cone.
       subroutine check_tension(prefix, tension, cohesion, angle)
          character(len=*), intent(in) :: prefix              !< of the names
          real(wp), intent(in) :: tension, cohesion, angle    !< Pa, Pa, degrees
@@ -54,7 +54,7 @@ contains
             'cohesion / tan('//prefix//'friction_angle) = '//to_text(apex(cohesion, angle))//' Pa')
       end subroutine check_tension
 
-      !> A residual strength is at most the peak.
+      !> Check that a residual strength does not exceed the peak strength.
       subroutine check_residual(name, peak, residual)
          character(len=*), intent(in) :: name       !< of the strength
          real(wp), intent(in) :: peak, residual     !< as given
@@ -65,7 +65,7 @@ contains
       end subroutine check_residual
    end subroutine check_strength
 
-   !> c cot φ, Pa.
+   !> Apex of the cone, c cot φ, Pa.
    pure real(wp) function apex(cohesion, angle)
       real(wp), intent(in) :: cohesion, angle  !< Pa; degrees
 
@@ -73,7 +73,7 @@ contains
       if (angle > 0.0_wp) apex = cohesion/tan(degree*angle)
    end function apex
 
-   !> The strengths of a group &material over a factor: c, tan φ, T, and a dilation of at most φ.
+   !> Divide the strengths of a group &material by a factor: c, tan φ, T; dilation is at most φ.
    subroutine reduce_solid(group, factor, strengths, error)
       type(group_type), intent(in) :: group  !< &material
       real(wp), intent(in) :: factor         !< above 0
@@ -98,7 +98,7 @@ contains
 
    contains
 
-      !> One more strength, if it is given.
+      !> Append a strength, if it is given.
       subroutine add(name, given, value)
          character(len=*), intent(in) :: name   !< of the variable
          real(wp), intent(in) :: given, value   !< as given, divided
@@ -107,7 +107,7 @@ contains
       end subroutine add
    end subroutine reduce_solid
 
-   !> The law that a group describes.
+   !> Create the law that a group describes.
    pure type(mohr_coulomb_solid_type) function solid_of(own, material) result(law)
       type(material_values), intent(in) :: own      !< of &material
       type(material_type), intent(in) :: material   !< with its elasticity

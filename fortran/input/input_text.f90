@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The text of an input, as groups of typed values, each with its position.
+!> Text of an input, as groups of typed values, each with its position.
 !>
 !> The language is that of Fortran's namelist groups: `&name variable = values /`, with repeat
-!> counts (`20*3.5`), values left out (`1, , 3`), parts of lists (`x(2:4) =`), doubled quotes and
+!> counts (`20*3.5`), omitted values (`1, , 3`), parts of lists (`x(2:4) =`), doubled quotes and
 !> comments.
 module dda_input_text
    use dda_kinds, only: wp
@@ -38,7 +38,7 @@ module dda_input_text
 
 contains
 
-   !> An input error at the position of a group.
+   !> Return an input error at the position of a group.
    pure subroutine input_error(error, group, message)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group    !< that the message is about
@@ -47,7 +47,7 @@ contains
       if (.not. allocated(error)) call fail(error, error_input, group%place//': '//message)
    end subroutine input_error
 
-   !> The values of a group.
+   !> Parse the values of a group.
    pure subroutine parse_group(text, group, error, spans)
       character(len=*), intent(in) :: text           !< of the input
       type(group_type), intent(inout) :: group       !< a known one, with its position in the text
@@ -98,7 +98,7 @@ contains
       end do
    end subroutine keep
 
-   !> The variable whose name is at a position.
+   !> Read the variable whose name is at a position.
    pure subroutine read_variable(text, g, at, v, failure)
       character(len=*), intent(in) :: text   !< up to the slash of the group
       integer, intent(in) :: g               !< position of the group in `input_groups`
@@ -122,7 +122,7 @@ contains
       failure = unknown_variable(trim(input_groups(g)%name), name)
    end subroutine read_variable
 
-   !> A group gives what it needs with what it gives, by the rules of the schema.
+   !> Check that a group gives what its variables need, by the rules of the schema.
    pure subroutine check_rules(group, g, words, error)
       type(group_type), intent(in) :: group  !< with its values
       integer, intent(in) :: g               !< its position in `input_groups`
@@ -148,7 +148,7 @@ contains
       end do
    end subroutine check_rules
 
-   !> A group meets a condition of a rule.
+   !> .true. if a group satisfies the condition of a rule.
    pure logical function meets(group, condition, unknown)
       type(group_type), intent(in) :: group      !< with its values
       character(len=*), intent(in) :: condition  !< see `rule_type`
@@ -169,7 +169,7 @@ contains
       end if
    end function meets
 
-   !> What is wrong by a rule, and what to do.
+   !> Text on the violated rule, and on what to do.
    pure function failure_of(group, rule) result(message)
       type(group_type), intent(in) :: group  !< with its values
       type(rule_type), intent(in) :: rule    !< that it does not keep
@@ -197,7 +197,7 @@ contains
       end if
    end function failure_of
 
-   !> A variable is true or false.
+   !> .true. if a text is a logical value.
    pure logical function is_logical(group, name)
       type(group_type), intent(in) :: group   !< of the input
       character(len=*), intent(in) :: name    !< of the variable
@@ -207,7 +207,7 @@ contains
       is_logical = variable%kind == 'logical'
    end function is_logical
 
-   !> Value of a word of a group, given or by default; blank if it is none that it may be.
+   !> Value of a word of a group, given or by default; blank if it is not permitted.
    pure function word_of(group, name) result(word)
       type(group_type), intent(in) :: group  !< with its values
       character(len=*), intent(in) :: name   !< of the variable
@@ -220,7 +220,7 @@ contains
       end associate
    end function word_of
 
-   !> A group gives a variable at all.
+   !> .true. if a group gives a variable.
    pure logical function given(group, name)  ! total
       type(group_type), intent(in) :: group   !< of the input
       character(len=*), intent(in) :: name    !< of the variable
@@ -228,7 +228,7 @@ contains
       given = any(input_variables(group%values%variable)%name == name .and. group%values%n > 0)
    end function given
 
-   !> The text that a group gives of a variable; blank if it gives none.
+   !> Text that a group gives for a variable; blank if none.
    pure function text_of(group, name) result(text)  ! total
       type(group_type), intent(in) :: group  !< with its values
       character(len=*), intent(in) :: name   !< of the variable
@@ -255,7 +255,7 @@ contains
       end do
    end subroutine skip_separators
 
-   !> Cut a text into groups.  Anything outside groups but comments and blanks is an error.
+   !> Split a text into groups; outside them only comments and blanks are allowed.
    subroutine split_groups(file, text, groups, error)
       character(len=*), intent(in) :: file  !< for messages
       character(len=*), intent(in) :: text  !< of the input
@@ -305,7 +305,7 @@ contains
       line = line + lines
    end subroutine read_group
 
-   !> Position of the slash that closes the group at `first`; 0 if the next group begins before.
+   !> Position of the slash that closes the group at `first`; 0 if the next group begins earlier.
    pure subroutine find_slash(text, first, last, lines)
       character(len=*), intent(in) :: text  !< of the input
       integer, intent(in) :: first  !< position of its &

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The values of one variable in the text of an input.
+!> Values of one variable in the text of an input.
 module dda_input_value
    use dda_growth, only: grow
    use dda_input_variable, only: variable_type, unset
@@ -17,7 +17,7 @@ module dda_input_value
    character(len=*), parameter :: blanks = ' '//tab//newline//carriage_return
    character(len=*), parameter :: ends = blanks//',/!'   !< of a value that stands in no quotes
 
-   !> A text that may be left out.
+   !> A text that may be omitted.
    type :: word_type
       character(len=:), allocatable :: text
    end type word_type
@@ -32,14 +32,14 @@ module dda_input_value
       procedure :: get_text => text_at
    end type value_type
 
-   !> Positions of a list that an assignment fills: all, or a part of them.
+   !> Positions of a list that an assignment sets: all, or a part of them.
    type :: part_type
       integer :: first = 1, step = 1, count = 1
    end type part_type
 
 contains
 
-   !> The values after a variable's name, up to the next name or the slash.
+   !> Read the values after a variable's name, up to the next name or the slash.
    pure subroutine take_values(text, at, variable, value, last, failure)
       character(len=*), intent(in) :: text             !< up to the slash of the group
       integer, intent(inout) :: at             !< on entry after the name, on exit at the next token
@@ -76,7 +76,7 @@ contains
       call cut(value)
    end subroutine take_values
 
-   !> The part of a list that is named after a variable, as (2) or (3:6), and the equals sign.
+   !> Read the subscript that follows a variable's name, such as (2) or (3:6), and the equals sign.
    pure subroutine read_part(text, at, variable, part, failure)
       character(len=*), intent(in) :: text         !< of the group
       integer, intent(inout) :: at                 !< behind the name; behind its equals sign then
@@ -105,7 +105,7 @@ contains
             end if
          else
             call read_range(text(at + 1:bracket - 1), variable%size, part)
-            ! Further values are stored in the positions after the named one.
+            ! Further values are stored in the positions after the given subscript.
             if (part%count == 1) part%count = variable%size - part%first + 1
          end if
          if (part%count == 0) failure = trim(variable%name)//': there is no part '// &
@@ -115,7 +115,7 @@ contains
       at = at + index(text(at:), '=')
    end subroutine read_part
 
-   !> A range 'first:last:step', or one position.
+   !> Read a range 'first:last:step', or one position.
    pure subroutine read_range(text, size, range)
       character(len=*), intent(in) :: text     !< between brackets and commas
       integer, intent(in) :: size              !< of the list
@@ -140,7 +140,7 @@ contains
       range%count = max(0, (last - range%first)/range%step + 1)
    end subroutine read_range
 
-   !> A whole number; unchanged if nothing is given.
+   !> Read a whole number; unchanged if none is given.
    pure subroutine whole(text, number, status)
       character(len=*), intent(in) :: text  !< digits, or blanks
       integer, intent(inout) :: number      !< as it says
@@ -154,7 +154,7 @@ contains
       if (status == 0) read (word, *, iostat=status) number
    end subroutine whole
 
-   !> A repeat count before a value, as 20*; 1 without one.
+   !> Read a repeat count before a value, such as 20*; 1 if there is none.
    pure subroutine read_repeats(text, at, variable, repeats, failure)
       character(len=*), intent(in) :: text         !< of the group
       integer, intent(inout) :: at                 !< at the value; behind the count then
@@ -174,7 +174,7 @@ contains
       at = at + length + 1
    end subroutine read_repeats
 
-   !> One value, put into positions of the list.
+   !> Read one value and store it in positions of the list.
    pure subroutine read_item(text, at, variable, places, value, failure)
       character(len=*), intent(in) :: text         !< of the group
       integer, intent(inout) :: at                 !< at the value; on return, after it
@@ -210,7 +210,7 @@ contains
       end if
    end subroutine read_item
 
-   !> A text in quotes, in which doubled ones represent one, or one that begins with a digit.
+   !> Read a text in quotes, in which doubled quotes are one, or a text that begins with a digit.
    pure subroutine take_word(text, at, word)
       character(len=*), intent(in) :: text  !< of the group
       integer, intent(inout) :: at          !< at the text; on return, after it
@@ -239,7 +239,7 @@ contains
       end if
    end subroutine take_word
 
-   !> A number, or a logical value as 0 or 1.
+   !> Read a number, or a logical value as 0 or 1.
    pure subroutine read_number(text, at, logical_wanted, number, fits)
       character(len=*), intent(in) :: text    !< of the group
       integer, intent(inout) :: at            !< at the value; on return, after it
@@ -265,7 +265,7 @@ contains
       if (fits) at = last + 1
    end subroutine read_number
 
-   !> Numbers in forms that only Fortran writes, infinities and NaN.
+   !> Read numbers in forms that only Fortran writes, infinities and NaN.
    pure subroutine parse_unusual(word, number, fits)
       character(len=*), intent(in) :: word  !< in lower case
       real(wp), intent(out) :: number       !< its value
@@ -283,7 +283,7 @@ contains
       fits = status == 0 .or. number > 0.0_wp
    end subroutine parse_unusual
 
-   !> Put a number into positions of a list.
+   !> Store a number in positions of a list.
    pure subroutine put_number(value, places, number)
       type(value_type), intent(inout) :: value  !< gets it
       type(part_type), intent(in) :: places     !< to fill
@@ -299,7 +299,7 @@ contains
       value%numbers(places%first:last:places%step) = number
    end subroutine put_number
 
-   !> Put a text into positions of a list.
+   !> Store a text in positions of a list.
    pure subroutine put_word(value, places, word)
       type(value_type), intent(inout) :: value  !< gets it
       type(part_type), intent(in) :: places     !< to fill
@@ -322,7 +322,7 @@ contains
       value%n = max(value%n, last)
    end subroutine put_word
 
-   !> No room after the last value.
+   !> Cut a list that has no space after the last value.
    pure subroutine cut(value)
       type(value_type), intent(inout) :: value  !< read
 
@@ -331,7 +331,7 @@ contains
       end if
    end subroutine cut
 
-   !> A name of a variable and its equals sign are at a position.
+   !> .true. if a variable name and its equals sign are at a position.
    pure logical function is_assigned(text, at)
       character(len=*), intent(in) :: text  !< of the group
       integer, intent(in) :: at             !< position
@@ -368,7 +368,7 @@ contains
       end do
    end subroutine skip_blank
 
-   !> The first word of a text, for messages.
+   !> First word of a text, for messages.
    pure function first_word(text) result(word)
       character(len=*), intent(in) :: text  !< of the input
       character(len=:), allocatable :: word
@@ -379,7 +379,7 @@ contains
       word = whole_characters(text(:min(length, 40)))
    end function first_word
 
-   !> The text at a position of the list, if one is given there.
+   !> Text at a position of the list, if one is given there.
    pure subroutine text_at(value, i, text)
       class(value_type), intent(in) :: value  !< of a name, word or text
       integer, intent(in) :: i                !< position

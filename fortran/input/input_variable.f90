@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Groups and variables as the schema has them.
+!> Types of groups and variables in the schema.
 module dda_input_variable
    use dda_group_values, only: unset
    use dda_kinds, only: wp
@@ -32,7 +32,7 @@ module dda_input_variable
       character(len=128) :: belongs = '' !< values of that variable that it belongs to
    end type variable_type
 
-   !> What a group that meets a condition needs or excludes.  Conditions are "name", which is given
+   !> Requirement or exclusion for a group that satisfies a condition.  Conditions are "name": given
    !> (and true), or "name = 'one', 'two'".
    type :: rule_type
       integer :: group              !< position in `input_groups`

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bodies of an input: their cells are welded, and what bodies cannot have yet is refused.
+!> Bodies of an input: their cells are welded, and unsupported combinations are rejected.
 module dda_input_welds
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, is_convex
@@ -18,7 +18,7 @@ module dda_input_welds
 
 contains
 
-   !> Cells of bodies are welded at their common faces.
+   !> Weld cells of bodies at their common faces.
    subroutine weld_cells(model, groups, outlines, error)
       type(model_type), intent(inout) :: model     !< with its blocks
       type(group_type), intent(in) :: groups(:)    !< of the input, in its order
@@ -52,8 +52,8 @@ contains
       end associate
    end subroutine weld_cells
 
-   !> The joints that faces become where they break: that between their materials, else the weaker
-   !> one in tension of both; other faces stay.
+   !> Set the joints that replace faces when they break; other faces never break.
+   !> The joint is that between their materials, else the one of both with less tensile strength.
    subroutine set_fracture(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its welds
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -83,7 +83,7 @@ contains
       call set_interfaces(model, groups, error)
    end subroutine set_fracture
 
-   !> Faces between two materials for which a joint is named break into that.
+   !> Set the joint that replaces faces between two materials, if one is named for them.
    subroutine set_interfaces(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its welds
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
@@ -110,7 +110,7 @@ contains
       end do
    end subroutine set_interfaces
 
-   !> Bodies get numbers in the order of their first cells.
+   !> Number the bodies in the order of their first cells.
    pure subroutine number_bodies(name, number, names)
       character(len=*), intent(in) :: name(:)  !< [blocks] of the body of each, or blank
       integer, intent(out) :: number(:)        !< [blocks] of the body of each; 0: none
@@ -139,7 +139,7 @@ contains
       names = more(:n)
    end subroutine number_bodies
 
-   !> All angles of block b are below 180°.
+   !> .true. if all angles of block b are below 180°.
    pure logical function all_convex(blocks, b) result(convex)
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: b                 !< block
@@ -151,7 +151,7 @@ contains
       end do
    end function all_convex
 
-   !> A cell without a connection by faces to the first cell of its body; 0 if there is none.
+   !> Find a cell without a connection by faces to the first cell of its body; 0 if none.
    pure subroutine find_loose(blocks, welds, loose, first_cell)
       type(blocks_type), intent(in) :: blocks    !< with bodies
       type(weld_type), intent(in) :: welds(:)    !< of all bodies
@@ -173,8 +173,8 @@ contains
       loose = 0
    end subroutine find_loose
 
-   !> Stages remove bodies, not cells of them: the remaining cells would have faces without welds
-   !> and edges that are not sides.
+   !> Check that stages remove whole bodies, not single cells.
+   !> Remaining cells would have faces without welds and edges that are not sides.
    subroutine check_bodies(model, error)
       type(model_type), intent(in) :: model  !< with its stages
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -195,7 +195,7 @@ contains
       end do
    end subroutine check_bodies
 
-   !> A block in a message: number and name.
+   !> Text of a block in a message: number and name.
    pure function block_title(b, name) result(title)
       integer, intent(in) :: b  !< number of the block
       character(len=*), intent(in) :: name  !< of the block, or blank

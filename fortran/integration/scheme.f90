@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Time integration in one step with two numbers, θ and χ.
+!> Time integration in one step with two parameters, θ and χ.
 !>
 !>     M (v₁ − v₀)/Δt = f − K (q₀ + θ d) − C d/Δt − ∇U(q₁),   d = Δt [(1 − χ) v₀ + χ v₁] .
 !>
-!> Elastic stress and bonded joints act at t₀ + θΔt, as do loads; U holds what acts at the end of
-!> the step in every member: unilateral contacts, their friction, and supports.  With d as unknown,
+!> Elastic stress, bonded joints and loads act at t₀ + θΔt; U contains what acts at the end of
+!> the step for any θ and χ: unilateral contacts, their friction, and supports.  With d as unknown,
 !>
 !>     K̂ = M/(χΔt²) + θK + C/Δt + ∂²U,   f̂ = f + M v₀/(χΔt) − K q₀ − …,
 !>     v₁ = d/(χΔt) − (1/χ − 1) v₀ .
@@ -21,7 +21,7 @@ module dda_scheme
    public :: scheme_type, step_type, integration_names, default_theta, scheme_named
    public :: mass_weight, momentum_weight, velocity_weight, end_time, load_time, end_rate
 
-   !> As in &control integration.
+   !> Names, as in &control integration.
    character(len=*), parameter :: integration_names(4) = [character(len=14) :: 'dda', 'midpoint', &
       'theta', 'backward_euler']
    real(wp), parameter :: default_theta = 0.75_wp  !< of 'theta'
@@ -41,7 +41,7 @@ module dda_scheme
 
 contains
 
-   !> The member of a name; `theta` counts for 'theta' only.
+   !> Member of the family by name; `theta` is used for 'theta' only.
    pure type(scheme_type) function scheme_named(name, theta) result(scheme)
       character(len=*), intent(in) :: name  !< one of `integration_names`
       real(wp), intent(in) :: theta         !< θ = χ, ½ … 1

@@ -7,11 +7,11 @@
 !>     4 determinant − trace² = Ω² [4 − (θ − χ)²Ω²]/D² .
 !>
 !> So a mode oscillates for Ω < 2/|θ − χ| (4 in DDA: paper eq. 13); beyond, both roots are real and
-!> one of them tends to 1 − 1/χ or 1 − 1/θ: −1 in DDA, a velocity that changes its sign every step
+!> one of them tends to 1 − 1/χ or 1 − 1/θ: −1 in DDA, a velocity that changes sign every step
 !> and hardly decays.  A support has the roots 1/(1 ± iΩ) of backward Euler in every member.
 !>
-!> In steady vibration, z = exp(iωΔt), τ = tan(ωΔt/2), ω̃ = 2τ/Δt, the equations of a member read
-!> with ω̃ instead of ω and a complex modulus K (1 + i(2θ−1)τ)(1 + i(2χ−1)τ); see `steady_weights`.
+!> In steady vibration, z = exp(iωΔt), τ = tan(ωΔt/2), ω̃ = 2τ/Δt, the equations of a member have
+!> ω̃ instead of ω and a complex modulus K (1 + i(2θ−1)τ)(1 + i(2χ−1)τ); see `steady_weights`.
 module dda_scheme_response
    use dda_kinds, only: wp, pi
    use dda_scheme, only: scheme_type
@@ -20,7 +20,7 @@ module dda_scheme_response
    public :: amplification_roots, oscillates, free_damping, period_elongation, forced_damping
    public :: step_for_damping, theta_for_damping, steps_to_decay, steady_type, steady_weights
 
-   !> Factors in steady vibration of the terms of the equations of motion, elastic terms having 1.
+   !> Factors of terms of the equations of motion in steady vibration; elastic terms have 1.
    type :: steady_type
       complex(wp) :: inertia        !< of M, instead of −ω², 1/s²
       complex(wp) :: end_stiffness  !< of stiffness at the end of the step
@@ -47,13 +47,13 @@ contains
          determinant = (1.0_wp + (1.0_wp - theta)*(1.0_wp - chi)*square)/d
          root = 0.5_wp*sqrt(cmplx(square*((theta - chi)**2*square - 4.0_wp), 0.0_wp, wp))/d
       end associate
-      ! The larger one first; the other from the product, where nothing cancels.
+      ! The larger root first; the other from the product, without cancellation.
       roots(1) = half_trace + merge(root, -root, half_trace >= 0.0_wp)
       roots(2) = conjg(roots(1))
       if (real(root) > 0.0_wp) roots(2) = determinant/roots(1)
    end function amplification_roots
 
-   !> The mode oscillates at this step: Ω < 2/|θ − χ| (DDA: 4, paper eq. 13).
+   !> .true. if a mode oscillates at this step: Ω < 2/|θ − χ| (DDA: 4, paper eq. 13).
    elemental logical function oscillates(scheme, omega, time_step)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
@@ -62,7 +62,7 @@ contains
       oscillates = abs(scheme%theta - scheme%chi)*omega*time_step < 2.0_wp
    end function oscillates
 
-   !> Phase of one step in free vibration, rad: the argument of the complex roots,
+   !> Phase of one step in free vibration, rad: the argument of the complex roots.
    !> tan φ = Ω √(4 − (θ − χ)²Ω²)/(2 + (2θχ − θ − χ)Ω²).
    elemental real(wp) function phase_of(scheme, turn)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
@@ -74,7 +74,7 @@ contains
       end associate
    end function phase_of
 
-   !> ln(1/|λ|) of a mode that oscillates.
+   !> Decay ln(1/|λ|) per step of a mode that oscillates.
    elemental real(wp) function decay_of(scheme, turn)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: turn  !< Ω = ωΔt
@@ -86,7 +86,7 @@ contains
       end associate
    end function decay_of
 
-   !> ln(1 + x), exact also for small x (Kahan).
+   !> Compute ln(1 + x), exact also for small x (Kahan).
    elemental real(wp) function log_of_one_and(x) result(value)
       real(wp), intent(in) :: x  !< > −1
       real(wp) :: sum
@@ -96,8 +96,8 @@ contains
       if (sum /= 1.0_wp) value = log(sum)*x/(sum - 1.0_wp)
    end function log_of_one_and
 
-   !> Damping ratio of a mode left to itself, ζ = ln(1/|λ|)/hypot(φ, ln|λ|), about
-   !> (θ + χ − 1)Ω/2; 1 if it does not oscillate.
+   !> Damping ratio of a free mode, ζ = ln(1/|λ|)/hypot(φ, ln|λ|); 1 without oscillation.
+   !> It is about (θ + χ − 1)Ω/2.
    elemental real(wp) function free_damping(scheme, omega, time_step) result(ratio)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
@@ -112,8 +112,7 @@ contains
       ratio = decay/hypot(phase_of(scheme, omega*time_step), decay)
    end function free_damping
 
-   !> Period of a mode left to itself over its true period, less 1; −1 (no period) if it does not
-   !> oscillate.
+   !> Period of a free mode relative to its true period, minus 1; −1 without oscillation.
    elemental real(wp) function period_elongation(scheme, omega, time_step) result(elongation)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
@@ -126,8 +125,8 @@ contains
          elongation = omega*time_step/phase_of(scheme, omega*time_step) - 1.0_wp
    end function period_elongation
 
-   !> Damping ratio in steady vibration, half the loss factor of the complex modulus:
-   !> 2ζ = (a + b)τ/(1 − abτ²), a = 2θ − 1, b = 2χ − 1.  Huge where the real part is not positive.
+   !> Damping ratio in steady vibration, half the loss factor of the complex modulus.
+   !> 2ζ = (a + b)τ/(1 − abτ²), a = 2θ − 1, b = 2χ − 1; huge if the real part is not positive.
    elemental real(wp) function forced_damping(scheme, omega, time_step) result(ratio)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< of the motion, rad/s
@@ -142,8 +141,8 @@ contains
       if (a*b*tau**2 < 1.0_wp) ratio = 0.5_wp*(a + b)*tau/(1.0_wp - a*b*tau**2)
    end function forced_damping
 
-   !> The Δt, s, at which a member has a damping ratio in steady vibration: the inverse of
-   !> `forced_damping`; huge for a member without damping.  DDA: 2 atan(2ζ)/ω.
+   !> Time step, s, for a damping ratio in steady vibration: the inverse of `forced_damping`.
+   !> It is huge for a member without damping.  DDA: 2 atan(2ζ)/ω.
    elemental real(wp) function step_for_damping(scheme, ratio, omega) result(time_step)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: ratio  !< ζ > 0
@@ -153,13 +152,13 @@ contains
       a = 2.0_wp*scheme%theta - 1.0_wp
       b = 2.0_wp*scheme%chi - 1.0_wp
       time_step = huge(1.0_wp)
-      ! Root of 2ζab τ² + (a + b)τ − 2ζ = 0, in the form that does not cancel.
+      ! Root of 2ζab τ² + (a + b)τ − 2ζ = 0, in the form without cancellation.
       if (a + b > 0.0_wp) time_step = 2.0_wp/omega*atan(4.0_wp*ratio &
          /(a + b + sqrt((a + b)**2 + 16.0_wp*a*b*ratio**2)))
    end function step_for_damping
 
-   !> θ = χ for a damping ratio in steady vibration at a given Δt: (1 + tan(½ atan 2ζ)/τ)/2.
-   !> Above 1 where the step is too short for that much.
+   !> Find θ = χ for a damping ratio in steady vibration at a given Δt.
+   !> (1 + tan(½ atan 2ζ)/τ)/2; above 1 if the step is too short for that ratio.
    elemental real(wp) function theta_for_damping(ratio, omega, time_step) result(theta)
       real(wp), intent(in) :: ratio      !< ζ ≥ 0
       real(wp), intent(in) :: omega      !< rad/s, below π/Δt
@@ -168,8 +167,8 @@ contains
       theta = 0.5_wp*(1.0_wp + tan(0.5_wp*atan(2.0_wp*ratio))/tan(0.5_wp*omega*time_step))
    end function theta_for_damping
 
-   !> Steps in which a mode that changes its sign falls to 1/e; 0 where it does not change its sign
-   !> from step to step, huge where it does not decay.
+   !> Steps in which a mode that alternates decays to 1/e.
+   !> The result is 0 if it does not change sign every step, and huge if it does not decay.
    elemental real(wp) function steps_to_decay(scheme, omega, time_step) result(steps)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
@@ -186,8 +185,8 @@ contains
       if (decay > epsilon(1.0_wp)) steps = 1.0_wp/decay
    end function steps_to_decay
 
-   !> ln(1/|λ|) of the larger of two real roots: 1 + λ = (1 + trace + determinant)/(1 + λ₂), where
-   !> nothing cancels as λ tends to −1.
+   !> Decay ln(1/|λ|) of the larger of two real roots, without cancellation as λ tends to −1.
+   !> 1 + λ = (1 + trace + determinant)/(1 + λ₂).
    pure real(wp) function slow_decay(scheme, turn, roots) result(decay)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: turn  !< Ω = ωΔt
@@ -201,7 +200,7 @@ contains
       decay = -log_of_one_and(-sum/(1.0_wp + real(roots(2))))
    end function slow_decay
 
-   !> The factors at an angular frequency.
+   !> Factors of the terms at an angular frequency.
    !>
    !> Velocity v = (z − 1)x/(Δt [(1 − χ)f + χz]) and stiffness K (1 − θ + θz) x, with the dynamic
    !> factor f that multiplies the velocity at the start of a step; all divided by 1 − θ + θz.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The blocks: their shape, inertia and elasticity, and the state that moves them.
+!> Blocks: their shape, inertia and elasticity, and the state that moves them.
 !>
 !> A block has six generalised coordinates q = (x0, y0, θ, εx, εy, γxy): the position of its
 !> centroid, its rotation and its strain in axes that turn with it.  A material point with reference
@@ -11,8 +11,8 @@
 !> The step's unknowns d (paper eq. 2) are increments of q, and the shape matrix T (eq. 4) is ∂x/∂q.
 !> In these axes the mass matrix M = ρ ∫ TᵀT and the elastic matrix are constants of the block.
 !>
-!> Where materials damp (`dda_damping`), a generalised Maxwell body adds D [(r − 1) e − r Σ ζ_l] to
-!> the stress, e being the strain beyond `rest_strain`.
+!> If materials damp (`dda_damping`), a generalised Maxwell body adds D [(r − 1) e − r Σ ζ_l] to
+!> the stress; e is the strain beyond `rest_strain`.
 module dda_blocks
    use dda_kinds, only: wp
    use dda_damping, only: damping_type, is_damped, has_body
@@ -43,7 +43,7 @@ module dda_blocks
       logical, allocatable :: mixed(:)             !< [n] its edges name different joints
       integer, allocatable :: body(:)              !< [n] that a cell is part of; 0: none
       logical, allocatable :: inner(:)             !< [vertices] that edge lies within a body
-      !> [2, vertices] edges of the body's outline, before and after; they may be of other cells
+      !> [2, vertices] adjacent edges of the body's outline; they may belong to other cells
       integer, allocatable :: outline(:,:)
       real(wp), allocatable :: rest_share(:)       !< [n] of its area that no welded face has
       integer, allocatable :: joined_first(:)      !< [n+1] first of a cell's list in `joined`
@@ -58,7 +58,7 @@ module dda_blocks
       real(wp), allocatable :: inertia(:,:)
       real(wp), allocatable :: stiffness(:,:,:)    !< [3,3,n] area × D
       real(wp), allocatable :: initial_stress(:,:) !< [3,n] Pa, in the block's axes
-      !> half of the larger side of the box round all at the start, m
+      !> half of the larger side of the initial bounding box, m
       real(wp) :: half_size = 0.0_wp
       ! Changed by stages
       logical, allocatable :: removed(:)           !< [n] no longer part of the model
@@ -67,24 +67,24 @@ module dda_blocks
       ! State
       real(wp), allocatable :: position(:,:)       !< [6,n] q: m, rad, –
       real(wp), allocatable :: velocity(:,:)       !< [6,n] dq/dt
-      !> [6,n] of the scheme (paper eq. 5); this and the next are of a run, not of a model
+      !> [6,n] of the scheme (paper eq. 5); this and the next belong to a run, not to a model
       real(wp), allocatable :: acceleration(:,:)
-      !> [6,4,n] d/Δt of the last four steps, the last one first
+      !> [6,4,n] d/Δt of the last four steps, most recent first
       real(wp), allocatable :: mean_velocity(:,:,:)
       real(wp), allocatable :: rest_strain(:,:)    !< [3,n] at the end of statics; 0 blocks: no body
       real(wp), allocatable :: memory(:,:,:)       !< [3,mechanisms,n] ζ_l
-      ! Follows from the state
+      ! Derived from the state
       real(wp), allocatable :: axes(:,:,:)         !< [2,2,n] R(θ)
       real(wp), allocatable :: gradient(:,:,:)     !< [2,2,n] R(θ)(I + ε)
       real(wp), allocatable :: vertex(:,:)         !< [2, vertices] present position, m
-      !> [2, vertices] unit vector of the edge that begins there
+      !> [2, vertices] unit vector of the edge that begins at the vertex
       real(wp), allocatable :: along(:,:)
       real(wp), allocatable :: length(:)           !< [vertices] length of that edge, m
    end type blocks_type
 
 contains
 
-   !> Make the blocks from polygons at rest in their reference shape.
+   !> Create the blocks from polygons, unstrained in their reference shape.
    subroutine set_blocks(blocks, first, vertices, material, joint, materials, plane_strain)
       type(blocks_type), intent(out) :: blocks !< in their initial state
       integer, intent(in) :: first(:)         !< [n+1] first vertex of each polygon
@@ -131,7 +131,7 @@ contains
       allocate (blocks%damping(0), blocks%rest_strain(3, 0), blocks%memory(3, 0, 0))
    end subroutine allocate_blocks
 
-   !> Allocate the further arrays of blocks that steps need.
+   !> Allocate the additional arrays of blocks that steps need.
    pure subroutine begin_motion(blocks)
       type(blocks_type), intent(inout) :: blocks  !< in their initial state
 
@@ -139,8 +139,8 @@ contains
          source=0.0_wp)
    end subroutine begin_motion
 
-   !> Keep only the data of a model's blocks that the blocks of its run do not have: the first
-   !> state, and lists that stages change.
+   !> Retain only data of a model's blocks that the blocks of its run do not have.
+   !> They are the initial state, and lists that stages change.
    pure subroutine keep_first_state(blocks)
       type(blocks_type), intent(inout) :: blocks  !< in their initial state, before `begin_motion`
 
@@ -150,7 +150,7 @@ contains
          blocks%gradient, blocks%vertex, blocks%along, blocks%length)
    end subroutine keep_first_state
 
-   !> Damping of the materials, from the present strains on.
+   !> Set the damping of the materials; strains count from the present ones.
    subroutine set_damping(blocks, damping)
       type(blocks_type), intent(inout) :: blocks  !< in their initial state
       type(damping_type), intent(in) :: damping(:)  !< [materials] fitted
@@ -164,14 +164,14 @@ contains
       allocate (blocks%memory(3, maxval(damping%n), blocks%n), source=0.0_wp)
    end subroutine set_damping
 
-   !> Some material has a generalised Maxwell body.
+   !> .true. if a material has a generalised Maxwell body.
    pure logical function has_memory(blocks)  ! total
       type(blocks_type), intent(in) :: blocks  !< in any state
 
       has_memory = size(blocks%memory, 3) > 0
    end function has_memory
 
-   !> Reset the bodies of all blocks: strains count from the present ones.
+   !> Reset the Maxwell bodies of all blocks: strains count from the present ones.
    pure subroutine begin_memory(blocks)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
 
@@ -180,8 +180,7 @@ contains
       blocks%memory = 0.0_wp
    end subroutine begin_memory
 
-   !> (r − 1) e − r Σ ζ_l of block b: what its body adds to the strain that the given modulus makes
-   !> a stress of.
+   !> Strain (r − 1) e − r Σ ζ_l that the Maxwell body of block b adds to the elastic strain.
    pure function memory_strain(blocks, b) result(strain)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       integer, intent(in) :: b                 !< number of the block
@@ -200,7 +199,7 @@ contains
       end associate
    end function memory_strain
 
-   !> Constants and first state of block b.
+   !> Set the constants and the initial state of block b.
    pure subroutine set_block(blocks, b, polygon, material, plane_strain)
       type(blocks_type), intent(inout) :: blocks   !< allocated
       integer, intent(in) :: b                     !< block to set
@@ -230,8 +229,8 @@ contains
       blocks%velocity(1:3, b) = material%initial_velocity
    end subroutine set_block
 
-   !> Give block b another material in its present state; its stress stays, and a new body counts
-   !> strains from the present one.
+   !> Give block b another material in its present state; its stress does not change.
+   !> A new Maxwell body counts strains from the present one.
    pure subroutine change_material(blocks, b, number, material, plane_strain)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
       integer, intent(in) :: b       !< number of the block
@@ -256,7 +255,7 @@ contains
          *second_moments(blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))]
    end subroutine change_material
 
-   !> Remove block b from the model: it keeps its position and inertia, but nothing acts on it.
+   !> Remove block b from the model: it retains position and inertia, but nothing acts on it.
    pure subroutine remove_block(blocks, b)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
       integer, intent(in) :: b  !< number of the block
@@ -274,7 +273,7 @@ contains
       blocks%mean_velocity(:, :, b) = 0.0_wp
    end subroutine remove_block
 
-   !> M = ρ ∫ TᵀT of a block.
+   !> Mass matrix M = ρ ∫ TᵀT of a block.
    pure function mass_matrix(inertia) result(m)
       real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
       real(wp) :: m(6, 6)
@@ -290,7 +289,7 @@ contains
       end associate
    end function mass_matrix
 
-   !> M v, the momenta of a block in its coordinates.
+   !> Momenta M v of a block in its coordinates.
    pure function momentum_of(inertia, v) result(momentum)
       real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
       real(wp), intent(in) :: v(6)        !< rates of its coordinates: m/s, rad/s, 1/s
@@ -306,7 +305,7 @@ contains
       end associate
    end function momentum_of
 
-   !> Axes, deformation gradients, vertices and edges from the coordinates q.
+   !> Compute axes, deformation gradients, vertices and edges from the coordinates q.
    subroutine update_geometry(blocks)
       type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is replaced
       integer :: p
@@ -336,7 +335,7 @@ contains
       end do
    end subroutine update_geometry_range
 
-   !> R(θ) and R(θ)(I + ε) of a block.
+   !> Compute R(θ) and R(θ)(I + ε) of a block.
    pure subroutine set_axes(q, axes, gradient)
       real(wp), intent(in) :: q(6)  !< its coordinates
       real(wp), intent(out) :: axes(2, 2), gradient(2, 2)  !< R(θ), R(θ)(I + ε)
@@ -350,7 +349,7 @@ contains
       gradient(:, 2) = axes(:, 1)*0.5_wp*q(6) + axes(:, 2)*(1.0_wp + q(5))
    end subroutine set_axes
 
-   !> Positions of the n vertices of a block, and its edges, which follow each other.
+   !> Compute positions of the n vertices of a block, and its consecutive edges.
    pure subroutine set_outline(n, centre, gradient, reference, vertex, along, length)
       integer, intent(in) :: n
       real(wp), intent(in) :: centre(2), gradient(2, 2)
@@ -369,7 +368,7 @@ contains
       end do
    end subroutine set_outline
 
-   !> The block's angle at vertex v is less than 180°.
+   !> .true. if the block's angle at vertex v is less than 180°.
    pure logical function is_convex(blocks, v)  ! total
       type(blocks_type), intent(in) :: blocks  !< vertices of each block
       integer, intent(in) :: v                 !< vertex
@@ -400,7 +399,7 @@ contains
       place = blocks%position(1:2, b) + offset_of(blocks, b, reference)
    end function place_of
 
-   !> Reference offset ρ of the material point now at `place`.
+   !> Reference offset ρ of the material point with present position `place`.
    pure function reference_of(blocks, b, place) result(reference)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< block
@@ -435,7 +434,7 @@ contains
       end associate
    end function shape_matrix
 
-   !> T d of the material point ρ of block b, by increments or rates of its coordinates.
+   !> Motion T d of the material point ρ of block b, for increments or rates of its coordinates.
    pure function motion_of(blocks, b, reference, d) result(motion)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< block
@@ -456,7 +455,7 @@ contains
    pure function stress_of(blocks, b, of_faces) result(stress)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< block
-      !> what welded faces add to a cell's, Pa, in its axes
+      !> contribution of welded faces to a cell's stress, Pa, in its axes
       real(wp), intent(in), optional :: of_faces(3)
       real(wp) :: stress(3)
       real(wp) :: local(3), tensor(2, 2), r(2, 2)
@@ -472,7 +471,7 @@ contains
       stress = [tensor(1, 1), tensor(2, 2), tensor(1, 2)]
    end function stress_of
 
-   !> The smaller side of a box about block b along the axes of the model, m.
+   !> Smaller side of a bounding box of block b along the axes of the model, m.
    pure real(wp) function smaller_side(blocks, b) result(side)
       type(blocks_type), intent(in) :: blocks  !< with their reference shapes
       integer, intent(in) :: b                 !< block

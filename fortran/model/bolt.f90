@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A bolt: a spring between two material points, with a law of its own.
+!> A bolt: a spring between two material points, with its own law.
 !>
-!> Anchored at two points it is one spring along the line between them; a cable passes further
-!> points on its way, without friction.  Grouted, it is a pair of springs at each joint that it
-!> crosses, along its axis and across it.
+!> Anchored at two points, it is one spring along the line between them; a cable passes further
+!> points between its ends, without friction.  A grouted bolt is a pair of springs at each joint
+!> that crosses, along its axis and across it.
 module dda_bolt
    use dda_kinds, only: wp
    implicit none

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Boundaries of a model: their edges, the half-space behind absorbing ones, as dashpots at their
-!> Gauss points, and the incoming motion.
+!> Boundaries of a model: their edges, the half-space behind absorbing edges (dashpots at Gauss
+!> points), and the incoming motion.
 module dda_boundary
    use dda_kinds, only: wp
    use dda_edge_piece, only: edge_piece_type
@@ -16,7 +16,7 @@ module dda_boundary
       character(len=8) :: direction = 'xy'          !< in which it acts: 'xy', 'x', 'y', 'normal'
    end type boundary_edge_type
 
-   !> An incoming motion of a boundary, and the position at which its own motion is measured.
+   !> An incoming motion of a boundary, and the position of the measured motion of the model.
    type :: boundary_motion_type
       character(len=64) :: name = ''
       type(point_type), allocatable :: point(:)     !< whose mean counts

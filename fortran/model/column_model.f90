@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The model of the column of a free field: blocks of a model with supports and motions from
-!> below, tied to themselves.
+!> Model of the column of a free field: blocks of a model with supports and motions from
+!> below, whose sides are tied to each other.
 !>
 !> Settings, materials, joints, motions and stages are those of the model.  Loads, bolts and
-!> measured points stay with the model; the column measures its own upper end.
+!> measured points are not copied; the motion of the column is measured at its upper end.
 module dda_column_model
    use dda_blocks, only: blocks_type, set_blocks, set_damping
    use dda_boundary, only: boundary_type
@@ -18,7 +18,7 @@ module dda_column_model
 
 contains
 
-   !> The column of a free field as a model of its own.
+   !> Create the model of the column of a free field.
    type(model_type) function column_model(model, field) result(column)
       type(model_type), intent(in) :: model        !< complete
       type(free_field_type), intent(in) :: field   !< one of its free fields
@@ -58,7 +58,7 @@ contains
          i=1, size(model%stages))]
    end function column_model
 
-   !> Copies of some blocks of a model, at the start, and their welds.
+   !> Copy some blocks of a model, in their initial state, and their welds.
    subroutine take_blocks(model, list, blocks, welds)
       type(model_type), intent(in) :: model  !< with its blocks and materials
       integer, intent(in) :: list(:)         !< [any] numbers of blocks, ascending
@@ -88,7 +88,7 @@ contains
       call copy_joined(blocks, model%blocks, number)
    end subroutine take_blocks
 
-   !> Pairs of cells of the column that do not touch each other as blocks do.
+   !> Copy the pairs of cells of the column that have no contacts.
    pure subroutine copy_joined(blocks, before, number)
       type(blocks_type), intent(inout) :: blocks  !< of the column
       type(blocks_type), intent(in) :: before     !< of the model
@@ -109,7 +109,7 @@ contains
       end do
    end subroutine copy_joined
 
-   !> Dashpots below the column.
+   !> Add dashpots below the column.
    pure subroutine add_dashpots(column, boundaries, number)
       type(model_type), intent(inout) :: column            !< receives them
       type(boundary_type), intent(in) :: boundaries(:)     !< of the model

@@ -5,7 +5,7 @@
 !>
 !>     σ = D_u (e − Σ ζ_l),   dζ_l/dt + ω_l ζ_l = Y_l ω_l e ,   D_u = r D,
 !>
-!> e being the strain since the end of statics.  Its complex modulus over the given one,
+!> e being the strain since the end of statics.  Its complex modulus relative to the given one,
 !> g(ω) = r [1 − Σ Y_l ω_l/(ω_l + iω)], has Re g = 1 at the reference frequency.  The ω_l are
 !> equally spaced in log ω from a third of the lowest to three times the highest frequency of a
 !> band; the Y_l ≥ 0 are the least-squares solution of
@@ -18,8 +18,8 @@
 !>
 !>     Δζ_l = 2h_l/(1 + h_l) (Y_l e₀ − ζ_l) + h_l Y_l/(1 + h_l) Δε ,
 !>
-!> which in steady vibration is the same body at ω̃ = 2 tan(ωΔt/2)/Δt.  The loss of a step and that
-!> of the scheme, (θ − ½) ΔσΔε, are together never negative for (θ − ½) ω_l Δt ≤ 4.
+!> which in steady vibration is the same body at ω̃ = 2 tan(ωΔt/2)/Δt.  The sum of the loss of a
+!> step and that of the scheme, (θ − ½) ΔσΔε, is never negative for (θ − ½) ω_l Δt ≤ 4.
 !>
 !> Rayleigh: C = αM + βK on the mean velocity d/Δt of the block.
 module dda_damping
@@ -55,27 +55,27 @@ module dda_damping
       real(wp) :: misfit = 0.0_wp               !< largest relative error of ζ over the band
       real(wp) :: alpha = 0.0_wp                !< α of Rayleigh damping, 1/s
       real(wp) :: beta = 0.0_wp                 !< β of Rayleigh damping, s
-      !> in steps the law of the material has it, at small strains this
+      !> in steps the law of the material has the damping; at small strains it is this ratio
       logical :: by_law = .false.
    end type damping_type
 
 contains
 
-   !> Something damps.
+   !> .true. if there is any damping.
    elemental logical function is_damped(damping)
       type(damping_type), intent(in) :: damping  !< of a material
 
       is_damped = damping%ratio > 0.0_wp .or. damping%alpha > 0.0_wp .or. damping%beta > 0.0_wp
    end function is_damped
 
-   !> It has a generalised Maxwell body.
+   !> .true. if there is a generalised Maxwell body.
    elemental logical function has_body(damping)
       type(damping_type), intent(in) :: damping  !< of a material
 
       has_body = damping%ratio > 0.0_wp
    end function has_body
 
-   !> Two materials damp alike.
+   !> .true. if two materials have the same damping.
    elemental logical function same_damping(a, b) result(same)
       type(damping_type), intent(in) :: a, b  !< of two materials
 
@@ -83,7 +83,7 @@ contains
          a%unrelaxed == b%unrelaxed .and. all(a%omega == b%omega) .and. all(a%weight == b%weight)
    end function same_damping
 
-   !> α and β for a damping ratio at two frequencies.
+   !> Set α and β for a damping ratio at two frequencies.
    pure subroutine set_rayleigh(damping, ratio, frequencies)
       type(damping_type), intent(inout) :: damping  !< gets them
       real(wp), intent(in) :: ratio           !< ζ at both
@@ -95,7 +95,7 @@ contains
       damping%alpha = damping%beta*product(omega)
    end subroutine set_rayleigh
 
-   !> ζ of Rayleigh damping, α/(2ω) + βω/2.
+   !> Damping ratio ζ of Rayleigh damping, α/(2ω) + βω/2.
    elemental real(wp) function rayleigh_ratio(damping, frequency) result(ratio)
       type(damping_type), intent(in) :: damping  !< of a material
       real(wp), intent(in) :: frequency  !< Hz, above 0
@@ -105,7 +105,7 @@ contains
       end associate
    end function rayleigh_ratio
 
-   !> Complex modulus of the body over the given one, at an angular frequency.
+   !> Complex modulus of the body relative to the given modulus, at an angular frequency.
    elemental complex(wp) function modulus_factor(damping, omega) result(factor)
       type(damping_type), intent(in) :: damping  !< fitted
       real(wp), intent(in) :: omega  !< rad/s; in steps of Δt the pre-warped one
@@ -118,7 +118,7 @@ contains
       factor = damping%unrelaxed*factor
    end function modulus_factor
 
-   !> The largest ω_l that a scheme admits at a time step, rad/s: (θ − ½) ω_l Δt ≤ 4.
+   !> Largest ω_l that a scheme admits at a time step, rad/s: (θ − ½) ω_l Δt ≤ 4.
    elemental real(wp) function highest_relaxation(theta, time_step) result(highest)
       real(wp), intent(in) :: theta      !< of the scheme, ½ … 1
       real(wp), intent(in) :: time_step  !< Δt, s
@@ -159,7 +159,7 @@ contains
          advice_on(damping, limit))
    end subroutine fit_body
 
-   !> Advice on a bad fit.
+   !> Text of advice on a bad fit.
    pure function advice_on(damping, limit) result(text)
       type(damping_type), intent(in) :: damping  !< fitted
       real(wp), intent(in) :: limit  !< rad/s
@@ -172,7 +172,7 @@ contains
          "damping_band, or integration = 'midpoint'"
    end function advice_on
 
-   !> The same with a number of mechanisms; those of no weight are left out.
+   !> Fit the body with a given number of mechanisms; those without weight are omitted.
    subroutine fit_mechanisms(damping, n, limit)
       type(damping_type), intent(inout) :: damping  !< gets ω_l, Y_l, r and misfit
       integer, intent(in) :: n      !< mechanisms
@@ -199,7 +199,7 @@ contains
       damping%misfit = misfit_of(damping)
    end subroutine fit_mechanisms
 
-   !> Largest relative error of ζ over the band; huge where the body is not stable, Σ Y_l ≥ 1.
+   !> Largest relative error of ζ over the band; huge if the body is unstable, Σ Y_l ≥ 1.
    pure real(wp) function misfit_of(damping) result(misfit)
       type(damping_type), intent(in) :: damping  !< fitted
       real(wp) :: frequency(64*damping%n)
@@ -212,7 +212,7 @@ contains
       misfit = maxval(abs(0.5_wp*aimag(factor)/real(factor)/damping%ratio - 1.0_wp))
    end function misfit_of
 
-   !> h Y/(1 + h): fraction of a change of strain that a mechanism follows within the step.
+   !> Fraction h Y/(1 + h) of a strain change that a mechanism follows within the step.
    pure real(wp) function following(damping, l, time_step)
       type(damping_type), intent(in) :: damping  !< of the material
       integer, intent(in) :: l                   !< mechanism
@@ -223,7 +223,7 @@ contains
       end associate
    end function following
 
-   !> 2h/(1 + h) (Y e₀ − ζ): change of ζ within the step at constant strain.
+   !> Change 2h/(1 + h) (Y e₀ − ζ) of ζ within the step at constant strain.
    pure real(wp) function relaxing(damping, l, time_step, strain, memory)
       type(damping_type), intent(in) :: damping   !< of the material
       integer, intent(in) :: l                    !< mechanism

@@ -14,7 +14,7 @@ module dda_edge_load
    integer, parameter :: load_surface = 3  !< hydrostatic below a phreatic line
    integer, parameter :: load_line = 4     !< pressures at the ends of each part
 
-   !> One load (group &traction or &water).
+   !> A load (group &traction or &water).
    type :: edge_load_type
       character(len=64) :: name = ''
       integer :: kind = load_uniform
@@ -35,8 +35,8 @@ module dda_edge_load
 
 contains
 
-   !> Normal pressure (of water its factor), shear and level (of water its rise) at a time: linear
-   !> between the times of a load, constant beyond them.
+   !> Normal pressure (for water: factor), shear and level (for water: rise) at a time.
+   !> Values are linear between the times of a load, and constant beyond them.
    pure function values_at(load, time) result(values)
       type(edge_load_type), intent(in) :: load  !< its times
       real(wp), intent(in) :: time              !< s
@@ -49,7 +49,7 @@ contains
       values = history_of(load, k) + share*(history_of(load, last) - history_of(load, k))
    end function values_at
 
-   !> Values of a load that change, at one of its times.
+   !> Values of a load at one of its times.
    pure function history_of(load, k) result(values)
       type(edge_load_type), intent(in) :: load  !< its times
       integer, intent(in) :: k                  !< time
