@@ -4,7 +4,7 @@
 !> Normal stress σ = k_ni x/(1 − x/V_m), with the potential k_ni V_m [−V_m ln(1 − x/V_m) − x] and
 !> the slope k_ni (1 − x/V_m)⁻².  Shear strength σ tan[φ_r + JRC log₁₀(JCS/σ)], its angle between
 !> φ_r (σ ≥ JCS) and 70° [Barton and Choubey, 1977; Bandis, Lumsden and Barton, 1983].  Beyond 100
-!> JCS, more than any joint wall can support, the stress follows the tangent of the hyperbola. 
+!> JCS, more than any joint wall can support, the stress follows the tangent of the hyperbola.
 !> Stress and slope then exist at any closure, and rounding of coordinates has little effect.
 module dda_barton_bandis
    use dda_kinds, only: wp, pi

@@ -8,7 +8,7 @@
 !> - linearly, (1 − D) λ = (λ_f − λ)/(λ_f − 1), up to λ_f;
 !> - exponentially, (1 − D) λ = exp[−(λ − 1)/m], m = (λ_f − 1)/2,
 !>
-!> where λ_f = G/e, and e is the energy of the bond at λ = 1, so that the dissipated energy is G. 
+!> where λ_f = G/e, and e is the energy of the bond at λ = 1, so that the dissipated energy is G.
 !> In mixed mode the parts of e satisfy G_n/G_I + G_s/G_II = 1.  For each ratio of the modes the
 !> dissipated energy is a function of D, g(D) = ∫ e λ(D)² dD.
 module dda_cohesive

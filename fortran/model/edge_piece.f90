@@ -19,7 +19,7 @@ module dda_edge_piece
 
 contains
 
-   !> Reference offset ρ, m, at a fraction of the part: 0 its first end, 1 its last one.
+   !> Reference offset ρ, m, at a fraction of the part: 0 at its first end, 1 at its last.
    pure function reference_at(blocks, piece, share) result(reference)
       type(blocks_type), intent(in) :: blocks      !< in any state
       type(edge_piece_type), intent(in) :: piece   !< of an edge
@@ -50,7 +50,7 @@ contains
       normal = [blocks%along(2, piece%edge), -blocks%along(1, piece%edge)]
    end function piece_normal
 
-   !> Reference offsets ρ, m, of the two Gauss points; each has half of the length as its weight.
+   !> Reference offsets ρ, m, of the two Gauss points; each has the weight of half the length.
    pure function gauss_points(blocks, piece) result(reference)
       type(blocks_type), intent(in) :: blocks      !< in any state
       type(edge_piece_type), intent(in) :: piece   !< of an edge

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Water in joints: the network of channels, its fluid, and what is prescribed at its nodes.
+!> Water in joints: network of channels, fluid, and prescribed values at nodes.
 !>
 !> A channel is the overlap of two edges of different blocks, or a part of it.  Its ends are nodes;
 !> channels whose ends are at the same position share them.
@@ -51,7 +51,7 @@ module dda_flow
       real(wp), allocatable :: value(:)     !< [times] m, Pa, or m²/s of all its nodes together
    end type flow_boundary_type
 
-   !> All of a model.
+   !> Water in the joints of a model.
    type :: flow_type
       type(flow_law_type), allocatable :: law(:)
       type(channel_type), allocatable :: channel(:)
@@ -64,7 +64,7 @@ module dda_flow
 
 contains
 
-   !> There is water at a boundary at a time.
+   !> .true. if there is water at a boundary at a time.
    pure logical function acts_at(boundary, time)  ! total
       type(flow_boundary_type), intent(in) :: boundary  !< its times
       real(wp), intent(in) :: time                      !< s

@@ -29,14 +29,14 @@ module dda_material
 
 contains
 
-   !> The material has a law of its own.
+   !> .true. if the material has its own law.
    elemental logical function has_law(material)  ! total
       class(material_type), intent(in) :: material  !< as read
 
       has_law = allocated(material%own_law)
    end function has_law
 
-   !> The law of the material bounds its stresses.
+   !> .true. if the law of the material limits its stresses.
    elemental logical function yields(material)
       class(material_type), intent(in) :: material  !< as read
 
@@ -44,7 +44,7 @@ contains
       if (allocated(material%own_law)) yields = material%own_law%yields()
    end function yields
 
-   !> Young's modulus and Poisson's ratio from the velocities of S and P waves in the solid.
+   !> Set Young's modulus and Poisson's ratio from the velocities of S and P waves in the solid.
    pure subroutine set_velocities(material, shear_velocity, pressure_velocity)
       type(material_type), intent(inout) :: material  !< with its density
       real(wp), intent(in) :: shear_velocity, pressure_velocity  !< m/s, different
@@ -56,7 +56,7 @@ contains
       material%has_velocities = .true.
    end subroutine set_velocities
 
-   !> Coulomb friction with springs of the contacts at corners: the only law in most models.
+   !> .true. if the law is Coulomb friction with springs at corners: the only law in most models.
    pure logical function is_plain(joint)  ! total
       class(joint_type), intent(in) :: joint  !< as read
 
@@ -64,7 +64,7 @@ contains
          .and. joint%shear_stiffness == 0.0_wp .and. joint%contact_points == 2
    end function is_plain
 
-   !> Elastic matrix D in σ = D ε, Pa, for (εx, εy, γxy).
+   !> Elastic matrix D of σ = D ε, Pa, for (εx, εy, γxy).
    pure function elasticity(material, plane_strain) result(d)
       type(material_type), intent(in) :: material  !< Young's modulus and Poisson's ratio
       logical, intent(in) :: plane_strain          !< else plane stress

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The law of a material at a strain point: stress and tangent of a step, energies, a state.
+!> Law of a material at a strain point: stress and tangent of a step, energies, state.
 !>
-!> A point has strains ε (εx, εy, γxy) since its law began, under a stress σ₀ that was there then.
-!> Without a law of its own a material is linear elastic, σ = σ₀ + Dε, and nothing here is called.
-!> In a step from ε to ε + Δε the stress s that acts is such that, exactly,
+!> The strains ε (εx, εy, γxy) of a point count from the start of its law, at the stress σ₀.
+!> A material without its own law is linear elastic, σ = σ₀ + Dε, and nothing here is called.
+!> In a step from ε to ε + Δε the acting stress s satisfies, exactly,
 !>
 !>     s·Δε = Δψ + loss by the law + loss by the scheme ,
 !>
-!> both losses ≥ 0, ψ being what the law stores.  A new law is one file in `soil` that extends
+!> both losses ≥ 0, where ψ is the stored energy.  A new law is one file in `soil` that extends
 !> `material_law_type`, and its name in `dda_input_material_law`.
 module dda_material_law
    use dda_kinds, only: wp
@@ -33,7 +33,7 @@ module dda_material_law
       real(wp) :: bounding(3) = 0.0_wp       !< stresses in frozen bounds, Pa
    end type strain_point_type
 
-   !> A law.
+   !> A material law.
    type, abstract :: material_law_type
    contains
       procedure(state_interface), deferred :: state_size
@@ -54,13 +54,13 @@ module dda_material_law
    end type material_law_type
 
    abstract interface
-      !> Numbers that a point keeps; all are 0 where the law begins.
+      !> Number of state variables of a point; all are 0 at the start of the law.
       pure integer function state_interface(self)
          import :: material_law_type
          class(material_law_type), intent(in) :: self  !< law
       end function state_interface
 
-      !> Stress that acts in a step beyond σ₀, and its derivative by Δε, which is symmetric.
+      !> Stress in a step minus σ₀, and its derivative with respect to Δε, which is symmetric.
       pure subroutine respond_interface(self, point, state, strain, change, step, stress, tangent)
          import :: material_law_type, strain_point_type, step_type, wp
          class(material_law_type), intent(in) :: self       !< law
@@ -82,7 +82,7 @@ module dda_material_law
          real(wp), intent(out) :: loss(losses)         !< J/m³
       end subroutine finish_interface
 
-      !> ψ, J/m³.
+      !> Stored energy ψ, J/m³.
       pure real(wp) function stored_interface(self, point, state, strain)
          import :: material_law_type, strain_point_type, wp
          class(material_law_type), intent(in) :: self  !< law
@@ -94,14 +94,14 @@ module dda_material_law
 
 contains
 
-   !> In static stages the material is linear elastic; here: it is not.
+   !> .true. if the material is linear elastic in static stages; default: .false.
    pure logical function never_rests(self)
       class(material_law_type), intent(in) :: self  !< law
 
       never_rests = .false.
    end function never_rests
 
-   !> Stresses of the frozen bounds of a step at a strain; here: none.
+   !> Stresses of the frozen bounds of a step at a strain; default: none.
    pure function no_frozen_stress(self, point, state, strain, change, step) result(stress)
       class(material_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point  !< at its position
@@ -113,7 +113,7 @@ contains
       stress = 0.0_wp
    end function no_frozen_stress
 
-   !> Size of the plastic strain of a point; here: none.
+   !> Size of the plastic strain of a point; default: 0.
    pure real(wp) function no_plastic_strain(self, state)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)              !< [any] of a point
@@ -121,14 +121,14 @@ contains
       no_plastic_strain = 0.0_wp
    end function no_plastic_strain
 
-   !> The law bounds stresses, also those of jumps of a welded face; here: it does not.
+   !> .true. if the law limits stresses, also those of jumps of a welded face; default: .false.
    pure logical function never_yields(self)
       class(material_law_type), intent(in) :: self  !< law
 
       never_yields = .false.
    end function never_yields
 
-   !> Largest stress of the jumps of a face in a step, Pa; here: without limit.
+   !> Largest stress of the jumps of a face in a step, Pa; default: without limit.
    pure real(wp) function no_cap(self, point, state, strain)
       class(material_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point  !< of the face
@@ -138,8 +138,8 @@ contains
       no_cap = huge(1.0_wp)
    end function no_cap
 
-   !> Stress by which the mean stress works on what the area changes by beyond tr ε, Pa; here: none,
-   !> as strains are small.
+   !> Stress, Pa, due to the mean stress and the change of area that tr ε omits; default: 0, since
+   !> strains are small.
    pure function no_shape_stress(self, state) result(stress)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)              !< [any] of the point
@@ -148,7 +148,7 @@ contains
       stress = 0.0_wp
    end function no_shape_stress
 
-   !> Mean pressure in the plane at the end of the last step, Pa; here: none that turns faces.
+   !> Mean in-plane pressure at the end of the last step, Pa; default: 0.
    pure real(wp) function no_pressure(self, state)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)              !< [any] of the point
@@ -156,7 +156,7 @@ contains
       no_pressure = 0.0_wp
    end function no_pressure
 
-   !> Fraction of the shear modulus of small strains that loops of a shear strain have; here: all.
+   !> Secant modulus at a shear strain over the small-strain modulus; default: 1.
    pure real(wp) function full_secant(self, strain)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: strain                !< amplitude of the loops, above 0
@@ -164,7 +164,7 @@ contains
       full_secant = 1.0_wp
    end function full_secant
 
-   !> Words on the fit of the law to its curves; here: blank.
+   !> Text on the fit of the law to its curves; default: blank.
    function no_words(self) result(words)
       class(material_law_type), intent(in) :: self  !< law
       character(len=:), allocatable :: words
@@ -172,7 +172,7 @@ contains
       words = ''
    end function no_words
 
-   !> Thickness of a point, m, beyond which it softens faster than it unloads; here: none.
+   !> Thickness of a point, m, above which it softens faster than it unloads; default: none.
    pure real(wp) function any_thickness(self, elasticity)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: elasticity(3, 3)      !< D of small strains, Pa

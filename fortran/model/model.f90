@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The content of an input file, checked: data that a run does not change.
+!> Content of an input file, checked: data that a run does not change.
 module dda_model
    use dda_kinds, only: wp, long
    use dda_settings, only: control_type, contact_settings_type, output_settings_type, &
@@ -36,7 +36,7 @@ module dda_model
       character(len=:), allocatable :: file          !< where it was read from
       character(len=:), allocatable :: text          !< its input, for provenance
       character(len=:), allocatable :: values        !< what that means, see `resolved_values`
-      !> added to every position on output: the engine computes near zero
+      !> added to every position in the output: the engine computes near zero
       real(wp) :: origin(2) = 0.0_wp
       type(control_type) :: control
       type(contact_settings_type) :: contact
@@ -64,21 +64,21 @@ module dda_model
       character(len=64), allocatable :: body_names(:)
       type(block_source_type), allocatable :: block_files(:)  !< none if all blocks are in the text
       type(blocks_type) :: blocks
-      !> [2,blocks] ∂σx/∂y and ∂σy/∂y of stress in situ, Pa/m; not allocated: no such stress
+      !> [2,blocks] ∂σx/∂y and ∂σy/∂y of initial stress, Pa/m; not allocated: no such stress
       real(wp), allocatable :: stress_gradient(:,:)
    end type model_type
 
 contains
 
-   !> Half of the larger side of the box round all blocks at the start, m (w0 of the original).
+   !> Half of the larger side of the initial bounding box of all blocks, m (w0 of the original).
    pure real(wp) function half_size(blocks)
       type(blocks_type), intent(in) :: blocks  !< in any state
 
       half_size = blocks%half_size
    end function half_size
 
-   !> Least distance at which contacts are listed, m: 2.5 steps of the largest displacement, but at
-   !> most a fraction of the smallest block, since a large model would list many open contacts.
+   !> Least distance, m, at which contacts are listed: 2.5 steps of the largest displacement.
+   !> It is at most a fraction of the smallest block, since large models list many open contacts.
    pure real(wp) function contact_distance(model)
       type(model_type), intent(in) :: model  !< complete
 
@@ -86,15 +86,15 @@ contains
          4.0e-4_wp)*half_size(model%blocks), 0.2_wp*minval(model%blocks%radius))
    end function contact_distance
 
-   !> A support fixes it in static stages.
+   !> .true. if a support fixes the boundary in static stages.
    pure logical function is_held(model)  ! total
       type(model_type), intent(in) :: model  !< as read from the input
 
       is_held = size(model%fixed_points) > 0 .or. size(model%boundaries) > 0
    end function is_held
 
-   !> Velocity with which all supports and boundaries go on after their motions, m/s along x and y;
-   !> zero where they do not continue together.
+   !> Velocity, m/s, of all supports and boundaries after their motions, along x and y.
+   !> It is zero if they do not continue with the same velocity.
    pure function drift_velocity(model) result(velocity)
       type(model_type), intent(in) :: model  !< as read from the input
       real(wp) :: velocity(2)
@@ -121,21 +121,21 @@ contains
       end do
    end function drift_velocity
 
-   !> Steps of all stages, without those that are repeated.
+   !> Number of steps of all stages, without repeated steps.
    pure integer(long) function run_steps(model)
       type(model_type), intent(in) :: model  !< as read from the input
 
       run_steps = sum(model%stages%steps)
    end function run_steps
 
-   !> Time of all stages, s; static ones have none.
+   !> Duration of all stages, s; static stages have none.
    pure real(wp) function run_duration(model)
       type(model_type), intent(in) :: model  !< as read from the input
 
       run_duration = sum(model%stages%steps*model%stages%time_step)
    end function run_duration
 
-   !> The files of blocks, with the checksums of their contents, a line each.
+   !> Text of the block files and the checksums of their contents, one per line.
    pure function block_sources(model) result(text)  ! total
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=:), allocatable :: text
@@ -153,7 +153,7 @@ contains
       end do
    end function block_sources
 
-   !> Contact force that of the rounding of positions, N/m.
+   !> Contact force due to rounding of positions, N/m.
    pure real(wp) function force_noise(model, stiffness)
       type(model_type), intent(in) :: model  !< as read from the input
       real(wp), intent(in) :: stiffness      !< of joints that are stiffer than contacts, N/m
@@ -162,7 +162,7 @@ contains
          *max(model%contact%normal_stiffness, stiffness)
    end function force_noise
 
-   !> Penalty when the input gives none: 40 × the largest Young's modulus × 1 m (paper §2.2).
+   !> Default penalty: 40 × the largest Young's modulus × 1 m (paper §2.2).
    pure real(wp) function default_stiffness(materials)
       type(material_type), intent(in) :: materials(:)  !< [materials]
 

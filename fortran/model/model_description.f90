@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Parts of an input that are seen in no picture: the elastic law of the blocks, and what
-!> each motion is.
+!> Text on parts of an input that no picture shows: the elastic law of the blocks, and the
+!> motions.
 module dda_model_description
    use dda_kinds, only: wp
    use dda_baseline, only: motion_curve_type
@@ -15,7 +15,7 @@ module dda_model_description
 
 contains
 
-   !> A line on the elastic law, and one for each motion.
+   !> Text: one line on the elastic law, and one line per motion.
    pure function model_description(model) result(lines)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=line_length), allocatable :: lines(:)
@@ -29,7 +29,7 @@ contains
       end do
    end function model_description
 
-   !> Peaks of a motion, what drift removal took, what is left at its end and how it continues.
+   !> Text on a motion: peaks, removed drift, final values and continuation.
    pure function motion_words(motion, as_body_force) result(words)
       type(motion_type), intent(in) :: motion   !< of the model
       logical, intent(in) :: as_body_force      !< its acceleration acts in the frame of the base
@@ -53,7 +53,7 @@ contains
       end associate
    end function motion_words
 
-   !> Words for a motion after its end.
+   !> Text on a motion after its end.
    pure function after(curve, as_body_force) result(words)
       type(motion_curve_type), intent(in) :: curve  !< of the motion
       logical, intent(in) :: as_body_force  !< its acceleration acts in the frame of the base
@@ -70,7 +70,7 @@ contains
       end if
    end function after
 
-   !> Velocity at the last sample, without rounding, m/s.
+   !> Velocity at the last sample, m/s; values within rounding are 0.
    pure real(wp) function left(curve)
       type(motion_curve_type), intent(in) :: curve  !< of a motion
 
@@ -78,7 +78,7 @@ contains
       if (curve%ends_at_rest) left = 0.0_wp
    end function left
 
-   !> Largest size of a series, in four digits.
+   !> Largest absolute value of a series, with four digits.
    pure function peak(series) result(text)
       real(wp), intent(in) :: series(:)  !< [samples]
       character(len=:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A prescribed motion by name: a record made into acceleration, velocity and displacement curves.
+!> A prescribed motion: acceleration, velocity and displacement curves made from a record.
 module dda_motion
    use dda_kinds, only: wp
    use dda_baseline, only: motion_curve_type, displacement_at, velocity_at
@@ -11,7 +11,7 @@ module dda_motion
    type :: motion_type
       character(len=64) :: name = ''
       character(len=:), allocatable :: file    !< record file, '' if the values are in the input
-      !> record file and what was done to it, for provenance
+      !> record file and its processing, for provenance
       character(len=:), allocatable :: source
       type(motion_curve_type) :: curve
       logical :: stops = .false.               !< by the input, it stops at its end
@@ -19,7 +19,7 @@ module dda_motion
 
 contains
 
-   !> Displacement along both axes by the motions of these numbers, m.
+   !> Displacement along both axes by the motions with these numbers, m.
    pure function displacement_of(motions, number, time) result(displacement)
       type(motion_type), intent(in) :: motions(:)  !< of the model
       integer, intent(in) :: number(2)             !< 0: none
@@ -34,7 +34,7 @@ contains
       end do
    end function displacement_of
 
-   !> Velocity likewise, m/s.
+   !> Velocity along both axes by the motions with these numbers, m/s.
    pure function velocity_of(motions, number, time) result(velocity)
       type(motion_type), intent(in) :: motions(:)  !< of the model
       integer, intent(in) :: number(2)             !< 0: none

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Polygons being gathered, one by one or by generators, before they become blocks.
+!> Polygons that are collected, singly or by generators, before they become blocks.
 module dda_outlines
    use dda_growth, only: grow
    use dda_kinds, only: wp
@@ -66,7 +66,7 @@ contains
       outlines%n_vertices = last
    end subroutine add_outline
 
-   !> Why a polygon of finite vertices cannot be a block; blank if it can.
+   !> Reason why a polygon of finite vertices cannot be a block; blank if it can.
    pure function outline_failure(vertices) result(failure)
       real(wp), intent(in) :: vertices(:,:)  !< [2, ≥ 3] m
       character(len=:), allocatable :: failure
@@ -83,7 +83,7 @@ contains
       end if
    end function outline_failure
 
-   !> Rectangle from its lower left and upper right corner.
+   !> Rectangle, given by its lower left and upper right corner.
    pure function rectangle(left, bottom, right, top) result(vertices)
       real(wp), intent(in) :: left, bottom, right, top  !< m
       real(wp) :: vertices(2, 4)
@@ -91,7 +91,7 @@ contains
       vertices = reshape([left, bottom, right, bottom, right, top, left, top], [2, 4])
    end function rectangle
 
-   !> `count` equal layers stacked upwards.
+   !> Add `count` equal layers, stacked upwards.
    subroutine add_layers(outlines, left, bottom, width, thickness, count, material, joint, source, &
       name)
       type(outlines_type), intent(inout) :: outlines  !< list to append to
@@ -108,7 +108,7 @@ contains
       end do
    end subroutine add_layers
 
-   !> `count` drums of a column, upwards, tapering evenly from one width to the other.
+   !> Add `count` drums of a column, upwards, tapering linearly between two widths.
    subroutine add_drums(outlines, centre, bottom, height, widths, count, material, joint, source, &
       name)
       type(outlines_type), intent(inout) :: outlines  !< list to append to
@@ -132,7 +132,7 @@ contains
       end do
    end subroutine add_drums
 
-   !> A running-bond wall: every other course begins and ends with half a brick.
+   !> Add a running-bond wall: every other course begins and ends with half a brick.
    subroutine add_wall(outlines, left, bottom, brick, bricks, courses, material, joint, source, &
       name, head_joint)
       type(outlines_type), intent(inout) :: outlines  !< list to append to
@@ -163,7 +163,7 @@ contains
       end do
    end subroutine add_wall
 
-   !> Polygons from `first` on begin with the stress of what lies above them, up to the highest.
+   !> Set the stress of polygons from `first` on to the weight above them, up to the highest one.
    pure subroutine bury(outlines, first, overburden)
       type(outlines_type), intent(inout) :: outlines  !< list
       integer, intent(in) :: first                    !< number of the polygon
@@ -180,7 +180,7 @@ contains
       end do
    end subroutine bury
 
-   !> 'name_i', or nothing for a nameless generator.
+   !> Name 'name_i'; blank for a generator without a name.
    pure function numbered(name, i) result(full)
       character(len=*), intent(in) :: name  !< of the generator
       integer, intent(in) :: i              !< polygon of the generator

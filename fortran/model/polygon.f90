@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Simple polygons: exact area, centroid and second moments, and the tests an input must pass.
+!> Simple polygons: exact area, centroid and second moments, and validity tests for input.
 !>
 !> Vertices are counter-clockwise, [2, m].  Integrals are Green sums over the edges, exact for any
 !> simple polygon, convex or not (Shi's simplex integration in two dimensions).
@@ -47,7 +47,7 @@ contains
       centroid = vertices(:, 1) + centroid/twice_area
    end function centroid_of
 
-   !> (∫x², ∫y², ∫xy) over the polygon about the origin of its coordinates, m⁴.
+   !> Second moments (∫x², ∫y², ∫xy) of the polygon about the origin of its coordinates, m⁴.
    pure function second_moments(vertices) result(moments)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       real(wp) :: moments(3)
@@ -66,7 +66,7 @@ contains
       end do
    end function second_moments
 
-   !> No two edges cross or touch except neighbours at their common vertex; no edge is empty.
+   !> .true. if no edge is empty, and only neighbouring edges touch, at their common vertex.
    pure logical function is_simple(vertices)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       integer :: i, j, m
@@ -84,7 +84,7 @@ contains
       is_simple = .true.
    end function is_simple
 
-   !> The edge after vertex i runs back over the edge before it.
+   !> .true. if the edge after vertex i runs back over the edge before it.
    pure logical function folds_back(vertices, i)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       integer, intent(in) :: i               !< vertex
@@ -98,7 +98,7 @@ contains
          after) < 0.0_wp
    end function folds_back
 
-   !> Edges i and j have at least one common point.
+   !> .true. if edges i and j have at least one common point.
    pure logical function edges_meet(vertices, i, j)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       integer, intent(in) :: i, j            !< edges, named by their first vertex
@@ -116,7 +116,7 @@ contains
       end if
    end function edges_meet
 
-   !> +1 if p is left of a→b, −1 right, 0 on the line.
+   !> Side of the line a→b on which p lies: +1 left, −1 right, 0 on the line.
    pure integer function side(a, b, p)  ! total
       real(wp), intent(in) :: a(2), b(2), p(2)  !< m, points
       real(wp) :: cross
@@ -125,7 +125,7 @@ contains
       side = merge(1, merge(-1, 0, cross < 0.0_wp), cross > 0.0_wp)
    end function side
 
-   !> The point lies inside or, within the tolerance, on the boundary.
+   !> .true. if the point lies inside or, within the tolerance, on the boundary.
    pure logical function contains_point(vertices, point, tolerance)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       real(wp), intent(in) :: point(2)       !< m
@@ -169,7 +169,7 @@ contains
 
    !> Depth of the overlap of two polygons, m: 0 if they are apart or only touch.
    !>
-   !> The depth of the deepest sample of one inside the other; samples are the centroid, the
+   !> It is that of the deepest sample of one inside the other.  Samples are the centroid, the
    !> vertices, and the midpoints of the segments into which the other's edges cut each edge.
    pure real(wp) function overlap_depth(first, second)
       real(wp), intent(in) :: first(:,:), second(:,:)  !< [2, any] counter-clockwise, m

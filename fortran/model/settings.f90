@@ -14,7 +14,7 @@ module dda_settings
       logical :: adaptive = .false.                !< Δt may shrink and recover
       logical :: plane_strain = .false.            !< else plane stress
       logical :: analysis_given = .false.          !< given by the input
-      !> motions of the base as body force, x and y; 0 none
+      !> motions of the base as body force, x and y; 0: none
       integer :: base_motion(2) = 0
       integer :: displaced = 0                     !< block, when dynamics begin; 0 none
    end type control_type
@@ -27,7 +27,7 @@ module dda_settings
 
    !> Group &output.
    type, extends(output_values) :: output_settings_type
-      !> and not by the caller, who may name any path
+      !> named in the input and not by the caller, who may name any path
       logical :: named_by_input = .true.
    end type output_settings_type
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A stage of a run: what changes when it begins, and how it is stepped.
+!> A stage of a run: the changes at its start, and its time stepping.
 module dda_stage
    use dda_kinds, only: wp, long
    implicit none

@@ -6,7 +6,7 @@ module dda_stop_settings
    private
    public :: stop_settings_type
 
-   !> Limits; each that is above 0 is watched.
+   !> Limits; each limit above 0 is active.
    type :: stop_settings_type
       real(wp) :: displacement = 0.0_wp    !< of a centroid, m
       real(wp) :: tilt = 0.0_wp            !< of a block, either way, rad

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Supports and loads at material points, and the points that are measured.
+!> Supports and loads at material points, and measured points.
 module dda_support
    use dda_kinds, only: wp
    use dda_interpolation, only: find_interval
@@ -13,11 +13,11 @@ module dda_support
       integer :: block = 0
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
       real(wp) :: place(2) = 0.0_wp                 !< first position, m
-      !> [2,2] directions that count in its columns, unit vectors: x and y, or of an edge
+      !> [2,2] fixed directions in its columns, unit vectors: x and y, or those of an edge
       real(wp) :: axes(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
       logical :: held(2) = .true.                   !< along each of them
       real(wp) :: stiffness = 0.0_wp                !< N/m per metre of thickness; 0: rigid
-      !> along each of them, from the stage on that fixes the point
+      !> along each direction, from the stage on that fixes the point
       logical :: waiting(2) = .false.
       integer :: motion(2) = 0                      !< motion along each of them; 0: stays
    end type fixed_point_type

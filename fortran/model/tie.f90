@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Ties: two faces that meet through the springs of a joint that never breaks, each at the ends of
+!> Ties: two faces connected by the springs of a joint that never breaks, located at the ends of
 !> their overlap.  The second face may be shifted, as in a periodic model.
 !> Cells of the same body are welded instead: the body continues.
 module dda_tie
@@ -13,7 +13,7 @@ module dda_tie
 
    real(wp), parameter :: same = 1.0e-6_wp  !< of the shorter edge: the two corners coincide
 
-   !> One end of an overlap: the corners of the faces there, at least one of the two.
+   !> One end of an overlap: the corners of the faces at this end, at least one of the two.
    type :: tie_type
       integer :: edge(2) = 0            !< the faces, by their first vertices
       integer :: corner(2) = 0          !< vertex of each face there; 0: none
@@ -22,7 +22,7 @@ module dda_tie
 
 contains
 
-   !> Ties and welds of the faces of two lists that meet once the second has been shifted.
+   !> Tie or weld the faces of two lists that coincide after the second has been shifted.
    pure subroutine tie_faces(blocks, first, second, shift, ties, welds)
       type(blocks_type), intent(in) :: blocks             !< at the start
       type(edge_piece_type), intent(in) :: first(:)       !< faces
@@ -40,7 +40,7 @@ contains
       end do
    end subroutine tie_faces
 
-   !> Two edges are of one body.
+   !> .true. if two edges belong to one body.
    pure logical function are_welded(blocks, e, f)
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: e, f              !< edges, by their first vertices
@@ -62,7 +62,7 @@ contains
       associate (along => blocks%along(:, e), next => blocks%next)
          length = blocks%length(e)
          small = same*min(length, blocks%length(f))
-         ! The second face runs the other way.
+         ! The second face runs in the opposite direction.
          low = dot_product(along, blocks%vertex(:, next(f)) + shift - blocks%vertex(:, e))
          high = dot_product(along, blocks%vertex(:, f) + shift - blocks%vertex(:, e))
          if (min(high, length) - max(low, 0.0_wp) <= small) return

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bodies: cells that are welded at their common faces, so that together they bend.
+!> Bodies: cells that are welded at their common faces, so that the body can bend.
 !>
-!> A cell is a block whose body has a number.  A face is a part of an edge that two cells of a body
-!> share.  With the centroids of its cells it spans two triangles; over them acts one strain of the
-!> face, and over the rest of a cell its own (see `dda_weld_springs`).
+!> A cell is a block with a body number.  A face is a part of an edge that is common to two cells of
+!> a body.  Together with the centroids of its cells, it spans two triangles, which have the strain
+!> of the face; the rest of a cell has its own strain (see `dda_weld_springs`).
 module dda_weld
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -16,7 +16,7 @@ module dda_weld
    integer, parameter :: weld_cracked = 1  !< a joint has its traction, and it is still closed
    integer, parameter :: weld_open = 2     !< its edges are sides of the body
 
-   !> A welded face, from a to b as the first cell has it, in the reference shapes.
+   !> A welded face, from a to b in the order of the first cell, in the reference shapes.
    type :: weld_type
       integer :: block(2) = 0            !< its cells
       integer :: edge(2) = 0             !< that contain it, by their first vertices
@@ -24,18 +24,18 @@ module dda_weld
       real(wp) :: along(2) = 0.0_wp      !< unit vector from a to b
       real(wp) :: middle(2, 2) = 0.0_wp  !< offsets ρ of its middle in both cells, m
       real(wp) :: area(2) = 0.0_wp       !< of its triangles, m²
-      !> m, added to positions of the second cell, as those of its image in level ground; else 0
+      !> m, added to positions of the second cell if it is an image in level ground; else 0
       real(wp) :: shift(2) = 0.0_wp
       integer :: joint = 0               !< joint material that it becomes where it breaks; 0: never
       integer :: state = weld_whole
-      !> [component,cell] that it left in the initial stress of its cells when it broke, Pa m²
+      !> [component,cell] initial stress that the broken face left in its cells, Pa m²
       real(wp) :: left(3, 2) = 0.0_wp
       real(wp) :: kept = 0.0_wp          !< fraction of it that is still there
    end type weld_type
 
 contains
 
-   !> The face of two edges between two positions along the first one, m from its first vertex.
+   !> Create the face of two edges between two positions, m, counted from the first edge's start.
    pure type(weld_type) function new_weld(blocks, e, f, low, high, shift) result(weld)
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: e, f              !< edges, by their first vertices
@@ -58,7 +58,7 @@ contains
       end do
    end function new_weld
 
-   !> Store in blocks the area with their own strain, and which of their edges are within a body.
+   !> Store the area with the cell's own strain in blocks, and mark edges within bodies.
    pure subroutine set_welds(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< as drawn, with the bodies of blocks
       type(weld_type), intent(in) :: welds(:)     !< all faces between neighbours
@@ -93,7 +93,7 @@ contains
       end do
    end subroutine add_up_areas
 
-   !> The triangles of faces have the strains of the faces, and no longer those of their cells.
+   !> Assign triangles to faces: their area has the strain of the face, not that of the cell.
    pure subroutine take_area(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< at the start
       type(weld_type), intent(in) :: welds(:)     !< faces
@@ -111,21 +111,21 @@ contains
       where (blocks%rest_share < nothing) blocks%rest_share = 0.0_wp
    end subroutine take_area
 
-   !> The second cell of a face is an image, which is elsewhere.
+   !> .true. if the second cell of a face is an image at another position.
    elemental logical function is_shifted(weld)
       type(weld_type), intent(in) :: weld  !< a face
 
       is_shifted = any(abs(weld%shift) > 0.0_wp)
    end function is_shifted
 
-   !> The face has a strain.
+   !> .true. if the face has a strain.
    elemental logical function is_whole(weld)  ! total
       type(weld_type), intent(in) :: weld  !< a face
 
       is_whole = weld%state == weld_whole
    end function is_whole
 
-   !> Faces between some of the blocks, in their numbers.
+   !> Faces between some of the blocks, with the numbers of these blocks.
    pure function welds_within(welds, block, vertex) result(within)
       type(weld_type), intent(in) :: welds(:)  !< of a model
       integer, intent(in) :: block(:)          !< [blocks] number of each, or 0
@@ -140,7 +140,7 @@ contains
       end do
    end function welds_within
 
-   !> At each vertex of a body, the edges of its outline: round the vertex, from cell to cell.
+   !> Find the edges of the outline at each vertex of a body, around the vertex from cell to cell.
    pure subroutine find_outlines(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< with inner edges
       type(weld_type), intent(in) :: welds(:)     !< all faces
@@ -170,8 +170,8 @@ contains
       end do
    end subroutine find_outlines
 
-   !> Vertices of two cells at the ends of their face with equal positions: that of the neighbour
-   !> before a vertex, and that after it.
+   !> Mark vertices of two cells at the ends of their face with equal positions.
+   !> They are the neighbour before a vertex, and the neighbour after it.
    pure subroutine mark_ends(blocks, weld, beyond)
       type(blocks_type), intent(in) :: blocks    !< at the start
       type(weld_type), intent(in) :: weld        !< face
@@ -193,7 +193,7 @@ contains
 
    contains
 
-      !> Two vertices have the same position.
+      !> .true. if two vertices have the same position.
       pure logical function meet(v, w)
          integer, intent(in) :: v, w  !< vertices
 

@@ -14,7 +14,7 @@ module dda_contact_table
 
 contains
 
-   !> A variable of contacts, contact by contact.
+   !> Copy a variable of contacts, contact by contact.
    pure subroutine take_column(contacts, laws, variable, first, column)
       type(contacts_type), intent(in) :: contacts  !< of the last step
       type(laws_type), intent(in) :: laws          !< of the joints
@@ -42,7 +42,7 @@ contains
       end select
    end subroutine take_column
 
-   !> All columns of the contacts of the last step; columns that no joint has are 0.
+   !> Table of the contacts of the last step; columns of laws that no joint has are 0.
    function contact_table(simulation) result(table)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       real(wp), allocatable :: table(:,:)   !< [contacts, columns]
@@ -59,7 +59,7 @@ contains
       end associate
    end function contact_table
 
-   !> Contacts that press: vertex and edge from 0, position, normal force, shear force.
+   !> Contacts under compression: vertex and edge from 0, position, normal and shear force.
    function closed_contacts(simulation) result(table)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       real(wp), allocatable :: table(:,:)   !< [contacts, 5]

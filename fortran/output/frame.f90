@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A frame of the output as a row of numbers: blocks and contacts.
+!> A frame of the output as a row of numbers: variables of blocks and contacts.
 !>
-!> It is written to the journal in parts, because the whole takes more than half a kilobyte a block.
+!> It is written to the journal in parts, because a frame has more than half a kilobyte per block.
 module dda_frame
    use dda_kinds, only: wp
    use dda_broken_faces, only: edge_damage
@@ -20,7 +20,7 @@ module dda_frame
 
 contains
 
-   !> Variable by variable, in the order of the schema: those of blocks, then those of contacts.
+   !> Append a frame, variable by variable, in the order of the schema: blocks, then contacts.
    subroutine append_frame(journal, simulation, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       type(simulation_type), intent(in) :: simulation  !< at its present time
@@ -42,7 +42,7 @@ contains
       end associate
    end subroutine append_frame
 
-   !> A variable of the run or of its blocks.
+   !> Append a variable of the run or of its blocks.
    subroutine append_variable(journal, simulation, variable, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       type(simulation_type), intent(in) :: simulation  !< at its present time
@@ -77,7 +77,7 @@ contains
       end associate
    end subroutine append_variable
 
-   !> Columns whose first two numbers are a position from the engine's origin.
+   !> Append columns whose first two numbers are a position relative to the engine's origin.
    subroutine append_positions(journal, columns, origin, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       real(wp), intent(in) :: columns(:,:)  !< [≤ 6, columns] m, …
@@ -98,7 +98,7 @@ contains
       end do
    end subroutine append_positions
 
-   !> A column of the contacts.
+   !> Append a column of the contacts.
    subroutine append_column(journal, simulation, variable, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       type(simulation_type), intent(in) :: simulation  !< at its present time

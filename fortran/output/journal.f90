@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The samples and frames of a run so far, in an append-only file, FILE.journal.
+!> Samples and frames of a run so far, in an append-only file, FILE.journal.
 !>
-!> It has the data of the output as rows of numbers in the order of the steps.  A checkpoint records
-!> its length and its checksum up to there; a resumed run cuts it back to that mark and goes on.
-!> While a run has it open, no other run can open it.
+!> It contains the data of the output as rows of numbers in the order of the steps.  A checkpoint
+!> records its length and checksum; a resumed run cuts it back to that length and continues.
+!> While a run has the journal open, no other run can open it.
 module dda_journal
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
    use, intrinsic :: iso_fortran_env, only: int8
@@ -26,7 +26,7 @@ module dda_journal
 
    !> A journal: its length, the checksum of its bytes, numbers of its rows.
    type :: journal_type
-      ! unsaved, opened anew: file
+      ! unsaved, opened again: file
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
       integer(long) :: bytes = 0
@@ -43,7 +43,7 @@ module dda_journal
 
 contains
 
-   !> The journal of an output.
+   !> Name of the journal of an output.
    pure function journal_name(output) result(name)
       character(len=*), intent(in) :: output  !< path of the output
       character(len=:), allocatable :: name
@@ -51,7 +51,7 @@ contains
       name = output//'.journal'
    end function journal_name
 
-   !> Open the journal of an output; an error if another run has it.
+   !> Open the journal of an output; an error if another run has opened it.
    subroutine open_journal(journal, output, error)
       type(journal_type), intent(out) :: journal  !< open and locked
       character(len=*), intent(in) :: output  !< path of the output
@@ -66,8 +66,8 @@ contains
       if (.not. locked) call close_file(journal%file, error)
    end subroutine open_journal
 
-   !> A journal that was removed during the run is written again from the open file; an error if
-   !> another file has its name.
+   !> Restore a journal that was removed during the run, from the open file.
+   !> It is an error if another file has its name.
    subroutine keep_name(journal, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
@@ -100,7 +100,7 @@ contains
       journal%file = new
    end subroutine keep_name
 
-   !> Copy the first bytes of a file to another one.
+   !> Copy the first bytes of a file to another file.
    subroutine copy_bytes(from, to, bytes, error)
       type(byte_file_type), intent(in) :: from, to  !< open, at their beginnings
       integer(long), intent(in) :: bytes            !< to be copied
@@ -119,7 +119,7 @@ contains
       call flush_stream(to, .false., error)
    end subroutine copy_bytes
 
-   !> Length and checksum of the journal, as part of a checkpoint.
+   !> Save or restore length and checksum of the journal, as part of a checkpoint.
    subroutine serialise_mark(archive, journal)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(journal_type), intent(inout) :: journal  !< of the run
@@ -133,7 +133,7 @@ contains
       call serialise(archive, journal%iterations)
    end subroutine serialise_mark
 
-   !> Cut the journal back to the mark of a checkpoint; an error if its bytes have changed since.
+   !> Cut the journal back to its state at a checkpoint; an error if earlier bytes have changed.
    subroutine return_to_mark(journal, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
@@ -161,7 +161,7 @@ contains
       call cut_file(journal%file, journal%bytes, error)
    end subroutine return_to_mark
 
-   !> Append the head of a sample or a frame; its numbers follow.
+   !> Append the header of a sample or a frame; its numbers follow.
    subroutine begin_row(journal, kind, contacts, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       integer, intent(in) :: kind, contacts  !< `row_sample` or `row_frame`; its contacts
@@ -191,7 +191,7 @@ contains
       journal%bytes = journal%bytes + size(bytes)
    end subroutine append_numbers
 
-   !> Open a journal to be read from its beginning.
+   !> Open a journal for reading from its start.
    subroutine open_reader(reader, journal, error)
       type(reader_type), intent(out) :: reader  !< of the journal
       type(journal_type), intent(in) :: journal  !< of the run
@@ -202,7 +202,7 @@ contains
       reader%left = journal%bytes
    end subroutine open_reader
 
-   !> The kind of the next row, 0 at the end, and its number of contacts.
+   !> Read the kind of the next row, 0 at the end, and its number of contacts.
    subroutine read_row(reader, kind, contacts, error)
       type(reader_type), intent(inout) :: reader  !< of the journal
       integer, intent(out) :: kind, contacts  !< `row_sample` or `row_frame`; its contacts
@@ -218,7 +218,7 @@ contains
       contacts = nint(head(2))
    end subroutine read_row
 
-   !> The next numbers of a row.
+   !> Read the next numbers of a row.
    subroutine read_numbers(reader, numbers, error)
       type(reader_type), intent(inout) :: reader  !< of the journal
       real(wp), contiguous, target, intent(out) :: numbers(:)  !< [numbers] of a row

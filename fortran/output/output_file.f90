@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The output of a run: a netCDF-4 file that xarray opens as it is.
+!> Output of a run: a netCDF-4 file that xarray can open.
 !>
-!> It is always written as a whole from the journal, under a third name, and then renamed: to FILE
-!> when the run is complete, at intervals before that to FILE.partial.  Either can therefore be
-!> opened at any moment, and a run that is killed while it writes leaves the last one as it was.
+!> It is always written completely from the journal, under a temporary name, and then renamed: to
+!> FILE when the run is complete, earlier, at intervals, to FILE.partial.  Both can therefore be
+!> opened at any moment, and a run that is killed while it writes leaves the last file unchanged.
 module dda_output_file
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: wp, long
@@ -56,7 +56,7 @@ module dda_output_file
 
 contains
 
-   !> Write all that the journal has to FILE, or to FILE.partial if the run is not complete.
+   !> Write all data of the journal to FILE, or to FILE.partial if the run is not complete.
    subroutine write_output(file, journal, simulation, complete, error)
       character(len=*), intent(in) :: file  !< path of the output
       type(journal_type), intent(in) :: journal  !< of the run
@@ -83,7 +83,7 @@ contains
       if (allocated(error)) call remove_file(output%dataset%file)
    end subroutine write_output
 
-   !> Upper bound of the size of the file, bytes.
+   !> Upper bound on the size of the file, bytes.
    pure integer(long) function bytes_for(journal, simulation) result(bytes)
       type(journal_type), intent(in) :: journal  !< of the run
       type(simulation_type), intent(in) :: simulation  !< at its present time
@@ -99,8 +99,8 @@ contains
       end do
    end function bytes_for
 
-   !> Upper bound of the memory of `write_output`, bytes: two frames, samples and copies of parts of
-   !> them, texts.
+   !> Upper bound on the memory of `write_output`, bytes.
+   !> It contains two frames, samples and copies of parts of them, and texts.
    pure real(wp) function writing_memory(simulation) result(bytes)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, parameter :: word = storage_size(1.0_wp)/8  ! bytes of a number
@@ -128,7 +128,7 @@ contains
          call checked(dataset, nf90_create(path_of(dataset%file), ior(nf90_netcdf4, &
             nf90_clobber), dataset%id), 'create the file')
          if (.not. allocated(dataset%error)) then
-            ! All variables of the definition are written, unless there are no points.
+            ! All defined variables are written, unless there are no points.
             if (size(simulation%model%points) > 0) &
                call checked(dataset, nf90_set_fill(dataset%id, nf90_nofill, unused), 'set it up')
             call describe_run(dataset, simulation, merge('yes', 'no ', complete))
@@ -146,7 +146,7 @@ contains
       end associate
    end subroutine write_dataset
 
-   !> The variables that the model has, and their dimensions.
+   !> Define the variables that the model has, and their dimensions.
    subroutine define_file(output, journal)
       type(output_type), intent(inout) :: output  !< open; keeps the first error
       type(journal_type), intent(in) :: journal  !< of the run
@@ -174,7 +174,7 @@ contains
          nf90_enddef(output%dataset%id), 'end the definitions')
    end subroutine define_file
 
-   !> A variable with its attributes.
+   !> Define a variable with its attributes.
    subroutine define(dataset, variable)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(output_variable_type), intent(in) :: variable  !< of the schema
@@ -191,7 +191,7 @@ contains
       if (variable%kind == is_text) call describe_variable(dataset, name, '_Encoding', 'utf-8')
    end subroutine define
 
-   !> Everything that is needed to repeat the run.
+   !> Write attributes with everything needed to repeat the run.
    subroutine describe_run(dataset, simulation, complete)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(simulation_type), intent(in) :: simulation  !< at its present time
@@ -222,7 +222,7 @@ contains
       call describe(dataset, 'maxima_base', base_words(simulation%maxima%base, simulation%model))
    end subroutine describe_run
 
-   !> Verdict, in words and numbers.
+   !> Write the verdict as attributes, in words and numbers.
    subroutine describe_verdict(dataset, verdict)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(run_verdict_type), intent(in) :: verdict  !< of all frames
@@ -237,7 +237,7 @@ contains
       end do
    end subroutine describe_verdict
 
-   !> The records of a model and what was done to them, a line each.
+   !> Text of the records of a model and their processing, one per line.
    pure function sources_of(model) result(text)  ! total
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=:), allocatable :: text
@@ -250,7 +250,7 @@ contains
       end do
    end function sources_of
 
-   !> The output exists, is complete, and was made from this input and these records.
+   !> .true. if the output exists, is complete, and belongs to this input and these records.
    logical function is_complete(file, model)
       character(len=*), intent(in) :: file      !< output
       type(model_type), intent(in) :: model  !< as read from the input
@@ -268,7 +268,7 @@ contains
       call checked(dataset, nf90_close(dataset%id), 'close the file')
    end function is_complete
 
-   !> Values that do not depend on time.
+   !> Write values that do not depend on time.
    subroutine write_constants(dataset, simulation)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(simulation_type), intent(in) :: simulation  !< at its present time
@@ -315,7 +315,7 @@ contains
       end associate
    end subroutine write_constants
 
-   !> The largest values of the run up to the present time.
+   !> Write the largest values of the run up to the present time.
    subroutine put_maxima(dataset, simulation)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(simulation_type), intent(in) :: simulation  !< at its present time
@@ -338,7 +338,7 @@ contains
       end associate
    end subroutine put_maxima
 
-   !> The network of water in joints.
+   !> Write the network of water in joints.
    subroutine put_flow(dataset, model)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(model_type), intent(in) :: model  !< with flow
@@ -356,7 +356,7 @@ contains
       end associate
    end subroutine put_flow
 
-   !> Constants of the bolts.
+   !> Write constants of the bolts.
    subroutine put_bolts(dataset, simulation)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(simulation_type), intent(in) :: simulation  !< at its present time
@@ -382,7 +382,7 @@ contains
       end associate
    end subroutine put_bolts
 
-   !> Names and edges of boundaries.
+   !> Write names and edges of boundaries.
    subroutine put_boundaries(dataset, simulation)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(simulation_type), intent(in) :: simulation  !< at its present time
@@ -400,7 +400,7 @@ contains
       end associate
    end subroutine put_boundaries
 
-   !> The stage that removes each block; 0: none does.
+   !> Stage that removes each block; 0: none does.
    pure function removal_of(stages, n) result(removal)
       type(stage_type), intent(in) :: stages(:)  !< of the model
       integer, intent(in) :: n                   !< blocks
@@ -413,7 +413,7 @@ contains
       end do
    end function removal_of
 
-   !> All rows of the journal, in its order.
+   !> Copy all rows of the journal, in its order.
    subroutine copy_rows(output, journal, simulation, error)
       type(output_type), intent(inout) :: output  !< file being written
       type(journal_type), intent(in) :: journal  !< of the run
@@ -469,7 +469,7 @@ contains
       end associate
    end subroutine put_samples
 
-   !> Values of a variable in rows from a first one on, which is the slowest dimension.
+   !> Write values of a variable in consecutive rows; rows are the slowest dimension.
    subroutine put_row(output, variable, values, first, rows)
       type(output_type), intent(inout) :: output  !< file being written
       type(output_variable_type), intent(in) :: variable  !< of the schema
@@ -502,7 +502,7 @@ contains
       output%contacts = output%contacts + contacts
    end subroutine put_frame
 
-   !> The next numbers of the journal, as variables with a value for each frame or contact.
+   !> Copy the next numbers of the journal to variables with a value per frame or contact.
    subroutine copy_variables(output, reader, row, first, rows, error)
       type(output_type), intent(inout) :: output  !< file being written
       type(reader_type), intent(inout) :: reader  !< of the journal

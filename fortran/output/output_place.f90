@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks that a run may write its output and the files beside it: they may replace only files of
-!> earlier runs, and no file that the run reads.
+!> Checks before a run writes its output and the files beside it: it may replace only files of
+!> earlier runs, and no file that it reads.
 module dda_output_place
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: same_file, status_of, is_folder, folder_of
@@ -16,7 +16,7 @@ module dda_output_place
 
 contains
 
-   !> The partial output of an unfinished run.
+   !> Name of the partial output of an unfinished run.
    pure function partial_name(file) result(name)
       character(len=*), intent(in) :: file  !< path of the output
       character(len=:), allocatable :: name
@@ -24,7 +24,7 @@ contains
       name = file//'.partial'
    end function partial_name
 
-   !> Temporary file of an output before it gets its name.
+   !> Temporary name of an output before it is renamed.
    pure function writing_name(file) result(name)
       character(len=*), intent(in) :: file  !< path of the output
       character(len=:), allocatable :: name
@@ -32,7 +32,7 @@ contains
       name = file//'.writing'
    end function writing_name
 
-   !> The newest checkpoint of an output.
+   !> Name of the newest checkpoint of an output.
    pure function checkpoint_name(file) result(name)
       character(len=*), intent(in) :: file  !< path of the output
       character(len=:), allocatable :: name
@@ -40,7 +40,7 @@ contains
       name = file//'.checkpoint'
    end function checkpoint_name
 
-   !> An error if an output cannot be written, before anything is written.
+   !> Return an error if an output cannot be written, before anything is written.
    subroutine check_target(model, resumes, error)
       type(model_type), intent(in) :: model  !< with the name of its output
       logical, intent(in) :: resumes  !< from checkpoints, which are checked when they are read
@@ -72,7 +72,7 @@ contains
 
    contains
 
-      !> A checkpoint of the output.
+      !> Check the name of a checkpoint of the output.
       subroutine check_checkpoint(ending, error)
          character(len=*), intent(in) :: ending  !< of its name
          type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
@@ -87,7 +87,7 @@ contains
       end subroutine check_checkpoint
    end subroutine check_target
 
-   !> A name to be written must be free, or a file of its kind that the run does not read.
+   !> Check that a name to be written is free, or that of an own file that the run does not read.
    subroutine check_name(name, kind, model, error)
       character(len=*), intent(in) :: name     !< path to be written
       type(own_kind_type), intent(in) :: kind  !< of the file
@@ -108,7 +108,7 @@ contains
 
    contains
 
-      !> An error if the name leads to a file that is read.
+      !> Return an error if the name leads to a file that is read.
       subroutine refuse(file, words)
          character(len=*), intent(in) :: file, words  !< path; what it is
 
@@ -118,7 +118,7 @@ contains
       end subroutine refuse
    end subroutine check_name
 
-   !> The output named by an input is at or below the working folder or the folder of the input.
+   !> .true. if the output named by an input is within the working folder or that of the input.
    logical function is_below(name, input)  ! total
       character(len=*), intent(in) :: name   !< path that the input gives
       character(len=*), intent(in) :: input  !< path of the input

@@ -14,12 +14,12 @@ module dda_output_reader
 
 contains
 
-   !> A variable over time.
+   !> Read a variable over time.
    subroutine read_history(file, quantity, at, time, values, error)
       character(len=*), intent(in) :: file      !< output
       character(len=*), intent(in) :: quantity  !< name of the variable in the output
-      !> index in its other dimensions, from 1: axis and point; none for `energy_kinetic` and
-      !> similar ones
+      !> index in its other dimensions, from 1: axis and point; empty for `energy_kinetic` and
+      !> similar variables
       integer, intent(in) :: at(:)
       real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
       real(wp), allocatable, intent(out) :: values(:)  !< [samples] in the unit of the output
@@ -41,7 +41,7 @@ contains
       if (allocated(dataset%error)) error = dataset%error
    end subroutine read_history
 
-   !> All samples of a variable at an index.
+   !> Read all samples of a variable at an index.
    subroutine read_series(dataset, name, at, values)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: name          !< of the variable

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The parts of the output schema that a model has: families of variables, lengths of dimensions,
+!> Parts of the output schema that a model has: families of variables, lengths of dimensions,
 !> positions of numbers in a sample.
 module dda_output_variables
    use dda_breaking, only: can_break
@@ -13,7 +13,7 @@ module dda_output_variables
 
 contains
 
-   !> The families of variables that a model has.
+   !> Families of variables that a model has.
    pure function families_of(simulation) result(has)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       logical :: has(number_of_families)
@@ -71,7 +71,7 @@ contains
       end associate
    end function lengths_of
 
-   !> Points that cables pass between their ends.
+   !> Number of points of cables between their ends.
    pure integer function points_between(model) result(n)
       type(model_type), intent(in) :: model  !< as read from the input
       integer :: i
@@ -79,7 +79,7 @@ contains
       n = sum([(size(model%bolts(i)%block) - 2, i=1, size(model%bolts))])
    end function points_between
 
-   !> Numbers of a variable in a row, or in all if it is written once.
+   !> Number of values of a variable in a row, or in total if it is written once.
    pure integer function numbers_of(variable, lengths)
       type(output_variable_type), intent(in) :: variable    !< of the schema
       integer, intent(in) :: lengths(:)                     !< of all dimensions
@@ -87,7 +87,7 @@ contains
       numbers_of = product(lengths(variable%dimensions(:count(variable%dimensions > 0))))
    end function numbers_of
 
-   !> A variable is written, in each row of a kind.
+   !> .true. if a variable is written in each row of a kind.
    elemental logical function is_in(variable, row, has)
       type(output_variable_type), intent(in) :: variable  !< of the schema
       integer, intent(in) :: row                          !< each_time, each_frame, each_contact
@@ -96,7 +96,7 @@ contains
       is_in = variable%row == row .and. has
    end function is_in
 
-   !> Count of numbers of a sample before those of a variable; after the last variable, of all.
+   !> Number of values of a sample before those of a variable; after the last variable, of all.
    pure integer function place_in_sample(simulation, place) result(before)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: place                     !< in the schema
@@ -110,7 +110,7 @@ contains
       end do
    end function place_in_sample
 
-   !> Numbers of a sample.
+   !> Number of values of a sample.
    pure integer function size_of_sample(simulation)
       type(simulation_type), intent(in) :: simulation  !< at its present time
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Intensity of shaking of measured points: peak acceleration and velocity, Arias intensity and
-!> spectral acceleration, from the samples as they are written; accelerations also below the highest
-!> frequency that the ground model resolves (`dda_resolved_band`).
+!> spectral acceleration, computed from the samples as they are written; accelerations also below
+!> the highest frequency that the ground model resolves (`dda_resolved_band`).
 module dda_point_intensity
    use dda_kinds, only: wp, pi
    use dda_low_pass, only: low_pass_type, new_low_pass, pass
@@ -12,7 +12,7 @@ module dda_point_intensity
 
    real(wp), parameter :: standard_gravity = 9.80665_wp  !< m/s²
 
-   !> Of an acceleration along one axis.
+   !> Shaking along one axis.
    type :: shaking_type
       real(wp) :: last = 0.0_wp         !< acceleration at the last sample, m/s²
       real(wp) :: acceleration = 0.0_wp !< largest, m/s²
@@ -31,7 +31,7 @@ module dda_point_intensity
 
 contains
 
-   !> Reset before the first sample.
+   !> Reset an intensity before the first sample.
    pure type(intensity_type) function new_intensity(frequency) result(intensity)
       real(wp), intent(in) :: frequency  !< frequency below which accelerations are reported, Hz
 
@@ -75,7 +75,7 @@ contains
       shaking%last = acceleration
    end subroutine shake
 
-   !> π/2g ∫a² dt, m/s.
+   !> Arias intensity π/2g ∫a² dt, m/s.
    elemental real(wp) function arias_intensity(shaking)
       type(shaking_type), intent(in) :: shaking  !< along an axis
 

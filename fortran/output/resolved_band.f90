@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The frequency up to which accelerations of measured points are motion of the ground and not
+!> Frequency up to which accelerations of measured points are motion of the ground and not
 !> ringing or impacts of contacts: that of the shortest wave that blocks or cells resolve, and at
 !> most a quarter of the sampling rate.
 module dda_resolved_band
@@ -16,7 +16,7 @@ module dda_resolved_band
 
 contains
 
-   !> The frequency, Hz.  Blocks on rigid supports are omitted, since no wave travels in them.
+   !> Resolved frequency, Hz.  Blocks on rigid supports are omitted, since no wave travels in them.
    pure real(wp) function resolved_frequency(model, blocks) result(frequency)
       type(model_type), intent(in) :: model    !< of the run
       type(blocks_type), intent(in) :: blocks  !< of the run, in any state

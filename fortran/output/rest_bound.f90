@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Largest movement of a run that counts as rounding, depending on its loads and motions.
+!> Largest movement of a run that is attributed to rounding, depending on loads and motions.
 module dda_rest_bound
    use dda_kinds, only: wp
    use dda_model, only: model_type, half_size
@@ -8,14 +8,14 @@ module dda_rest_bound
    private
    public :: is_at_rest
 
-   !> of the model size: rounding and tolerance of rest without loads, measured
+   !> fraction of the model size: rounding and tolerance of equilibrium without loads, measured
    real(wp), parameter :: rest_share = 1.0e-9_wp
    real(wp), parameter :: rounding_share = 100*epsilon(1.0_wp)  !< of it: rounding of positions
    real(wp), parameter :: drive_share = 1.0e-9_wp               !< of the prescribed motion
 
 contains
 
-   !> The largest movement is rounding.
+   !> .true. if the largest movement is rounding.
    pure logical function is_at_rest(simulation, largest)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       real(wp), intent(in) :: largest                  !< displacement of a block so far, m
@@ -29,7 +29,7 @@ contains
       end associate
    end function is_at_rest
 
-   !> Motions, loads that change, initial velocities or sudden gravity move the model.
+   !> .true. if motions, changing loads, initial velocities or sudden gravity move the model.
    pure logical function is_driven(model)
       type(model_type), intent(in) :: model  !< of the run
       integer :: i

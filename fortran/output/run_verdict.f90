@@ -54,8 +54,8 @@ contains
          verdict%joints_most(joints, columns_of(in_measured_joints)), source=0.0_wp)
    end function new_verdict
 
-   !> Add samples, in the order of the run, point by point so that the oscillators of a point remain
-   !> in the cache.
+   !> Add samples in the order of the run, point by point.
+   !> The oscillators of a point thus remain in the cache.
    pure subroutine add_samples(verdict, time, velocity, acceleration)
       type(run_verdict_type), intent(inout) :: verdict   !< of the samples so far
       real(wp), intent(in) :: time(:)                    !< [samples] s
@@ -83,7 +83,7 @@ contains
       end do
    end subroutine add_joint_samples
 
-   !> The complete verdict of a run, after its last sample.
+   !> Complete the verdict of a run after its last sample.
    subroutine conclude(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
@@ -100,7 +100,7 @@ contains
       call add_value(verdict, 'energy_balance_j_m', balance(simulation%energy))
    end subroutine conclude
 
-   !> Events, the largest values of all steps, and doubts.
+   !> Add events, the largest values of all steps, and warnings.
    subroutine judge_movement(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets words, figures and values
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -125,8 +125,8 @@ contains
       if (words /= '') call add_doubt(verdict%doubts, 'energy', words)
    end subroutine judge_movement
 
-   !> Doubts of the check before the run, without those that the run has answered: nothing rings at
-   !> rest, and the first mode assumes joints that stay closed.
+   !> Warnings of the check before the run, without those that the run has answered.
+   !> Nothing rings without motion, and the first mode assumes joints that stay closed.
    pure function remaining_doubts(simulation) result(standing)
       type(simulation_type), intent(in) :: simulation    !< at its present time
       type(doubt_type), allocatable :: standing(:)
@@ -147,8 +147,7 @@ contains
       end do
    end function remaining_doubts
 
-   !> One sentence: movement of blocks, events of contacts and bonds, and why the run has ended
-   !> early.
+   !> Add one sentence on movement of blocks, contacts and bonds, and the end of the run.
    subroutine tell_movement(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets words and values
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -190,7 +189,7 @@ contains
       end if
    end subroutine tell_movement
 
-   !> Blocks whose joints have crushed, with the largest plastic closure.
+   !> Add a sentence on blocks whose joints have crushed, with the largest plastic closure.
    subroutine tell_crushed(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets words and values
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -224,16 +223,16 @@ contains
       call tell(verdict, 'joints have crushed by up to '//value_text(most, 'm')//' at '//names(3:))
    end subroutine tell_crushed
 
-   !> No movement exceeds rounding.
+   !> .true. if no movement exceeds rounding.
    pure logical function rests(simulation)
       type(simulation_type), intent(in) :: simulation    !< at its present time
 
       rests = is_at_rest(simulation, simulation%maxima%largest(of_displacement)%value)
    end function rests
 
-   !> The largest values that are more than rounding.  Accelerations of blocks and velocities at the
-   !> end are dominated by ringing and impacts: they are written as numbers, but not shown in the
-   !> table.
+   !> Add the largest values that exceed rounding to the table.
+   !> Accelerations of blocks and velocities at the end are dominated by ringing and impacts: they
+   !> are written as numbers, but not shown in the table.
    subroutine tabulate(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets figures
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -265,7 +264,7 @@ contains
       end associate
    end subroutine tabulate
 
-   !> Tilts move the corners of a block by more than rounding.
+   !> .true. if tilts move the corners of a block by more than rounding.
    pure logical function turns(simulation)
       type(simulation_type), intent(in) :: simulation    !< at its present time
 
@@ -275,7 +274,7 @@ contains
       end associate
    end function turns
 
-   !> Error of the stresses of bodies at the end, from the jumps at faces of cells.
+   !> Add the error of the stresses of bodies at the end, estimated from jumps at faces of cells.
    subroutine add_bodies(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets a figure and its value
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -290,7 +289,7 @@ contains
          [0.0_wp, share], '1', 'of bodies, energy norm, by jumps at faces')
    end subroutine add_bodies
 
-   !> A line of the table.
+   !> Add a line to the table.
    subroutine add_maximum(verdict, simulation, k, ends)
       type(run_verdict_type), intent(inout) :: verdict   !< gets a figure
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -309,7 +308,7 @@ contains
       end associate
    end subroutine add_maximum
 
-   !> A name of the output in words.
+   !> Name of an output variable in words.
    pure function words_of(name) result(words)
       character(len=*), intent(in) :: name  !< as the schema has it
       character(len=:), allocatable :: words
@@ -321,7 +320,7 @@ contains
       end do
    end function words_of
 
-   !> Distance of blocks at the end from the model as drawn, if displacements count from rest.
+   !> Add the distance of blocks at the end from the input, if displacements count from equilibrium.
    subroutine add_drawn(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets a value, and a figure
       type(simulation_type), intent(in) :: simulation    !< at its present time
@@ -336,7 +335,7 @@ contains
          [character(len=len(key)) :: '', key], [0.0_wp, way], 'm', label(simulation, b))
    end subroutine add_drawn
 
-   !> Names of the blocks or points of a value.
+   !> Text with the names of the blocks or points of a value.
    pure function who_text(simulation, k, who) result(text)
       type(simulation_type), intent(in) :: simulation    !< at its present time
       integer, intent(in) :: k                           !< position in the list of maxima
@@ -353,8 +352,8 @@ contains
       end if
    end function who_text
 
-   !> Intensity of shaking of a measured point: numbers for all frequencies and for the resolved
-   !> ones, and table lines of the latter, each along the axis of its largest value.
+   !> Add the intensity of shaking of a measured point: numbers and table lines.
+   !> Numbers are for all and for resolved frequencies; lines are for resolved ones, along one axis.
    subroutine judge_point(verdict, simulation, i, told)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
@@ -381,7 +380,7 @@ contains
 
    contains
 
-      !> A number along both axes, and its table line: the larger one, with the other beside it.
+      !> Add a result along both axes, and its table line: the larger value (and the smaller).
       subroutine add_point(title, key, values, units, words)
          character(len=*), intent(in) :: title, key, units, words
          real(wp), intent(in) :: values(2)
@@ -404,7 +403,7 @@ contains
       end subroutine add_point
    end subroutine judge_point
 
-   !> Numbers of all frequencies, of the larger axis.
+   !> Add a result for all frequencies, along the axis with the larger value.
    subroutine add_raw(verdict, raw, name)
       type(run_verdict_type), intent(inout) :: verdict  !< gets values
       type(shaking_type), intent(in) :: raw(2)          !< of a point, along both axes
@@ -421,7 +420,7 @@ contains
       call add_value(verdict, 'sa_period_s['//name//']', period(maxloc(sa, 1)))
    end subroutine add_raw
 
-   !> Slip, opening and force of measured joints.
+   !> Add slip, opening and force of measured joints.
    subroutine judge_joints(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
@@ -440,8 +439,8 @@ contains
       end do
    end subroutine judge_joints
 
-   !> A variable of a measured joint: its last value and, for lengths, the largest; components of
-   !> forces are only in the samples.
+   !> Add a variable of a measured joint: its last value and, for lengths, the largest.
+   !> Components of forces are only in the samples.
    subroutine judge_joint(verdict, variable, joint, most_and_last)
       type(run_verdict_type), intent(inout) :: verdict       !< gets figures and values
       type(output_variable_type), intent(in) :: variable     !< of measured joints
@@ -472,7 +471,7 @@ contains
          ' % more at higher frequencies, of contacts that ring or hit'
    end function above_text
 
-   !> The name of a measured point in the form of attribute names, or its number.
+   !> Name of a measured point in the form of attribute names, or its number.
    pure function point_label(name, number) result(label)
       character(len=*), intent(in) :: name  !< of the input
       integer, intent(in) :: number         !< of the point
@@ -482,7 +481,7 @@ contains
       if (label == '') label = to_text(number)
    end function point_label
 
-   !> The name of a block, or its number.
+   !> Name of a block, or its number.
    pure function label(simulation, b) result(name)
       type(simulation_type), intent(in) :: simulation    !< a run and its state
       integer, intent(in) :: b                           !< number of the block
@@ -492,7 +491,7 @@ contains
       if (name == '') name = 'block '//to_text(b)
    end function label
 
-   !> A name without characters that attributes or their lines cannot contain.
+   !> Remove characters from a name that attributes or their lines cannot contain.
    pure function clean(name) result(text)
       character(len=*), intent(in) :: name  !< of the input
       character(len=:), allocatable :: text

@@ -23,7 +23,7 @@ module dda_sample
 
 contains
 
-   !> Variable by variable, in the order of the schema.
+   !> Collect a sample, variable by variable, in the order of the schema.
    subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: iterations  !< largest of a step since the last sample
@@ -67,7 +67,7 @@ contains
       sample(at + 1:) = pack(through, .true.)
    end subroutine take_sample
 
-   !> Water in joints.
+   !> Collect the values of water in joints.
    subroutine take_flow(simulation, sample, at)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       real(wp), intent(inout) :: sample(:)  !< [`size_of_sample`]

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The parts of a verdict: one sentence on what happened, a table of figures, doubts, and numbers by
-!> name; as attributes of an output and on a screen.
+!> Parts of a verdict: a sentence on the events, a table of results, warnings, and numbers by
+!> name; as attributes of an output and for a screen.
 module dda_verdict_lines
    use dda_kinds, only: wp, pi
    use dda_doubts, only: doubt_type, doubt_text
@@ -14,7 +14,7 @@ module dda_verdict_lines
       no_bars = 'these figures have no error bars: sitedda accuracy FILE.nml gives them'
 
    integer, parameter :: columns(3) = [20, 34, 48]  !< before largest value, end value, location
-   !> Fraction of the largest value below which the value at the end has died out.
+   !> Fraction of the largest value below which a final value has died out.
    real(wp), parameter :: died_out = 1.0e-5_wp
 
    !> A number of the verdict.
@@ -28,7 +28,7 @@ module dda_verdict_lines
       character(len=:), allocatable :: name
    end type key_type
 
-   !> A line of the table.
+   !> A line of the table of results.
    type :: figure_type
       character(len=:), allocatable :: name        !< for a reader
       type(key_type) :: key(2)                 !< keys of its numbers: largest, at the end; or blank
@@ -45,14 +45,14 @@ module dda_verdict_lines
       type(verdict_value_type), allocatable :: values(:)
    end type verdict_lines_type
 
-   !> A unit for readers: of values from `from` on.
+   !> A unit for display, used for values from `from` on.
    type :: unit_type
       character(len=6) :: units
       character(len=6) :: shown
       real(wp) :: from, scale
    end type unit_type
 
-   !> Of several units of a dimension the first one that a value reaches is used.
+   !> Of several units of a dimension, the first one that a value reaches is used.
    type(unit_type), parameter :: readers(*) = [ &
       unit_type('m', 'm', 1.0_wp, 1.0_wp), unit_type('m', 'mm', 1.0e-3_wp, 1.0e3_wp), &
       unit_type('m', 'µm', 1.0e-6_wp, 1.0e6_wp), unit_type('m', 'nm', 0.0_wp, 1.0e9_wp), &
@@ -63,7 +63,7 @@ module dda_verdict_lines
 
 contains
 
-   !> Append to the sentence on what happened.
+   !> Append a text to the sentence on the events.
    pure subroutine tell(lines, words)
       class(verdict_lines_type), intent(inout) :: lines  !< under construction
       character(len=*), intent(in) :: words              !< a main clause
@@ -81,7 +81,7 @@ contains
       lines%values = [lines%values, verdict_value_type(name, value)]
    end subroutine add_value
 
-   !> Add a line of the table.
+   !> Add a line to the table.
    pure subroutine add_figure(lines, name, keys, value, units, place)
       class(verdict_lines_type), intent(inout) :: lines  !< under construction
       character(len=*), intent(in) :: name               !< for a reader
@@ -97,7 +97,7 @@ contains
          key_type(trim(keys(2)))], shown, place, scale*value)]
    end subroutine add_figure
 
-   !> The unit for readers of a value, and its factor.
+   !> Unit for display of a value, and its factor.
    pure subroutine reader_unit(units, value, shown, scale)
       character(len=*), intent(in) :: units  !< as in the list of maxima
       real(wp), intent(in) :: value          !< not negative
@@ -115,7 +115,7 @@ contains
       end do
    end subroutine reader_unit
 
-   !> A value as shown to a reader.
+   !> A value as displayed.
    pure function value_text(value, units) result(text)
       real(wp), intent(in) :: value          !< in its units
       character(len=*), intent(in) :: units  !< as in the list of maxima
@@ -126,8 +126,8 @@ contains
       text = short_text(scale*value)//' '//shown
    end function value_text
 
-   !> The table for an output: name, keys, unit for readers and location of each figure, separated
-   !> by tabs, a line each.
+   !> Table for an output: name, keys, unit for display and location of each result.
+   !> One line per result, with fields separated by tabs.
    pure function figure_lines(lines) result(text)
       class(verdict_lines_type), intent(in) :: lines  !< all
       character(len=:), allocatable :: text
@@ -144,7 +144,7 @@ contains
       end do
    end function figure_lines
 
-   !> The doubts for an output, a line each.
+   !> Warnings for an output, one per line.
    pure function doubt_lines(lines) result(text)
       class(verdict_lines_type), intent(in) :: lines  !< all
       character(len=:), allocatable :: text
@@ -157,7 +157,7 @@ contains
       end do
    end function doubt_lines
 
-   !> Sentence, doubts of the check, table and other doubts, for a screen.
+   !> Sentence, warnings of the check, table and other warnings, for a screen.
    pure function screen_text(lines) result(text)
       class(verdict_lines_type), intent(in) :: lines  !< all
       character(len=:), allocatable :: text
@@ -174,7 +174,7 @@ contains
       text = text(:len(text) - 1)
    end function screen_text
 
-   !> Doubts for a screen: those of the check of the model, or the others.
+   !> Warnings for a screen: those of the check of the model, or the others.
    pure function screen_doubts(doubts, of_check) result(text)
       type(doubt_type), intent(in) :: doubts(:)  !< of both
       logical, intent(in) :: of_check            !< those of the check

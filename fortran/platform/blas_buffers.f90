@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The buffers of OpenBLAS.
+!> Buffers of OpenBLAS.
 !>
-!> OpenBLAS takes a buffer for each thread that is within one of its calls, when there is none to
-!> use again, and keeps it.  Where the system refuses one it asks again for ever.  So all that will
-!> be used are taken at once, when it is known that they fit.  Most of their pages are never
-!> touched: they count where addresses are limited, not in the memory that is used.
+!> OpenBLAS allocates a buffer for each thread within one of its calls, if no free buffer exists,
+!> and never releases it.  If the system refuses a buffer, OpenBLAS repeats the request for ever.
+!> So all buffers are allocated at once, when it is known that they fit.  Most of their pages are
+!> never written to: they count in limits on addresses, not in the memory that is used.
 module dda_blas_buffers
    use, intrinsic :: iso_c_binding, only: c_int, c_null_ptr, c_ptr
    use dda_kinds, only: wp
@@ -12,18 +12,18 @@ module dda_blas_buffers
    private
    public :: missing_buffers, take_buffers
 
-   !> bytes of one (BUFFER_SIZE and a page of OpenBLAS on 64-bit processors)
+   !> bytes of one buffer (BUFFER_SIZE and a page of OpenBLAS on 64-bit processors)
    real(wp), parameter :: buffer_bytes = 135266304.0_wp
    integer :: taken = 0  !< buffers that OpenBLAS has
 
    interface
-      !> OpenBLAS: a free buffer, or a new one.
+      !> OpenBLAS: returns a free buffer, or a new one.
       type(c_ptr) function blas_memory_alloc(unused) bind(c, name='blas_memory_alloc')
          import :: c_int, c_ptr
          integer(c_int), value :: unused
       end function blas_memory_alloc
 
-      !> OpenBLAS: the buffer is free for the next call.
+      !> OpenBLAS: makes the buffer free for the next call.
       subroutine blas_memory_free(buffer) bind(c, name='blas_memory_free')
          import :: c_ptr
          type(c_ptr), value :: buffer
@@ -32,14 +32,14 @@ module dda_blas_buffers
 
 contains
 
-   !> Bytes of addresses that calls by so many threads at once still need.
+   !> Bytes of addresses that simultaneous calls by a number of threads still need.
    real(wp) function missing_buffers(threads) result(bytes)  ! total
       integer, intent(in) :: threads  !< within a call at the same time
 
       bytes = buffer_bytes*max(0, threads - taken)
    end function missing_buffers
 
-   !> Let OpenBLAS allocate the buffers for so many threads, which must fit.
+   !> Let OpenBLAS allocate the buffers for a number of threads, which must fit.
    subroutine take_buffers(threads)
       integer, intent(in) :: threads  !< within a call at the same time
       type(c_ptr) :: buffer(threads)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A file of bytes, through the C library, which reports every failed write and can flush to the
+!> File of bytes, through the C library, which reports every failed write and can flush to the
 !> disk.
 module dda_byte_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_loc, c_long, &
@@ -17,9 +17,9 @@ module dda_byte_file
    public :: write_bytes, read_bytes, cut_file, flush_stream, close_file, reserve_space, &
       flush_file, check_plain
 
-   !> Modes: read from the beginning; write a new file instead of one that was there; append; write
-   !> from the beginning over one that was there, whose blocks on the disk are reused (`cut_file`
-   !> removes the rest of it).  Links are never followed to write.
+   !> Modes: read from the beginning; write a new file that replaces an old one; append; write
+   !> from the beginning over an existing file, whose blocks on the disk are reused (`cut_file`
+   !> removes the rest of it).  Links are never followed for writing.
    character(len=*), parameter :: to_read = 'rb', to_create = 'w+b', to_append = 'a+b', &
       to_overwrite = 'r+b'
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
@@ -176,7 +176,7 @@ contains
       end if
    end subroutine open_file
 
-   !> Only a regular file may be written or replaced.
+   !> Check that a file to be written or replaced is a regular file.
    subroutine check_plain(name, found, error)
       character(len=*), intent(in) :: name            !< path
       type(file_status_type), intent(in) :: found     !< the existing entry
@@ -195,7 +195,7 @@ contains
       end if
    end subroutine check_plain
 
-   !> Open once more a file that is open, by whatever name, to read it from its beginning.
+   !> Open an open file again, by any of its names, to read it from its beginning.
    subroutine open_again(file, other, error)
       type(byte_file_type), intent(out) :: file       !< open afterwards
       type(byte_file_type), intent(in) :: other       !< open, flushed; not written meanwhile
@@ -211,7 +211,7 @@ contains
       end if
    end subroutine open_again
 
-   !> A file exists under a name.
+   !> .true. if a file exists under a name.
    logical function is_under(file, name)
       type(byte_file_type), intent(in) :: file  !< open
       character(len=*), intent(in) :: name      !< path
@@ -219,7 +219,7 @@ contains
       is_under = is_same(status_of(name), status_of_descriptor(c_fileno(file%stream)))
    end function is_under
 
-   !> Lock the file against other processes; .false. if one of them has locked it.
+   !> Lock the file against other processes; .false. if another process has locked it.
    logical function lock_file(file) result(locked)
       type(byte_file_type), intent(in) :: file  !< open
 
@@ -248,7 +248,7 @@ contains
          call system_failure(file, 'cannot be written', error)
    end subroutine write_bytes
 
-   !> Fill `bytes` from the file; an error if it ends before.
+   !> Fill `bytes` from the file; an error if the file ends before.
    subroutine read_bytes(file, bytes, error)
       type(byte_file_type), intent(in) :: file  !< open
       integer(int8), contiguous, target, intent(inout) :: bytes(:)  !< [bytes] filled
@@ -261,7 +261,7 @@ contains
          call fail(error, error_file, file%name//': it ends too early')
    end subroutine read_bytes
 
-   !> Cut a file that is open to be written to a length.
+   !> Cut a file that is open for writing to a length.
    subroutine cut_file(file, bytes, error)
       type(byte_file_type), intent(in) :: file  !< open
       integer(long), intent(in) :: bytes  !< size
@@ -273,8 +273,8 @@ contains
          call system_failure(file, 'cannot be cut', error)
    end subroutine cut_file
 
-   !> Flush the buffer to the system: the data then outlive this process.  To the disk: they also
-   !> outlive a power failure.  An error also if an earlier write failed.
+   !> Flush the buffer to the system or to the disk; an error also if an earlier write failed.
+   !> Data in the system outlive this process; data on the disk also outlive a power failure.
    subroutine flush_stream(file, to_disk, error)
       type(byte_file_type), intent(in) :: file  !< open
       logical, intent(in) :: to_disk  !< else only to the system
@@ -304,7 +304,7 @@ contains
          error)
    end subroutine close_file
 
-   !> Allocate the disk space of a new file, instead of one of that name.
+   !> Allocate the disk space of a new file, which replaces an old one of that name.
    subroutine reserve_space(name, bytes, error)
       character(len=*), intent(in) :: name  !< path
       integer(long), intent(in) :: bytes  !< size
@@ -331,7 +331,7 @@ contains
       call close_file(file, error)
    end subroutine flush_file
 
-   !> The error of a failed call, with the system's reason.
+   !> Return the error of a failed call, with the reason given by the system.
    subroutine system_failure(file, failure, error)
       type(byte_file_type), intent(in) :: file  !< open
       character(len=*), intent(in) :: failure  !< what cannot be done: 'cannot be read', …
@@ -342,7 +342,7 @@ contains
       call fail(error, error_file, file%name//' '//failure//': '//system_message(number))
    end subroutine system_failure
 
-   !> The text of an error number.
+   !> Text of an error number.
    function system_message(number) result(text)
       integer(c_int), intent(in) :: number  !< errno
       character(len=:), allocatable :: text

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> An archive in a file that shows whether it is whole: a mark and the version of the format before
+!> Archive in a file that shows whether it is complete: a mark and the format version before
 !> it, its length and a checksum after it.
 module dda_checked_file
    use, intrinsic :: iso_fortran_env, only: int8
@@ -31,7 +31,7 @@ module dda_checked_file
 
 contains
 
-   !> Write an archive over a file of that name from now on.
+   !> Begin to write an archive over a file of that name.
    subroutine begin_writing(name, archive, error)
       character(len=*), intent(in) :: name  !< path
       type(archive_type), intent(inout) :: archive  !< to be written
@@ -49,7 +49,7 @@ contains
       call write_archive(archive)
    end subroutine begin_writing
 
-   !> The archive is written; flush it to the disk or only to the system.
+   !> End writing the archive; flush it to the disk or only to the system.
    subroutine end_writing(archive, to_disk, error)
       type(archive_type), intent(inout) :: archive  !< written
       logical, intent(in) :: to_disk  !< else only to the system
@@ -70,8 +70,7 @@ contains
       call end_stream(archive, error)
    end subroutine end_writing
 
-   !> Read an archive back from now on; an error if the file is not one, is of another format, or is
-   !> not whole.
+   !> Begin to read an archive; an error if it is not an archive, of another format, or incomplete.
    subroutine begin_reading(name, archive, error)
       character(len=*), intent(in) :: name  !< path
       type(archive_type), intent(inout) :: archive  !< to be read
@@ -96,7 +95,7 @@ contains
       call read_archive(archive, bytes)
    end subroutine begin_reading
 
-   !> The archive is read.
+   !> End reading the archive.
    subroutine end_reading(archive, error)
       type(archive_type), intent(inout) :: archive  !< read
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -104,7 +103,7 @@ contains
       call end_stream(archive, error)
    end subroutine end_reading
 
-   !> Close the file, and pass its error on.
+   !> Close the file and return its error.
    subroutine end_stream(archive, error)
       type(archive_type), intent(inout) :: archive  !< gets rid of its stream
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -126,7 +125,7 @@ contains
       call write_bytes(self%file, bytes, self%error)
    end subroutine put_bytes
 
-   !> Read bytes of a file whose checksum is right; zeros after an error.
+   !> Read bytes of a file with correct checksum; zeros after an error.
    subroutine get_bytes(self, bytes)
       class(checked_stream_type), intent(inout) :: self  !< open to be read
       integer(int8), contiguous, intent(inout) :: bytes(:)  !< [any]
@@ -135,14 +134,14 @@ contains
       if (allocated(self%error)) bytes = 0
    end subroutine get_bytes
 
-   !> Mark and version.
+   !> Mark and version at the start of a file.
    pure function head_of_file() result(head)
       integer(int8) :: head(head_bytes)
 
       head = transfer([transfer(mark, 0_long), format_version], head)
    end function head_of_file
 
-   !> Mark and version must be those of this format.
+   !> Check that mark and version are those of this format.
    subroutine check_head(name, head, error)
       character(len=*), intent(in) :: name  !< path
       integer(int8), intent(in) :: head(head_bytes)  !< of the file
@@ -158,7 +157,7 @@ contains
       end if
    end subroutine check_head
 
-   !> Length and checksum must be right; leaves the file at the beginning of the archive.
+   !> Check length and checksum, and return to the start of the archive.
    subroutine check_content(name, file, head, bytes, error)
       character(len=*), intent(in) :: name           !< path
       type(byte_file_type), intent(in) :: file       !< behind its head

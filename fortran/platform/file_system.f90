@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Operations on files that Fortran lacks: rename, exchange, remove, identity (C library).
+!> Operations on files that Fortran does not have: rename, exchange, remove, identity (C library).
 module dda_file_system
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int8_t, c_int16_t, c_int32_t, &
       c_int64_t, c_null_char
@@ -75,8 +75,8 @@ contains
       done = c_rename(from//c_null_char, to//c_null_char) == 0
    end function rename_file
 
-   !> Exchange the names of two files atomically; .false. if one is not there or the file
-   !> system cannot do it.
+   !> Exchange the names of two files atomically; .false. if that is not possible.
+   !> A file may not exist, or the file system may not support it.
    logical function exchange_files(first, second) result(done)
       character(len=*), intent(in) :: first, second  !< paths
 
@@ -84,7 +84,7 @@ contains
          exchange) == 0
    end function exchange_files
 
-   !> Remove a file if it is there.
+   !> Remove a file if it exists.
    subroutine remove_file(name)
       character(len=*), intent(in) :: name  !< path
       integer(c_int) :: unused
@@ -92,14 +92,14 @@ contains
       unused = c_unlink(name//c_null_char)
    end subroutine remove_file
 
-   !> Two paths lead to the same existing file, by links of any kind.
+   !> .true. if two paths lead to the same existing file, by links of any kind.
    logical function same_file(first, second) result(same)
       character(len=*), intent(in) :: first, second  !< paths
 
       same = is_same(status_of(first, .true.), status_of(second, .true.))
    end function same_file
 
-   !> Two are the same existing file.
+   !> .true. if two statuses are those of the same existing file.
    pure logical function is_same(first, second)
       type(file_status_type), intent(in) :: first, second  !< of files
 
@@ -107,7 +107,7 @@ contains
          all(first%device == second%device)
    end function is_same
 
-   !> Status of a name; of a symbolic link itself, unless it is to be followed.
+   !> Status of a file name; of a symbolic link itself, unless it is to be followed.
    type(file_status_type) function status_of(name, follow) result(status)
       character(len=*), intent(in) :: name           !< path
       logical, intent(in), optional :: follow        !< a link: what it leads to
@@ -129,7 +129,7 @@ contains
          status = status_from(found)
    end function status_of_descriptor
 
-   !> The part of a structure of Linux that is requested here.
+   !> Extract the requested part of a structure of Linux.
    pure type(file_status_type) function status_from(found) result(status)
       type(statx_type), intent(in) :: found  !< filled
 
@@ -142,8 +142,7 @@ contains
       status%device = found%device
    end function status_from
 
-   !> A name represents a pipe, a device, a socket or a folder: opening or reading it might
-   !> never end.
+   !> .true. if a name is a pipe, a device, a socket or a folder, whose reading might never end.
    logical function is_special(name)
       character(len=*), intent(in) :: name  !< path, also of a link
       type(file_status_type) :: found
@@ -152,21 +151,21 @@ contains
       is_special = found%exists .and. .not. found%regular
    end function is_special
 
-   !> A file exists.
+   !> .true. if a file exists.
    logical function is_file(name)
       character(len=*), intent(in) :: name  !< path
 
       inquire (file=name, exist=is_file)
    end function is_file
 
-   !> A folder exists.
+   !> .true. if a folder exists.
    logical function is_folder(name)
       character(len=*), intent(in) :: name  !< path
 
       inquire (file=name//'/.', exist=is_folder)
    end function is_folder
 
-   !> The part of a path up to its last slash; '.' if it has none.
+   !> Part of a path up to its last slash; '.' if it has none.
    pure function folder_of(path) result(folder)
       character(len=*), intent(in) :: path  !< path of a file
       character(len=:), allocatable :: folder

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Memory that this process may still allocate, so that a model that is too large is refused.
+!> Memory that this process may still allocate; models that need more are rejected.
 module dda_free_memory
    use, intrinsic :: iso_c_binding, only: c_int, c_long, c_size_t
    use, intrinsic :: iso_fortran_env, only: int8
@@ -26,20 +26,20 @@ module dda_free_memory
 
    real(wp), parameter :: call_bytes = 2.0_wp**22  !< of a call of LAPACK beside its buffer
 
-   !> Memory reserved for operations that must not lack it, deallocated while they run.  No page is
-   !> touched.
+   !> Memory reserved for operations that must not fail, deallocated while they run.  Its pages are
+   !> never written to.
    type :: reserve_type
       integer(int8), allocatable :: bytes(:)
    end type reserve_type
 
    interface
-      !> glibc: return unused pages to the system; 1 if there were some.
+      !> glibc: return unused pages to the system; 1 if there were any.
       integer(c_int) function malloc_trim(pad) bind(c, name='malloc_trim')
          import :: c_int, c_size_t
          integer(c_size_t), value :: pad  !< bytes to keep at the end
       end function malloc_trim
 
-      !> POSIX: the limits of this process on a resource, now and at most (bytes); −1 as a signed
+      !> POSIX: limits of this process on a resource, present and largest (bytes); −1 as a signed
       !> number: none.
       integer(c_int) function getrlimit(resource, limits) bind(c, name='getrlimit')
          import :: c_int, c_long
@@ -50,7 +50,7 @@ module dda_free_memory
 
 contains
 
-   !> An error if that much memory is not free.
+   !> Return an error if a given amount of memory is not free.
    subroutine require_memory(bytes, what, advice, error)
       real(wp), intent(in) :: bytes            !< needed
       character(len=*), intent(in) :: what     !< what needs it, for the message
@@ -74,9 +74,9 @@ contains
          short_text(missing_buffers(1)/giga)//' GB of addresses for BLAS'
    end function beside_buffers
 
-   !> An error if a factor, and BLAS within it, leave no memory for the steps with it, which ask for
-   !> none; else BLAS has its buffers.  What reading and planning have left between what stays is
-   !> given back.
+   !> Return an error if a factor, and BLAS within it, leave no memory for the steps.
+   !> Otherwise BLAS allocates its buffers, and unused pages left by reading and planning are
+   !> returned to the system.
    subroutine require_for_factor(bytes, blocks, threads, what, error)
       real(wp), intent(in) :: bytes         !< of the factor
       integer, intent(in) :: blocks         !< of the matrix
@@ -98,7 +98,7 @@ contains
       if (.not. allocated(error)) call take_buffers(threads)
    end subroutine require_for_factor
 
-   !> An error if a call of BLAS or LAPACK by one thread does not get the buffer that it needs.
+   !> Return an error if a call of BLAS or LAPACK by one thread cannot have its buffer.
    subroutine require_for_blas(error)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
@@ -108,7 +108,7 @@ contains
       if (.not. allocated(error)) call take_buffers(1)
    end subroutine require_for_blas
 
-   !> An error if the system refuses so many addresses, of which few will be used.
+   !> Return an error if the system refuses a number of addresses, few of which will be used.
    subroutine require_addresses(bytes, what, advice, error)
       real(wp), intent(in) :: bytes            !< of addresses
       character(len=*), intent(in) :: what     !< what needs them, for the message
@@ -119,7 +119,7 @@ contains
       call make_reserve(trial, bytes, what, advice, error)
    end subroutine require_addresses
 
-   !> Reserve memory, or an error.
+   !> Reserve memory, or return an error.
    subroutine make_reserve(reserve, bytes, what, advice, error)
       type(reserve_type), intent(inout) :: reserve  !< made, unless it was
       real(wp), intent(in) :: bytes            !< to reserve
@@ -134,7 +134,7 @@ contains
          ' GB of memory, which the system does not give; '//advice)
    end subroutine make_reserve
 
-   !> The error of a factor that the system has no memory for.
+   !> Return the error of a factor for which the system has no memory.
    subroutine fail_allocation(bytes, what, error)
       real(wp), intent(in) :: bytes         !< needed
       character(len=*), intent(in) :: what  !< what needs it, for the message
@@ -144,19 +144,19 @@ contains
          ' GB of memory, which the system does not give; '//advice_on_factors)
    end subroutine fail_allocation
 
-   !> Free bytes by the system, the limits of the process and of its control groups; huge if none is
-   !> known.  Limits on addresses must also leave space for a buffer of BLAS.
+   !> Free bytes by the system, the limits of the process and its control groups; huge if unknown.
+   !> Limits on addresses must also leave space for a buffer of BLAS.
    real(wp) function free_memory() result(bytes)
       bytes = min(kibi*number_after('/proc/meminfo', 'MemAvailable:', unknown), &
          free_in_groups(), free_addresses() - missing_buffers(1))
    end function free_memory
 
-   !> Bytes that limits on the addresses of this process leave.
+   !> Bytes left by limits on the addresses of this process.
    real(wp) function free_addresses() result(bytes)  ! total
       bytes = min(below_limit(data_pages, 'VmData:'), below_limit(address_space, 'VmSize:'))
    end function free_addresses
 
-   !> Bytes that a limit of the process leaves.
+   !> Bytes left by a limit of the process.
    real(wp) function below_limit(resource, taken) result(bytes)
       integer(c_int), intent(in) :: resource  !< RLIMIT_…
       character(len=*), intent(in) :: taken   !< what it counts, as the status of a process has it
@@ -168,8 +168,8 @@ contains
       bytes = real(limits(1), wp) - kibi*number_after(own_status, taken, 0.0_wp)
    end function below_limit
 
-   !> Bytes that the control groups of this process (version 2) leave, as batch systems and
-   !> containers set them.
+   !> Bytes left by the control groups (version 2) of this process.
+   !> Batch systems and containers set these limits.
    real(wp) function free_in_groups() result(bytes)
       character(len=:), allocatable :: folder
       real(wp) :: limit
@@ -186,7 +186,7 @@ contains
       bytes = limit - kibi*number_after(own_status, 'VmRSS:', 0.0_wp)
    end function free_in_groups
 
-   !> The number behind a key at the beginning of a line.
+   !> Number after a key at the start of a line.
    real(wp) function number_after(file, key, otherwise) result(value)
       character(len=*), intent(in) :: file, key  !< path; '': the first line
       real(wp), intent(in) :: otherwise          !< where there is none, or no such file

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Requests to stop: of signals that the executable watches, or of the program that the engine is
-!> part of.
+!> Requests to stop: by signals that the executable watches, or by the host program of the
+!> engine.
 !>
-!> Long loops ask `stop_requested` and end with an error.  A step ends first, so that its checkpoint
-!> can be written, unless it takes longer than `patience`.  The engine itself watches no signals
+!> Long loops call `stop_requested` and end with an error.  A step is completed first, so that its
+!> checkpoint can be written, unless it takes longer than `patience`.  The engine watches no signals
 !> unless `watch_interrupts` is called.
 module dda_interrupts
    use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int, c_intptr_t
@@ -22,7 +22,7 @@ module dda_interrupts
    real(wp), parameter :: patience = 0.3_wp  !< s of the processor for a step to end
    real(wp), parameter :: between = 0.05_wp  !< s between two questions to the host
 
-   !> Messages to the thread that works.
+   !> Messages to the working thread.
    type :: request_type
       integer(c_int) :: signal = 0      !< that this thread was asked to stop with; 0: none
       logical :: host = .false.         !< the host requests a stop
@@ -36,14 +36,14 @@ module dda_interrupts
    procedure(host_type), pointer :: host => null()
 
    abstract interface
-      !> Whether the host requests the calling thread to stop; not 0: yes.
+      !> Host function: nonzero if the calling thread is requested to stop.
       integer(c_int) function host_type() bind(c)
          import :: c_int
       end function host_type
    end interface
 
    interface
-      !> C library: call a handler at a signal.
+      !> C library: set the handler of a signal.
       type(c_funptr) function c_signal(number, handler) bind(c, name='signal')
          import :: c_funptr, c_int
          integer(c_int), value :: number  !< of the signal
@@ -53,8 +53,8 @@ module dda_interrupts
 
 contains
 
-   !> From here on the signals only set a mark, and a file that may not grow is an error of its
-   !> write.
+   !> Begin to watch signals, which then only set a flag.
+   !> A file that exceeds a size limit then causes an error of its write.
    subroutine watch_interrupts()
       type(c_funptr) :: before, ignore
 
@@ -72,23 +72,23 @@ contains
       last_signal = number
    end subroutine record_signal
 
-   !> From here on the host is polled, too.
+   !> Register the host function, which is polled from now on.
    subroutine ask_host(question)
       procedure(host_type) :: question  !< to the host
 
       host => question
    end subroutine ask_host
 
-   !> Ask this thread to stop; 0: no longer.
+   !> Request this thread to stop; 0 withdraws the request.
    subroutine request_stop(number)
       integer(c_int), intent(in) :: number  !< of the signal that requires it
 
       request%signal = number
    end subroutine request_stop
 
-   !> A signal arrived, or the host requests this thread to stop.  Of a team only the thread that
-   !> called the engine asks the host: it may hold a lock of the host's, which the others would wait
-   !> for without end.
+   !> .true. if a signal has arrived, or the host requests this thread to stop.
+   !> In a team only the thread that called the engine polls the host: it may hold a lock of the
+   !> host for which the others would wait for ever.
    logical function stop_requested()  ! total
       logical :: may_ask
 
@@ -100,7 +100,7 @@ contains
       stop_requested = request%host .or. request%signal /= 0
    end function stop_requested
 
-   !> The same, without a new call of the host.
+   !> .true. if a stop has been requested, without a new call of the host.
    logical function stop_heard()  ! total
       stop_heard = last_signal /= 0 .or. request%signal /= 0 .or. request%host
    end function stop_heard
@@ -115,7 +115,7 @@ contains
       request%host = host() /= 0
    end subroutine hear_host
 
-   !> A step that has begun is to be given up.  Batch systems send SIGUSR1 early: it can wait.
+   !> .true. if a started step must be abandoned; SIGUSR1, which batch systems send early, can wait.
    logical function stop_within_step() result(now)
       real(wp) :: seconds
 
@@ -131,14 +131,14 @@ contains
       now = seconds - request%since >= patience
    end function stop_within_step
 
-   !> An error if a stop is requested.
+   !> Return an error if a stop is requested.
    subroutine fail_if_stopped(error)
       type(error_type), allocatable, intent(inout) :: error  !< of what ends, which may be the cause
 
       if (stop_requested()) call fail(error, error_interrupted, 'interrupted')
    end subroutine fail_if_stopped
 
-   !> The error of a step that is given up.
+   !> Return the error of an abandoned step.
    subroutine fail_within_step(error)
       type(error_type), allocatable, intent(out) :: error  !< allocated
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Large pages for large arrays: streaming through hundreds of megabytes otherwise waits for the
+!> Large pages for large arrays: reading hundreds of megabytes otherwise waits for the
 !> translation of addresses (TLB misses).
 module dda_large_pages
    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_ptr, c_size_t
@@ -23,8 +23,8 @@ module dda_large_pages
 
 contains
 
-   !> Ask for large pages for memory that has not been written to yet; no effect where the system
-   !> has none.
+   !> Request large pages for memory that has not been written to; no effect on systems without
+   !> them.
    subroutine prefer_large_pages(memory, bytes)
       type(c_ptr), intent(in) :: memory  !< its address
       integer(long), intent(in) :: bytes  !< size

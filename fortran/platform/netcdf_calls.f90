@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> netCDF calls that turn a bad status into one error naming file and action.
+!> netCDF calls that convert a bad status into an error with file and action.
 module dda_netcdf_calls
    use, intrinsic :: iso_c_binding, only: c_null_char
    use dda_kinds, only: wp
@@ -17,14 +17,14 @@ module dda_netcdf_calls
    integer, parameter :: name_length = 64     !< of names in a file
    integer, parameter :: names_at_once = 256  !< written together
 
-   !> An open file; once a call has failed the later ones do nothing.
+   !> An open file; after a failed call, later calls do nothing.
    type :: dataset_type
       character(len=:), allocatable :: file
       integer :: id = -1
       type(error_type), allocatable :: error
    end type dataset_type
 
-   ! The calls that take an array of any shape as a plain sequence are not in the netcdf module.
+   ! Calls that take an array of any shape as a plain sequence are not in the netcdf module.
    interface
       integer function nf_put_vara_double(id, variable, start, count, values)
          import :: wp
@@ -35,8 +35,8 @@ module dda_netcdf_calls
 
 contains
 
-   !> A name as netCDF takes it as a path: it strips leading blanks and control characters, and
-   !> treats a name with a colon as an address.
+   !> Convert a name to a path for netCDF, which strips leading blanks and control characters.
+   !> It also treats a name with a colon as an address.
    pure function path_of(name) result(path)
       character(len=*), intent(in) :: name  !< path of a file
       character(len=:), allocatable :: path
@@ -45,7 +45,7 @@ contains
       if (index(name, '/') /= 1) path = './'//name
    end function path_of
 
-   !> Note the error of a call, unless there was one before.
+   !> Record the error of a call, unless there was one before.
    subroutine checked(dataset, status, action)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       integer, intent(in) :: status  !< of a netCDF call
@@ -67,7 +67,7 @@ contains
          length, unused), 'define dimension '//name)
    end subroutine define_dimension
 
-   !> Define a variable, whose dimensions are defined.
+   !> Define a variable with defined dimensions.
    subroutine define_variable(dataset, name, kind, dimensions)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: name           !< in the file
@@ -84,7 +84,7 @@ contains
          kind, ids, id), 'define '//name)
    end subroutine define_variable
 
-   !> A text attribute of a variable, if it is not blank.
+   !> Write a text attribute of a variable, if it is not blank.
    subroutine describe_variable(dataset, variable, name, text)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: variable      !< of the file
@@ -97,7 +97,7 @@ contains
          name, trim(text)), 'describe '//variable)
    end subroutine describe_variable
 
-   !> Meanings of the values 0, 1, … of a variable, by the CF conventions.
+   !> Write the meanings of the values 0, 1, … of a variable, by the CF conventions.
    subroutine describe_flags(dataset, variable, meanings)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: variable      !< of the file
@@ -113,7 +113,7 @@ contains
       end associate
    end subroutine describe_flags
 
-   !> A text attribute of the file.
+   !> Write a text attribute of the file.
    subroutine describe(dataset, name, text)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: name, text  !< of the attribute
@@ -123,7 +123,7 @@ contains
          'write attribute '//name)
    end subroutine describe
 
-   !> A number as attribute of the file.
+   !> Write a number as an attribute of the file.
    subroutine describe_number(dataset, name, value)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the attribute, with its unit
@@ -134,7 +134,7 @@ contains
          'write attribute '//name)
    end subroutine describe_number
 
-   !> A text attribute of the file; blank if missing.
+   !> Read a text attribute of the file; blank if missing.
    function text_of(dataset, name) result(text)  ! total
       type(dataset_type), intent(in) :: dataset  !< open
       character(len=*), intent(in) :: name      !< of the attribute
@@ -148,8 +148,7 @@ contains
       if (nf90_get_att(dataset%id, nf90_global, name, text) /= nf90_noerr) text = ''
    end function text_of
 
-   !> Write numbers, in the order of the file, at a start and count; they get the kind of the
-   !> variable.
+   !> Write numbers, in the order of the file, at a start and count, as the type of the variable.
    subroutine put(dataset, name, values, start, count)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
@@ -163,7 +162,7 @@ contains
          variable, start, count, values), 'write '//name)
    end subroutine put
 
-   !> Write names, whose ends readers can see; bytes that are no text (UTF-8) become question marks.
+   !> Write names with visible ends; bytes that are not text (UTF-8) become question marks.
    subroutine put_names(dataset, variable, names, otherwise)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: variable  !< of the file, dimension `name_length` first

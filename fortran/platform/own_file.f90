@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Files that may be replaced: regular ones that begin as this program's do.
+!> Files that may be replaced: regular files that begin like files of this program.
 module dda_own_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long
@@ -14,7 +14,7 @@ module dda_own_file
 
    integer, parameter :: mark_length = 16
 
-   !> A kind of file by its first bytes.
+   !> A kind of file, identified by its first bytes.
    type :: own_kind_type
       character(len=24) :: name        !< for messages
       character(len=mark_length) :: mark(4)  !< one of them, without blanks behind; else blank
@@ -25,14 +25,14 @@ module dda_own_file
       achar(10), 'CDF'//achar(1), 'CDF'//achar(2), 'CDF'//achar(5)])
    type(own_kind_type), parameter :: checkpoint_file = own_kind_type('a checkpoint', &
       [character(len=mark_length) :: 'SITEDDA'//achar(26), '', '', ''])
-   !> It begins with a sample, without contacts: the numbers 1 and 0.
+   !> Begins with a sample, without contacts: the numbers 1 and 0.
    type(own_kind_type), parameter :: journal_file = own_kind_type('a journal', &
       [character(len=mark_length) :: repeat(achar(0), 6)//achar(240)//achar(63)// &
       repeat(achar(0), 8), '', '', ''])
 
 contains
 
-   !> An error if a name belongs to a file that may not be replaced.
+   !> Return an error if a name belongs to a file that must not be replaced.
    subroutine check_replaceable(name, kind, error)
       character(len=*), intent(in) :: name     !< path
       type(own_kind_type), intent(in) :: kind  !< that may be replaced
@@ -50,7 +50,7 @@ contains
          'another output')
    end subroutine check_replaceable
 
-   !> Remove a file if it is one of a kind.
+   !> Remove a file if it is of a given kind.
    subroutine remove_own(name, kind)
       character(len=*), intent(in) :: name     !< path
       type(own_kind_type), intent(in) :: kind  !< of what may go
@@ -62,8 +62,8 @@ contains
       if (begins_as(name, kind, other)) call remove_file(name)
    end subroutine remove_own
 
-   !> A file begins as those of a kind.  One that is empty, or of zeros as its content
-   !> never reached the disk, may have been any.
+   !> .true. if a file begins like those of a kind.
+   !> An empty file, or a file of zeros whose content never reached the disk, may be of any kind.
    logical function begins_as(name, kind, error)
       character(len=*), intent(in) :: name     !< path of a regular file
       type(own_kind_type), intent(in) :: kind  !< asked about

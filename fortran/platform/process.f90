@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The process that the engine runs in.
+!> The process in which the engine runs.
 module dda_process
    use, intrinsic :: iso_c_binding, only: c_int
    implicit none

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Number of threads that work together, by what other programs leave of the processors.
+!> Number of threads that work together, adjusted to other programs on the processors.
 !>
-!> Threads that share the loops of a step wait for the slowest.  Where another program takes turns
-!> with one of them on a processor, each wait may last while a turn, some milliseconds, and two
-!> threads take many times as long as one.  Linux counts the time for which a thread could run but
-!> had to wait for a processor; where the team loses more of it than `bearable`, it is made as small
-!> as the processors that it had in the mean, and tried in full again after a while.  Results do not
+!> Threads that share the loops of a step wait for the slowest.  If another program alternates
+!> with one of them on a processor, each wait may last for a time slice of some milliseconds, and
+!> two threads take many times as long as one.  Linux counts the time for which a thread could run
+!> but had to wait for a processor.  If the team loses more of it than `bearable`, the team is
+!> reduced to the mean number of processors that it had, and later increased again.  Results do not
 !> depend on the number of threads.
 module dda_team
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
@@ -36,7 +36,7 @@ module dda_team
 
 contains
 
-   !> Take the threads that the user allows.
+   !> Begin with the number of threads that the user allows.
    subroutine begin_team()
       integer :: allowed
 
@@ -48,13 +48,13 @@ contains
       call set_size(allowed)
    end subroutine begin_team
 
-   !> Threads that the team may ever have.
+   !> Largest number of threads that the team may have.
    integer function largest_team() result(threads)
       threads = team%full
       !$ threads = max(threads, omp_get_max_threads())
    end function largest_team
 
-   !> Between two iterations: look, now and then, whether the team should be of another size.
+   !> Adjust the team size between two iterations, at intervals.
    subroutine adjust_team()
       integer(long) :: now, rate
       real(wp) :: seconds, before
@@ -69,7 +69,7 @@ contains
       if (before >= 0.0_wp) call resize((team%waited - before)/seconds, seconds)
    end subroutine adjust_team
 
-   !> The team size that follows from the last seconds.
+   !> Set the team size by the waiting times of the last seconds.
    subroutine resize(lost, seconds)
       real(wp), intent(in) :: lost     !< processors that the team waited for in the mean
       real(wp), intent(in) :: seconds  !< since the look before
@@ -100,7 +100,7 @@ contains
       !$ call omp_set_num_threads(threads)
    end subroutine set_size
 
-   !> Time that the threads of the team have waited for processors since they began, s.
+   !> Time for which the threads of the team have waited for processors since their start, s.
    real(wp) function waited_by_all() result(total)
       real(wp) :: each
 
@@ -111,7 +111,7 @@ contains
       !$omp end parallel
    end function waited_by_all
 
-   !> Time that this thread has waited for a processor, s; 0 if unknown.
+   !> Time for which this thread has waited for a processor, s; 0 if unknown.
    real(wp) function waited_by_me() result(seconds)
       real(wp), parameter :: nano = 1.0e-9_wp
       integer(long) :: counts(2)  ! ns on a processor, ns waiting for one
@@ -125,7 +125,7 @@ contains
       if (status == 0) seconds = nano*counts(2)
    end function waited_by_me
 
-   !> Words on the cost of other programs so far; blank if the team was never smaller.
+   !> Text on the cost of other programs so far; blank if the team was never reduced.
    function team_words() result(words)
       character(len=:), allocatable :: words
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A whole text file as one string.
+!> A complete text file as one string.
 module dda_text_file
    use dda_errors, only: error_type, error_input, error_file, fail
    use dda_file_system, only: is_special
@@ -11,7 +11,7 @@ module dda_text_file
 
 contains
 
-   !> Read a file; it must exist, be a file, and be of a size that is read.
+   !> Read a file; it must exist, be a regular file, and not exceed the largest size.
    subroutine read_text_file(file, text, largest, error)
       character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable, intent(out) :: text  !< the whole file
@@ -48,7 +48,7 @@ contains
          trim(message))
    end subroutine read_text_file
 
-   !> A path for messages; of a very long one its end, which distinguishes files.
+   !> Path for messages; of a very long one its end, which distinguishes files.
    pure function short_path(file) result(short)
       character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable :: short

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Read a recorded motion in any of the formats of the strong-motion networks.
+!> Recorded motions in any of the formats of the strong-motion networks.
 module dda_record
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dda_kinds, only: wp
@@ -20,25 +20,25 @@ module dda_record
    private
    public :: record_type, read_record
 
-   ! SI; beyond any motion of the ground, far from overflow
+   ! SI units; beyond any ground motion, far from overflow
    real(wp), parameter :: largest_value = 1.0e9_wp
 
 contains
 
-   !> Read a record, check it against its own header, and give it in SI units.
+   !> Read a record, check it against its header, and convert it to SI units.
    subroutine read_record(record, file, format, quantity, unit, error, time_step, channel)
       type(record_type), intent(out) :: record  !< as read
       character(len=*), intent(in) :: file      !< path
       !> 'auto', 'smc', 'at2', 'knet', 'esm', 'cosmos' or 'text'
       character(len=*), intent(in) :: format
-      !> 'acceleration', 'velocity', 'displacement'; blank: the header's
+      !> 'acceleration', 'velocity', 'displacement'; blank: that of the header
       character(len=*), intent(in) :: quantity
-      !> 'm/s2', 'cm/s2', 'gal', 'g', 'm/s', …; blank: the header's
+      !> 'm/s2', 'cm/s2', 'gal', 'g', 'm/s', …; blank: that of the header
       character(len=*), intent(in) :: unit
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      !> s; needed for one column of text, else checked; ≤ 0: not given
+      !> s; needed for one column of text, otherwise checked; ≤ 0: not given
       real(wp), intent(in), optional :: time_step
-      !> cosmos: which section of the quantity, from 1 (default)
+      !> cosmos: number of the section of this quantity, from 1 (default)
       integer, intent(in), optional :: channel
       type(line_reader_type) :: reader
       type(unit_type) :: given
@@ -53,7 +53,7 @@ contains
       given = find_unit(unit)
       call check_request(file, format, quantity, unit, given, step, error)
       if (allocated(error)) return
-      ! The quantity to look for is named, or implied by the unit.
+      ! The requested quantity is named, or implied by the unit.
       wanted = trim(lower_case(quantity))
       if (wanted == '') wanted = trim(given%quantity)
       record%file = trim(file)
@@ -72,7 +72,7 @@ contains
       if (allocated(reader%error)) error = reader%error
    end subroutine read_record
 
-   !> Format, quantity, unit and time step that the caller requires must exist and agree.
+   !> Check that the requested format, quantity, unit and time step exist and agree.
    subroutine check_request(file, format, quantity, unit, given, step, error)
       character(len=*), intent(in) :: file, format, quantity, unit  !< as the caller gives them
       type(unit_type), intent(in) :: given  !< unit that the caller names
@@ -126,7 +126,7 @@ contains
       end select
    end subroutine read_format
 
-   !> Quantity, unit and time step are the header's or the caller's; they must not contradict.
+   !> Set quantity, unit and time step from header or caller; they must not contradict.
    subroutine check_header(reader, record, wanted, unit, given, step)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       type(record_type), intent(inout) :: record  !< as read; gets what its header does not state
@@ -174,7 +174,7 @@ contains
       record%values = record%values*unit%scale
    end subroutine to_si
 
-   !> An input error of the file as a whole, unless there was one before.
+   !> Return an input error of the file as a whole, unless there was one before.
    subroutine refuse(reader, what)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: what  !< follows the name of the file

@@ -21,7 +21,7 @@ module dda_record_at2
 
 contains
 
-   !> Read the one trace of a PEER file, in the file's unit.
+   !> Read the one trace of a PEER file, in the unit of the file.
    subroutine read_at2(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file
@@ -40,7 +40,7 @@ contains
       call read_trace(reader, samples, 'samples', record%values)
    end subroutine read_at2
 
-   !> Event and station from line 2, quantity and unit from the words of any line.
+   !> Read event and station from line 2, and quantity and unit from the words of any line.
    subroutine read_title(text, line, record)
       character(len=*), intent(in) :: text  !< line of the file
       integer, intent(in) :: line  !< its number
@@ -56,12 +56,12 @@ contains
       if (at == 0) return
       if (quantity_in(title) /= '') record%quantity = quantity_in(title)
       name = adjustl(title(at + len(before_unit):))
-      ! What may follow is a full stop, a comma or more words ("G. FILTER POINTS: …").
+      ! A full stop, a comma or more words may follow ("G. FILTER POINTS: …").
       unit = find_unit(name(:scan(name//' ', ' .,;') - 1))
       record%unit = trim(unit%name)
    end subroutine read_title
 
-   !> Both styles of the line that counts: `NPTS= number, DT= number` and `number number NPTS, DT`.
+   !> Read both styles of the line: `NPTS= number, DT= number` and `number number NPTS, DT`.
    subroutine read_counts(reader, text, samples, time_step)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text  !< line of the file, in lower case
@@ -84,7 +84,7 @@ contains
       call check_time_step(reader, time_step)
    end subroutine read_counts
 
-   !> `name = number`
+   !> Read `name = number`.
    subroutine read_named(reader, text, name, value)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text, name  !< line in lower case; 'npts' or 'dt'

@@ -2,10 +2,10 @@
 !> COSMOS format (V1, V2: `.V1c`, `.V2c`) and its CSMIP forerunner (`.V2`).
 !>
 !> Reference: COSMOS, *Strong Motion Data Format*, version 1.20 (2001).  A file is a sequence of
-!> parts, each announced by a line that counts what follows: text, integers, reals, comments,
+!> parts, each of which begins with a line that counts its content: text, integers, reals, comments,
 !> samples.  Real 62 is the time step in milliseconds, real 63 the duration in seconds.  A CSMIP
-!> section announces its own time step: `15050 points of accel data equally spaced at .020 sec, in
-!> cm/sec2`.  The file is walked line by line, so that it may have any number of channels and of
+!> section states its own time step: `15050 points of accel data equally spaced at .020 sec, in
+!> cm/sec2`.  The file is read line by line, so that it may have any number of channels and of
 !> sections of acceleration, velocity and displacement.
 module dda_record_cosmos
    use dda_kinds, only: wp, long
@@ -20,7 +20,7 @@ module dda_record_cosmos
    private
    public :: read_cosmos, csmip_section
 
-   !> in a line that announces samples in the manner of CSMIP, in lower case
+   !> in a line before samples in the style of CSMIP, in lower case
    character(len=*), parameter :: csmip_section = 'data equally spaced at'
    integer, parameter :: step_at = 62, duration_at = 63      ! positions among the reals
    integer, parameter :: station_line = 5                    ! of the text header
@@ -39,7 +39,7 @@ module dda_record_cosmos
 
 contains
 
-   !> Read one section, in the file's unit: the `channel`-th with the quantity.
+   !> Read the `channel`-th section with the quantity, in the unit of the file.
    subroutine read_cosmos(reader, record, quantity, channel)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file
@@ -72,7 +72,7 @@ contains
       end if
    end subroutine read_cosmos
 
-   !> One line at the top level of the file, and what it announces.
+   !> Read one line at the top level of the file, and the part that it announces.
    subroutine take_part(reader, text, lowered, record, state)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=*), intent(in) :: text, lowered  !< line of the file; in lower case
@@ -98,16 +98,15 @@ contains
          state%in_samples = .false.
          state%text_line = 0
       else if (.not. state%in_samples) then
-         ! The text header: its second line names the record, its fifth the station.
+         ! The second line of the text header names the record, the fifth the station.
          state%text_line = state%text_line + 1
          if (state%text_line == 2) state%title = trim(adjustl(text))
          if (state%text_line == station_line) state%station = trim(adjustl(text))
       end if
    end subroutine take_part
 
-   !> A section of samples, read if it is the requested one:
-   !> `42000 acceleration pts, approx 210 secs, units=cm/sec2(04),Format=(1E15.6)` or the CSMIP
-   !> line.
+   !> Read a section of samples if it is the requested one.
+   !> Line: `42000 acceleration pts, approx 210 secs, units=cm/sec2(04),Format=(1E15.6)`, or CSMIP.
    subroutine take_section(reader, lowered, record, state)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=*), intent(in) :: lowered  !< line of the file, in lower case
@@ -137,7 +136,7 @@ contains
       call read_section(reader, count, record, state)
    end subroutine take_section
 
-   !> The text behind the last occurrence of a word, blank if it does not occur.
+   !> Text after the last occurrence of a word; blank if it does not occur.
    pure function after(text, word) result(rest)
       character(len=*), intent(in) :: text, word  !< looked through; looked for
       character(len=:), allocatable :: rest
@@ -148,7 +147,7 @@ contains
       if (at > 0) rest = text(at + len(word):)
    end function after
 
-   !> The first word, without a suffix of the formats: `(04)`, a comma, a full stop.
+   !> First word, without a suffix of the formats: `(04)`, a comma, a full stop.
    pure function unit_word(text) result(word)
       character(len=*), intent(in) :: text  !< line of the file
       character(len=:), allocatable :: word
@@ -181,7 +180,7 @@ contains
       record%description = state%title
    end subroutine read_section
 
-   !> Time step and duration among the reals; unknown ones are negative.
+   !> Read time step and duration among the reals; unknown values are negative.
    pure subroutine read_header_reals(list, state)
       type(sample_list_type), intent(in) :: list  !< of the header
       type(state_type), intent(inout) :: state  !< of the reader
@@ -190,7 +189,7 @@ contains
       state%time_step = 0.0_wp
       state%duration = 0.0_wp
       if (list%count < duration_at) return
-      ! Milliseconds in the file; division keeps 5 ms the same number as 0.005.
+      ! Milliseconds in the file; division makes 5 ms the same number as 0.005.
       state%time_step = min(list%values(step_at), largest)/1000.0_wp
       state%duration = min(list%values(duration_at), largest)
    end subroutine read_header_reals
@@ -207,7 +206,7 @@ contains
       call read_values(reader, count, what, list)
    end subroutine read_header
 
-   !> The count at the beginning of an announcing line.
+   !> Read the count at the beginning of an announcing line.
    pure subroutine announced(reader, lowered, what, count)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       !> line in lower case; what it counts, for messages

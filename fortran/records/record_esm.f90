@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> ESM / ITACA ASCII format (DYNA 1.2): 64 lines `KEY: value`, one sample a line.
+!> ESM / ITACA ASCII format (DYNA 1.2): 64 lines `KEY: value`, one sample per line.
 !>
 !> Reference: ORFEUS Engineering Strong Motion database, file format ASCII DYNA 1.2: keys
 !> SAMPLING_INTERVAL_S, NDATA, DURATION_S, UNITS, DATA_TYPE.  Older headers are a few lines shorter,
@@ -18,7 +18,7 @@ module dda_record_esm
 
 contains
 
-   !> Read the one trace of an ESM file, in the file's unit.
+   !> Read the one trace of an ESM file, in the unit of the file.
    subroutine read_esm(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tell the format of a record by its first lines, whatever the file is called.
+!> Detection of the format of a record from its first lines, independent of the file name.
 module dda_record_format
    use dda_kinds, only: wp
    use dda_text, only: lower_case
@@ -19,7 +19,7 @@ module dda_record_format
 
 contains
 
-   !> Find the format; it is an error if no line identifies it.
+   !> Find the format; an error if no line identifies it.
    subroutine detect(reader, format)
       type(line_reader_type), intent(inout) :: reader         !< at the start of the file, and after
       character(len=:), allocatable, intent(out) :: format    !< 'smc', 'at2', …
@@ -46,8 +46,8 @@ contains
          names)
    end subroutine detect
 
-   !> Columns have nothing but numbers, from their first line on or behind one with their names; a
-   !> title rules them out.
+   !> Look for columns of numbers from their first line on, or after a line with their names.
+   !> A title excludes columns.
    subroutine look_for_columns(text, heading, open, format)
       character(len=*), intent(in) :: text      !< line of the file, without comment
       integer, intent(inout) :: heading         !< columns that an earlier line names; 0: none did
@@ -62,9 +62,9 @@ contains
       heading = heading_columns(text)
    end subroutine look_for_columns
 
-   !> The format that a line of a header identifies; blank if none.
+   !> Format identified by a line of a header; blank if none.
    pure function identified_by(text, lowered, first, line) result(format)
-      !> line as it is, and in lower case; first line of the file
+      !> line unchanged, and in lower case; first line of the file
       character(len=*), intent(in) :: text, lowered, first
       integer, intent(in) :: line  !< its number
       character(len=:), allocatable :: format
@@ -72,7 +72,7 @@ contains
       format = ''
       if (index(lowered, csmip_section) > 0) format = 'cosmos'
       if (line <= at2_header .and. index(lowered, 'npts') > 0) format = 'at2'
-      ! A digit and a title, then a line with a star.
+      ! A digit and a title, then a line with an asterisk.
       if (line == 2 .and. scan(first, '0123456789') == 1 .and. index(first, ' ') == 2 &
          .and. len(first) > 2 .and. index(text, '*') == 1) format = 'smc'
       if (line > 1) return
@@ -81,7 +81,7 @@ contains
       if (index(text, 'EVENT_NAME:') == 1) format = 'esm'
    end function identified_by
 
-   !> Number of numbers in a line; 0 if it has anything else.
+   !> Number of numbers in a line; 0 if it contains anything else.
    pure integer function row_length(text) result(numbers)
       character(len=*), intent(in) :: text  !< line of the file, without comment
       real(wp) :: value

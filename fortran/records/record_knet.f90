@@ -3,7 +3,7 @@
 !>
 !> Reference: NIED, *K-NET ASCII format* (www.kyoshin.bosai.go.jp): sampling frequency `100Hz`,
 !> duration in seconds, scale factor `2000(gal)/8388608`; acceleration in gal is the integer
-!> sample times the factor.  Raw records have an offset, which is left for the baseline to remove.
+!> sample times the factor.  Raw records have an offset, which the baseline correction removes.
 module dda_record_knet
    use dda_kinds, only: wp, long
    use dda_text, only: quoted, to_text
@@ -17,7 +17,7 @@ module dda_record_knet
 
    integer, parameter :: header_lines = 17
    integer, parameter :: name_columns = 18
-   ! of what the header states and of a sample, in counts: keeps products far from overflow
+   ! limit of header values and of samples, in counts: keeps products far from overflow
    real(wp), parameter :: largest = 1.0e12_wp
 
 contains
@@ -45,7 +45,7 @@ contains
       record%values = record%values*factor
    end subroutine read_knet
 
-   !> The 17 header lines; missing values are negative.
+   !> Read the 17 header lines; missing values are negative.
    subroutine read_header(reader, record, frequency, duration, factor)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       type(record_type), intent(inout) :: record  !< filled from the file
@@ -75,7 +75,7 @@ contains
       end do
    end subroutine read_header
 
-   !> `2000(gal)/8388608`
+   !> Read a factor such as `2000(gal)/8388608`.
    subroutine read_factor(reader, text, factor)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text  !< of the line

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Samples and header numbers of a record file.
 !>
-!> Memory is that of what the file has, never of what its header claims.
+!> Memory is allocated for what the file contains, never for what its header declares.
 module dda_record_samples
    use dda_growth, only: grow
    use dda_kinds, only: wp, long
@@ -18,7 +18,7 @@ module dda_record_samples
    integer(long), parameter :: most_samples = 10000000_long   !< 14 hours at 200 samples/s
    real(wp), parameter :: shortest_step = 1.0e-6_wp, longest_step = 100.0_wp   ! s
 
-   !> A list that grows.
+   !> A growing list of samples.
    type :: sample_list_type
       real(wp), allocatable :: values(:)   !< the first `count` are in use [capacity]
       integer :: count = 0                 !< samples so far
@@ -26,7 +26,7 @@ module dda_record_samples
 
 contains
 
-   !> Add a value.
+   !> Append a value to the list.
    pure subroutine append(list, value)
       type(sample_list_type), intent(inout) :: list  !< values are added to it
       real(wp), intent(in) :: value  !< to add
@@ -36,11 +36,11 @@ contains
       list%values(list%count) = value
    end subroutine append
 
-   !> The next line, which must be there.
+   !> Read the next line, which must exist.
    subroutine take_line(reader, text, what)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=:), allocatable, intent(out) :: text  !< without its line end
-      !> what the line is to have, for the message
+      !> expected content of the line, for the message
       character(len=*), intent(in) :: what
       logical :: found
 
@@ -65,7 +65,7 @@ contains
       end do
    end subroutine skip_comments
 
-   !> Read a declared number of values from the lines that follow; they may run together.
+   !> Read a declared number of values from the following lines, with or without blanks between.
    subroutine read_values(reader, expected, what, list)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       integer(long), intent(in) :: expected                !< how many the header declares
@@ -84,7 +84,7 @@ contains
       end do
    end subroutine read_values
 
-   !> A declared number of samples, and nothing but blank lines behind them.
+   !> Read a declared number of samples, followed only by blank lines.
    subroutine read_trace(reader, expected, what, values)
       type(line_reader_type), intent(inout) :: reader      !< before the first sample
       integer(long), intent(in) :: expected                !< how many the header declares
@@ -104,7 +104,7 @@ contains
       if (.not. allocated(reader%error)) values = list%values(:list%count)
    end subroutine read_trace
 
-   !> The numbers of one line.
+   !> Read the numbers of one line.
    subroutine read_row(reader, text, commas, most, surplus, list)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text  !< line of the file
@@ -131,7 +131,7 @@ contains
       end do
    end subroutine read_row
 
-   !> The quantity that a line of a header names; a spectrum is an error.
+   !> Quantity that a line of a header names; a spectrum is an error.
    pure subroutine read_quantity(reader, text, quantity)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text  !< line of the file
@@ -145,7 +145,7 @@ contains
       end if
    end subroutine read_quantity
 
-   !> The number at the start of a header text; a unit directly after it is ignored.
+   !> Read the number at the start of a header text; a unit directly after it is ignored.
    pure subroutine first_number(reader, text, what, value)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text                 !< '100Hz', ' .005 SEC,', …
@@ -156,7 +156,7 @@ contains
 
       word = word_at(text, 1)
       last = verify(word//' ', '+-.0123456789EeDd') - 1
-      ! A unit may begin with the exponent's letter ('2e' of '2east'): drop letters without digits.
+      ! A unit may begin with an exponent's letter ('2e' of '2east'): drop letters without digits.
       do while (last > 0)
          if (index('EeDd', word(last:last)) == 0) exit
          last = last - 1
@@ -170,7 +170,7 @@ contains
       end if
    end subroutine first_number
 
-   !> A declared number of samples that can be read.
+   !> Check a declared number of samples.
    pure subroutine check_count(reader, value, count)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       real(wp), intent(in) :: value                        !< as the header states it
@@ -186,8 +186,8 @@ contains
       end if
    end subroutine check_count
 
-   !> A declared duration must fit the declared samples, up to rounding and to counting n or n − 1
-   !> steps.
+   !> Check that a declared duration fits the declared samples.
+   !> The tolerance includes rounding and counting n or n − 1 steps.
    pure subroutine check_duration(reader, count, time_step, duration)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       integer(long), intent(in) :: count                   !< samples
@@ -201,7 +201,7 @@ contains
          to_text(real(count, wp)*time_step)//' s')
    end subroutine check_duration
 
-   !> A time step that a record can have.
+   !> Check that a time step is possible for a record.
    pure subroutine check_time_step(reader, time_step)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       real(wp), intent(in) :: time_step                    !< s

@@ -24,7 +24,7 @@ module dda_record_smc
 
 contains
 
-   !> Read the one trace of an SMC file, in the file's unit.
+   !> Read the one trace of an SMC file, in the unit of the file.
    subroutine read_smc(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file
@@ -37,7 +37,7 @@ contains
       call read_trace(reader, samples, 'samples', record%values)
    end subroutine read_smc
 
-   !> The first line names the quantity; lines 4 and 6 event and station.
+   !> Read the quantity from the first line, event and station from lines 4 and 6.
    subroutine read_titles(reader, record)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       type(record_type), intent(inout) :: record  !< filled from the file
@@ -55,7 +55,7 @@ contains
       if (record%quantity == displacement) record%unit = 'cm'
    end subroutine read_titles
 
-   !> The integers of the header: numbers of comment lines and samples.
+   !> Read the integers of the header: numbers of comment lines and samples.
    subroutine read_integers(reader, comments, samples)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       integer(long), intent(out) :: comments, samples  !< lines, samples
@@ -71,7 +71,7 @@ contains
          'the header declares '//to_text(list%values(comments_at))//' comment lines')
    end subroutine read_integers
 
-   !> The reals of the header: the sampling rate.
+   !> Read the reals of the header: the sampling rate.
    subroutine read_rate(reader, time_step)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       real(wp), intent(out) :: time_step  !< s
@@ -90,7 +90,7 @@ contains
       call check_time_step(reader, time_step)
    end subroutine read_rate
 
-   !> Numbers on as many lines as in the format, to detect a missing one.
+   !> Read numbers on as many lines as in the format, to detect a missing number.
    subroutine read_header(reader, expected, lines, what, list)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       integer(long), intent(in) :: expected  !< how many the header declares

@@ -13,10 +13,10 @@ module dda_record_text
    private
    public :: read_text, without_comment, heading_columns
 
-   ! a step may differ from the first by this part, for printed digits
+   ! relative difference of a step from the first step, due to printed digits
    real(wp), parameter :: even = 0.02_wp
 
-   !> The columns met so far.
+   !> Columns read so far.
    type :: column_type
       integer :: columns = 0               ! 1 or 2, from the first line with numbers or names
       logical :: begun = .false.           ! such a line has been met
@@ -44,7 +44,7 @@ contains
       call finish(reader, record, column)
    end subroutine read_text
 
-   !> A line up to its comment.
+   !> A line without its comment.
    pure function without_comment(text) result(data)
       character(len=*), intent(in) :: text  !< line of the file
       character(len=:), allocatable :: data
@@ -52,7 +52,7 @@ contains
       data = text(:scan(text//'#', '#!') - 1)
    end function without_comment
 
-   !> The names of the columns, or numbers.
+   !> Read the names of the columns, or numbers.
    subroutine read_line(reader, text, column)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text  !< line of the file, without comment
@@ -64,8 +64,8 @@ contains
       column%begun = .true.
    end subroutine read_line
 
-   !> Number of columns that a line names; 0 if it is no heading.  Names do not begin like numbers;
-   !> units in brackets do not count.
+   !> Number of columns that a line names; 0 if it is not a heading.
+   !> Names do not begin like numbers; units in brackets are ignored.
    pure integer function heading_columns(text) result(columns)  ! total
       character(len=*), intent(in) :: text  !< line of the file, without comment
       character(len=:), allocatable :: names
@@ -87,7 +87,7 @@ contains
       end do
    end function heading_columns
 
-   !> A text without brackets and their content, tabs as blanks.
+   !> A text without brackets and their content, with blanks instead of tabs.
    pure function without_brackets(text) result(rest)
       character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: rest
@@ -102,7 +102,7 @@ contains
       end do
    end function without_brackets
 
-   !> Add the numbers of a line to the column: time and value, or the value alone.
+   !> Add the numbers of a line to the column: time and value, or only the value.
    subroutine take_row(reader, text, column)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text  !< line of the file, without comment
@@ -121,7 +121,7 @@ contains
       call append(column%values, row%values(row%count))
    end subroutine take_row
 
-   !> Times must rise by one and the same step.
+   !> Check that times increase by a constant step.
    subroutine check_time(reader, time, column)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       real(wp), intent(in) :: time  !< s
@@ -145,7 +145,7 @@ contains
       column%last = time
    end subroutine check_time
 
-   !> Time step and samples from the column.
+   !> Set time step and samples from the column.
    subroutine finish(reader, record, column)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       type(record_type), intent(inout) :: record  !< filled from the file

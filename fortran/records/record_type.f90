@@ -20,13 +20,13 @@ module dda_record_type
       character(len=:), allocatable :: file         !< where it was read from
       !> 'smc', 'at2', 'knet', 'esm', 'cosmos' or 'text'
       character(len=:), allocatable :: format
-      !> of the numbers in the file, as given there or by the caller
+      !> of the numbers in the file, as stated there or by the caller
       character(len=:), allocatable :: unit
    end type record_type
 
 contains
 
-   !> The quantity that a text names, blank if it names none.
+   !> Quantity that a text names; blank if none.
    pure function quantity_in(text) result(quantity)
       character(len=*), intent(in) :: text   !< in lower case
       character(len=:), allocatable :: quantity

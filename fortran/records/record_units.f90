@@ -8,7 +8,7 @@ module dda_record_units
    private
    public :: unit_type, find_unit, known_units
 
-   !> A unit and what it measures.
+   !> A unit and its quantity.
    type :: unit_type
       !> 'm/s2', 'cm/s2', 'g', 'm/s', 'cm/s', 'm', 'cm' or 'mm'; blank: unknown
       character(len=16) :: name = ''
@@ -22,7 +22,7 @@ module dda_record_units
 
    real(wp), parameter :: standard_gravity = 9.80665_wp   ! m/s², exact by definition (ISO 80000-3)
 
-   !> Spellings of the units, as `plain` leaves them, and what each represents.
+   !> Spellings of the units in the form of `plain`, and their meanings.
    character(len=6), parameter :: spellings(11) = [character(len=6) :: 'm/s2', 'm/s/s', 'cm/s2', &
       'cm/s/s', 'gal', 'g', 'm/s', 'cm/s', 'm', 'cm', 'mm']
    type(unit_type), parameter :: units(11) = [ &
@@ -35,7 +35,7 @@ module dda_record_units
 
 contains
 
-   !> Look up a unit; an unknown one has a blank name.
+   !> Find a unit; an unknown unit has a blank name.
    pure function find_unit(text) result(unit)
       character(len=*), intent(in) :: text   !< 'cm/s^2', 'CM/SEC/SEC', 'gal', …
       type(unit_type) :: unit
@@ -45,7 +45,7 @@ contains
       if (i > 0) unit = units(i)
    end function find_unit
 
-   !> One spelling for all: lower case, no blanks, no power signs, seconds as `s`.
+   !> Reduce spellings to one: lower case, no blanks, no power signs, seconds as `s`.
    pure function plain(text) result(short)
       character(len=*), intent(in) :: text  !< as the caller or a header writes it
       character(len=:), allocatable :: short

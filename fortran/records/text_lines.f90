@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Lines of an untrusted text file.
 !>
-!> A file may be a folder, an image, a gigabyte on one line: every such thing is an error with a
+!> A file may be a folder, an image, a gigabyte on one line: each of these is an error with a
 !> file name and a line number.  Line ends of any kind, a byte-order mark and a DOS end-of-file byte
-!> are taken as what they mean.  The reader keeps the first error of all that is read with it, after
+!> are interpreted.  The reader retains the first error, after
 !> which there are no more lines.
 module dda_text_lines
    use dda_kinds, only: long
@@ -34,7 +34,7 @@ module dda_text_lines
 
 contains
 
-   !> Read a file, whose lines are then handed out one by one.
+   !> Read a file, whose lines are then returned one by one.
    subroutine open_lines(reader, file)
       type(line_reader_type), intent(out) :: reader          !< ready for `next_line`
       character(len=*), intent(in) :: file                   !< path, any bytes
@@ -50,13 +50,13 @@ contains
       if (allocated(reader%error)) return
       if (len(reader%text) == 0) call fail(reader%error, error_file, "'"//short_path(file)// &
          "' is empty")
-      ! Files from DOS may end with a Ctrl-Z; it means the end only if nothing but filling follows.
+      ! Files from DOS may end with Ctrl-Z; it marks the end only if nothing but padding follows.
       length = verify(reader%text, ' '//achar(0)//line_feed//carriage_return//dos_end, back=.true.)
       dos = index(reader%text(length + 1:), dos_end)
       if (dos > 0) reader%text = reader%text(:length + dos - 1)
    end subroutine open_lines
 
-   !> The next line without its end; `found` is false at the end of the file and after an error.
+   !> Return the next line without its end; `found` is false at the end of the file or on error.
    subroutine next_line(reader, text, found)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=:), allocatable, intent(out) :: text     !< the line
@@ -83,7 +83,7 @@ contains
       found = .not. allocated(reader%error)
    end subroutine next_line
 
-   !> The next call of `next_line` returns the same line again.
+   !> Let the next call of `next_line` return the same line again.
    pure subroutine put_back(reader)
       type(line_reader_type), intent(inout) :: reader  !< of the file
 
@@ -91,7 +91,7 @@ contains
       reader%line = reader%line - 1
    end subroutine put_back
 
-   !> The next call of `next_line` returns the first line.
+   !> Let the next call of `next_line` return the first line.
    pure subroutine rewind_lines(reader)
       type(line_reader_type), intent(inout) :: reader  !< of the file
 
@@ -99,7 +99,7 @@ contains
       reader%line = 0
    end subroutine rewind_lines
 
-   !> A text has no control characters but tabs and form feeds.
+   !> Check that a text has no control characters except tabs and form feeds.
    pure subroutine check_bytes(reader, text)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=*), intent(in) :: text  !< line of the file
@@ -112,7 +112,7 @@ contains
       end do
    end subroutine check_bytes
 
-   !> An input error at the line last read, with file and line number, unless there was one before.
+   !> Return an input error at the last line, with file and line number; keep an earlier error.
    pure subroutine fail_at(reader, what)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: what                   !< a sentence without its full stop

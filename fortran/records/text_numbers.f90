@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Numbers in untrusted text.
 !>
-!> Fortran's own list-directed read takes `3*5`, `/`, `NaN`, `1e400` and an empty field without an
+!> Fortran's own list-directed read accepts `3*5`, `/`, `NaN`, `1e400` and an empty field without an
 !> error.  Here a number is exactly: sign, digits with at most one point, exponent with E or D.
-!> Fixed-width output of old programs runs numbers together (`1.0E+0-2.0E+0`): where the caller
-!> says so, a sign directly after a complete number begins the next one.
+!> Fixed-width output of old programs has numbers without blanks (`1.0E+0-2.0E+0`): on request,
+!> a sign directly after a complete number begins the next number.
 module dda_text_numbers
    use dda_kinds, only: wp, long
    implicit none
@@ -18,7 +18,7 @@ module dda_text_numbers
    integer, parameter :: number_large = 3  !< a number beyond 1e300
 
    integer, parameter :: most_digits = 18      ! of an integer(long) mantissa
-   ! well inside the range, so that scaling cannot overflow
+   ! well within the range, so that scaling cannot overflow
    integer, parameter :: largest_power = 300, smallest_power = -400
    integer, parameter :: longest_number = 64   ! characters
    integer, parameter :: exact_power = 22      ! 10**22 is the last exact power of ten
@@ -36,9 +36,9 @@ module dda_text_numbers
 
 contains
 
-   !> Read the number at or after `position` and step over it.
+   !> Read the number at or after `position` and move past it.
    !>
-   !> With a state other than `number_found` the position stays at the offending word.
+   !> With another state than `number_found`, the position is that of the faulty word.
    pure subroutine next_number(text, position, value, state, joined, commas)
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(inout) :: position             !< first character to look at
@@ -69,7 +69,7 @@ contains
       if (commas .and. is_one_of(text, at, ',')) position = at + 1
    end subroutine next_number
 
-   !> A value as a count, −1 if it is negative, broken or beyond any count.
+   !> A value as a count; −1 if it is negative, not whole or too large.
    pure function whole_number(value) result(count)
       real(wp), intent(in) :: value  !< any
       integer(long) :: count
@@ -79,7 +79,7 @@ contains
       if (abs(value - aint(value)) <= 0.0_wp) count = int(value, long)
    end function whole_number
 
-   !> The word at or after a position, for messages.
+   !> Word at or after a position, for messages.
    pure function word_at(text, position) result(word)
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(in) :: position  !< first character to look at
@@ -100,7 +100,7 @@ contains
       if (count < 0) count = len(text) - position + 1
    end function blanks
 
-   !> Sign, digits, at most one point.
+   !> Scan sign, digits and at most one point.
    pure subroutine scan_mantissa(text, at, scan)
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(inout) :: at  !< position in the text
@@ -139,13 +139,13 @@ contains
       end if
    end subroutine take_digit
 
-   !> `E` or `D`, sign, digits; nothing at all is complete too, a letter without digits is not.
+   !> Scan `E` or `D`, sign, digits; an empty exponent is valid, a letter without digits is not.
    pure subroutine scan_exponent(text, at, scan, complete)
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(inout) :: at  !< position in the text
       type(scan_type), intent(inout) :: scan  !< number so far
       logical, intent(out) :: complete  !< the exponent has digits, or there is none
-      ! keeps the sum far from overflow, and far beyond any number
+      ! limits the sum to values far from overflow, and far beyond any number
       integer, parameter :: capped = 100000
       integer :: power
       logical :: negative
@@ -163,7 +163,7 @@ contains
       scan%power = scan%power + merge(-power, power, negative)
    end subroutine scan_exponent
 
-   !> The character at a position is one of some.
+   !> .true. if the character at a position is one of a set.
    pure function is_one_of(text, at, characters) result(is)  ! total
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(in) :: at  !< position in the text
@@ -174,7 +174,7 @@ contains
       if (at <= len(text)) is = index(characters, text(at:at)) > 0
    end function is_one_of
 
-   !> A number may end before this character.
+   !> .true. if a number may end before this character.
    pure function ends_number(text, at, joined, commas) result(ends)
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(in) :: at  !< position in the text
@@ -186,7 +186,7 @@ contains
       if (present(commas)) ends = ends .or. (commas .and. is_one_of(text, at, ','))
    end function ends_number
 
-   !> The value of a scanned number, rounded correctly.
+   !> Convert a scanned number to its value, rounded correctly.
    pure subroutine to_value(word, scan, value, state)
       character(len=*), intent(in) :: word  !< the whole number
       type(scan_type), intent(in) :: scan  !< complete number

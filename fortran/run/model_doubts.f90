@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Warnings of the check of a model, for the verdict of its run.
 !>
-!> A check takes the time of about 100 steps and the memory of two models.  It is made if the run is
-!> longer than that, or small.
+!> A check takes the time of about 100 steps and the memory of two models.  It is performed if the
+!> run is longer than that, or small.
 module dda_model_doubts
    use dda_kinds, only: long
    use dda_check_report, only: report_type, add_notes, verdict_ok
@@ -21,13 +21,13 @@ module dda_model_doubts
    integer, parameter :: few_blocks = 200  !< of a small model, whose check takes tenths of a second
    integer, parameter :: many_blocks = 5000       !< of a large model, of which two need much memory
    integer(long), parameter :: many_steps = 2500 !< of a long run, of which a check is less than 5 %
-   !> Limit of open–close iterations of the search for rest: models at rest need fewer, and the
-   !> search in a falling model takes at most as long as its run.
+   !> Limit of open–close iterations of the search for equilibrium: static models need fewer, and
+   !> the search in a falling model takes at most as long as its run.
    integer(long), parameter :: least_budget = 200
 
 contains
 
-   !> Probable mistakes of a model, as doubts of its run.
+   !> Add probable mistakes in a model to the warnings of its run.
    subroutine doubt_as_read(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< of the model
       type(model_type), intent(in) :: model               !< as read from the input
@@ -38,7 +38,7 @@ contains
       call add_lines(simulation, report)
    end subroutine doubt_as_read
 
-   !> Warn and fail lines of the check, as doubts of a run that begins.
+   !> Add lines of the check that are not ok to the warnings of a run that begins.
    subroutine doubt_as_begun(simulation)
       type(simulation_type), intent(inout) :: simulation  !< whose first stage has begun
       type(report_type), allocatable :: report
@@ -57,7 +57,7 @@ contains
       if (allocated(error)) call add_doubt(simulation%doubts, '', error%message, .true.)
    end subroutine doubt_as_begun
 
-   !> Lines of a report that are not ok, in brief; bending is reported at the end of the run.
+   !> Add lines of a report that are not ok, in brief; bending is reported at the end of the run.
    pure subroutine add_lines(simulation, report)
       type(simulation_type), intent(inout) :: simulation  !< gets them
       type(report_type), intent(in) :: report             !< of the check

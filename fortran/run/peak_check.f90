@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The amplification peak of a run against the exact transfer function of its discrete equations.
+!> Comparison of the amplification peak of a run with the exact transfer function of its equations.
 !>
 !> If no contact has changed its state and no material has a law, the run was linear and the peak of
-!> its spectra must be that of `dda_transfer`.  A difference is reported with its likely cause.
+!> its spectra must equal that of `dda_transfer`.  A difference is reported with its likely cause.
 module dda_peak_check
    use dda_kinds, only: wp
    use dda_errors, only: error_type
@@ -23,7 +23,7 @@ module dda_peak_check
 
 contains
 
-   !> Warning about the peak of a run; blank if the peak is right or cannot be compared.
+   !> Warning about the peak of a run; blank if it is correct or cannot be compared.
    subroutine peak_warning(simulation, wanted, peak, text)
       type(simulation_type), intent(in) :: simulation   !< at the end of the run
       type(amplification_type), intent(in) :: wanted    !< points, axis, band (Hz)
@@ -52,7 +52,7 @@ contains
          likely_cause(linear, simulation, peak)
    end subroutine peak_warning
 
-   !> Why the spectra of a run may differ from the exact transfer function, and what to do.
+   !> Text on why the spectra of a run may differ from the exact function, and what to do.
    function likely_cause(linear, simulation, peak) result(text)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state

@@ -39,7 +39,7 @@ module dda_run
    public :: run_type, begin_run, open_drawn, resume_run, change_run, continue_run, flush_run, &
       save_run, end_run, is_done
 
-   !> A simulation and the files it writes.
+   !> A simulation and the files that it writes.
    type :: run_type
       type(simulation_type) :: simulation
       type(journal_type) :: journal
@@ -58,7 +58,7 @@ module dda_run
 
 contains
 
-   !> Set up the simulation of a model and, if it writes an output, its output with the first state.
+   !> Begin a run: set up the simulation of a model and, if requested, its output.
    subroutine begin_run(run, model, writes, error)
       type(run_type), intent(out) :: run  !< and its files
       type(model_type), intent(in) :: model  !< as read from the input
@@ -69,7 +69,7 @@ contains
       if (.not. allocated(error)) call begin_stages(run, error)
    end subroutine begin_run
 
-   !> Set up the simulation of a model as drawn: its first stage begins when the run is continued.
+   !> Set up the simulation of a model as in the input; stages begin when the run is continued.
    subroutine open_drawn(run, model, writes, error)
       type(run_type), intent(out) :: run  !< and its files
       type(model_type), intent(in) :: model  !< as read from the input
@@ -97,8 +97,8 @@ contains
       if (allocated(error)) call close_files(run)
    end subroutine begin_stages
 
-   !> Continue from the last checkpoint of the output, or from the start if there is none; do
-   !> nothing if the output is complete.
+   !> Continue from the last checkpoint of the output, or from the start if there is none.
+   !> If the output is complete, do nothing.
    subroutine resume_run(run, model, error)
       type(run_type), intent(out) :: run  !< and its files
       type(model_type), intent(in) :: model  !< as read from the input
@@ -126,7 +126,7 @@ contains
       if (allocated(error)) call close_files(run)
    end subroutine resume_run
 
-   !> Nothing is left to do.
+   !> Mark a run as complete, since nothing remains to be done.
    subroutine skip_to_end(run)
       type(run_type), intent(inout) :: run  !< and its files
 
@@ -146,7 +146,7 @@ contains
       end associate
    end subroutine skip_to_end
 
-   !> Open the journal, which keeps other runs from writing the same output.
+   !> Open the journal, which prevents other runs from writing the same output.
    subroutine open_files(run, resumes, error)
       type(run_type), intent(inout) :: run  !< and its files
       logical, intent(in) :: resumes  !< from a checkpoint, if there is one
@@ -163,7 +163,7 @@ contains
       call system_clock(run%saved)
    end subroutine open_files
 
-   !> Close the journal, which frees the output for other runs.
+   !> Close the journal, so that other runs can write the output.
    subroutine close_files(run)
       type(run_type), intent(inout) :: run  !< and its files
       type(error_type), allocatable :: unused
@@ -186,8 +186,8 @@ contains
       if (.not. allocated(error)) call publish(run, error)
    end subroutine begin_files
 
-   !> Take up to `steps` steps and record them; stop early if the run is complete or a stop is
-   !> requested.
+   !> Perform up to `steps` steps and record them.
+   !> Stop early if the run is complete or a stop is requested.
    subroutine continue_run(run, steps, error)
       type(run_type), intent(inout) :: run  !< and its files
       integer(long), intent(in) :: steps  !< number of steps
@@ -225,8 +225,8 @@ contains
       end do
    end subroutine continue_run
 
-   !> Record the state at the end of a static stage; that at the beginning of a dynamic one is
-   !> already recorded.
+   !> Record the state at the end of a static stage.
+   !> That at the beginning of a dynamic stage is already recorded.
    subroutine record_stage(run, error)
       type(run_type), intent(inout) :: run  !< and its files
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -257,7 +257,7 @@ contains
       if (show .and. .not. allocated(error)) call publish(run, error)
    end subroutine record_step
 
-   !> An interval ends at a step.
+   !> .true. if an interval ends at a step.
    pure logical function due(step, interval)  ! total
       integer(long), intent(in) :: step  !< number of the step
       integer, intent(in) :: interval  !< steps; 0: never
@@ -266,7 +266,7 @@ contains
       if (interval > 0) due = modulo(step, int(interval, long)) == 0
    end function due
 
-   !> As many minutes have passed since the last checkpoint; 0 is never.
+   !> .true. if a number of minutes have passed since the last checkpoint; 0: never.
    logical function is_time(run, minutes)
       type(run_type), intent(in) :: run  !< and its files
       real(wp), intent(in) :: minutes  !< of the clock
@@ -301,7 +301,7 @@ contains
       call end_task(run%publishing)
    end subroutine publish
 
-   !> Write the output in the memory reserved for it, and reserve it again for the next time.
+   !> Write the output in the memory reserved for it, and reserve it again.
    subroutine write_now(run, complete, error)
       type(run_type), intent(inout) :: run  !< and its files
       logical, intent(in) :: complete  !< the run has reached its duration
@@ -365,15 +365,14 @@ contains
       end associate
    end subroutine change_run
 
-   !> The run has reached its duration.
+   !> .true. if the run has reached its duration.
    pure logical function is_done(run)  ! total
       type(run_type), intent(in) :: run  !< and its files
 
       is_done = finished(run%simulation)
    end function is_done
 
-   !> Close the output: under its own name if the run is done; else under its partial name, with a
-   !> checkpoint.
+   !> Close the output: under its own name if complete, else as partial output with a checkpoint.
    subroutine end_run(run, error)
       type(run_type), intent(inout) :: run  !< and its files
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -395,8 +394,8 @@ contains
       call close_files(run)
    end subroutine end_run
 
-   !> Remove files that only an unfinished run needs; checkpoints first, because they need the
-   !> journal.
+   !> Remove files that only an unfinished run needs.
+   !> Checkpoints are removed first, because they need the journal.
    subroutine remove_leftovers(run)
       type(run_type), intent(in) :: run  !< and its files
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The spectral amplification that an input requires, from the finished output file.
+!> Spectral amplification that an input requires, from the finished output file.
 module dda_site_response
    use dda_kinds, only: wp
    use dda_errors, only: error_type
@@ -15,13 +15,13 @@ module dda_site_response
    !> The peak of an amplification in an output.
    type :: response_peak_type
       type(spectral_peak_type) :: found     !< of the ratio of the spectra
-      !> largest acceleration in the last twentieth of the surface's history over that in all
+      !> largest acceleration in the last twentieth of the surface history, relative to its peak
       real(wp) :: left = 0.0_wp
    end type response_peak_type
 
 contains
 
-   !> Peak of the ratio of the accelerations at two points of an output file.
+   !> Find the peak of the ratio of the accelerations at two points of an output file.
    subroutine amplification_peak(file, wanted, peak, error)
       character(len=*), intent(in) :: file  !< finished output
       type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
@@ -44,7 +44,7 @@ contains
          tiny(1.0_wp))
    end subroutine amplification_peak
 
-   !> Acceleration of a point along an axis, and the time between samples.
+   !> Read the acceleration of a point along an axis, and the time between samples.
    subroutine read_series(file, point, axis, series, time_step, error)
       character(len=*), intent(in) :: file  !< finished output
       integer, intent(in) :: point, axis  !< number of the point; 1 x, 2 y
@@ -58,7 +58,7 @@ contains
       if (.not. allocated(error)) time_step = time(size(time))/max(1, size(time) - 1)
    end subroutine read_series
 
-   !> One line for a person.
+   !> Text of a peak in one line.
    pure function peak_text(model, wanted, peak) result(text)
       type(model_type), intent(in) :: model  !< as read from the input
       type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> From a sampled record to a motion without drift.
+!> Conversion of a sampled record into a motion without drift.
 !>
 !> An offset of the accelerations, however small, grows with the square of time in the displacement.
 !> The correction subtracts from the velocity a polynomial that vanishes at the start, fitted by
@@ -8,14 +8,14 @@
 !> acceleration is still piecewise linear and integrates exactly.  A higher order would break that
 !> and remove long periods of the motion.
 !>
-!> By default the polynomial passes through the last velocity, so that the corrected
-!> motion ends at rest, at the displacement then reached.  Where a velocity is left, the motion goes
-!> on with it: stopped within one time step it would be an impact on the model.  Up to 10⁻⁴ of the
+!> By default the polynomial equals the last velocity, so that the corrected
+!> motion ends at rest, at the displacement then reached.  If a final velocity remains, the motion
+!> continues with it: stopped within one time step, it would be an impact.  Up to 10⁻⁴ of the
 !> largest velocity counts as zero: samples rounded to five digits leave some 10⁻⁵ in the sum.
-!> A stop of it is an acceleration of at most 10⁻⁴ PGV/Δt for one step; continued, it would be an
+!> Stopping it is an acceleration of at most 10⁻⁴ PGV/Δt for one step; continued, it would be an
 !> endless drift.  A record of displacement ends at rest unless it is to continue.  The
 !> acceleration may still jump at both ends; a cosine taper of the record before the fit (an option)
-!> smooths that.  The first sample of a record of velocity is kept: if it is not zero, the
+!> reduces that.  The first sample of a record of velocity is not changed: if it is not zero, the
 !> motion starts with that jump unless it is tapered.
 module dda_baseline
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -37,7 +37,7 @@ module dda_baseline
    type :: baseline_type
       integer :: order = 2          !< of the polynomial removed from the velocity, 0 (none) to 2
       logical :: at_rest = .true.   !< the corrected velocity is zero at the last sample (order > 0)
-      !> part of the record under a cosine taper, half at each end, 0 … 1
+      !> fraction of the record under a cosine taper, half at each end, 0 … 1
       real(wp) :: taper = 0.0_wp
       real(wp) :: scale = 1.0_wp    !< factor on the record
       !> 'continue': with the final velocity, which is not fitted to zero; 'hold'; '': with the
@@ -47,7 +47,7 @@ module dda_baseline
 
 contains
 
-   !> Make a motion of a record.
+   !> Make a motion from a record.
    subroutine make_motion_curve(curve, quantity, values, time_step, error, baseline)
       type(motion_curve_type), intent(out) :: curve            !< undefined after an error
       !> 'acceleration', 'velocity' or 'displacement'
@@ -70,7 +70,7 @@ contains
       call continue_velocity(curve, wanted)
    end subroutine make_motion_curve
 
-   !> Motion after the last sample.
+   !> Continue the motion after the last sample with its final velocity, unless it ends or holds.
    pure subroutine continue_velocity(curve, wanted)
       type(motion_curve_type), intent(inout) :: curve  !< joined samples
       type(baseline_type), intent(in) :: wanted        !< processing of the record
@@ -84,16 +84,16 @@ contains
       curve%method = curve%method//'; after the end it continues with '//to_text(left)//' m/s'
    end subroutine continue_velocity
 
-   !> The corrected velocity is zero at the last sample.
+   !> .true. if the corrected velocity is zero at the last sample.
    pure logical function ends_at_rest(wanted)  ! total
       type(baseline_type), intent(in) :: wanted  !< processing of the record
 
       ends_at_rest = wanted%at_rest .and. wanted%after_end /= 'continue'
    end function ends_at_rest
 
-   !> Accelerations are integrated, the velocity is fitted, the derivative taken from the
-   !> acceleration, and that integrated again; velocities lose the fitted polynomial and are joined
-   !> by cubics.
+   !> Make a motion from accelerations or velocities, without drift.
+   !> Accelerations are integrated, the drift of the velocity is fitted, its derivative is
+   !> subtracted, and the result is integrated again; velocities lose the drift, joined by cubics.
    subroutine from_rates(curve, is_velocity, values, time_step, wanted)
       type(motion_curve_type), intent(out) :: curve  !< complete
       logical, intent(in) :: is_velocity         !< else acceleration
@@ -127,7 +127,7 @@ contains
          '; displacement at the end '//to_text(curve%displacement(size(corrected)))//' m'
    end subroutine from_rates
 
-   !> Displacements are kept, but start at zero.
+   !> Make a motion from displacements, shifted to start at zero.
    subroutine from_displacement(curve, displacement, time_step, wanted)
       type(motion_curve_type), intent(out) :: curve  !< complete
       real(wp), intent(in) :: displacement(:)    !< m [samples]
@@ -150,8 +150,8 @@ contains
       curve%method = scale_text(wanted)//method//'; no drift removed'
    end subroutine from_displacement
 
-   !> Taper a series; if a baseline is removed, the mean is removed first, since the taper would
-   !> turn it into a pulse.
+   !> Taper a series; if a baseline is removed, the mean is removed first.
+   !> Otherwise the taper would turn the mean into a pulse.
    pure subroutine apply_taper(series, wanted, method)
       real(wp), intent(inout) :: series(:)       !< [samples]
       type(baseline_type), intent(in) :: wanted  !< processing of the record
@@ -167,7 +167,7 @@ contains
          ' % of the length at each end'
    end subroutine apply_taper
 
-   !> Least squares: v ≈ c₁ τ + c₂ τ², τ = t/T from 0 to 1.
+   !> Fit the drift by least squares: v ≈ c₁ τ + c₂ τ², τ = t/T from 0 to 1.
    pure function fit_drift(velocity, wanted) result(drift)
       real(wp), intent(in) :: velocity(:)      !< m/s
       type(baseline_type), intent(in) :: wanted  !< processing of the record
@@ -192,7 +192,7 @@ contains
       end if
    end function fit_drift
 
-   !> Least squares with both c₁ and c₂ free: two normal equations.
+   !> Fit both c₁ and c₂ by least squares: two normal equations.
    pure function fit_parabola(tau, velocity) result(drift)
       real(wp), intent(in) :: tau(:), velocity(:)  !< t/T; m/s [samples]
       real(wp) :: drift(2)
@@ -203,18 +203,18 @@ contains
       fourth = sum(tau**4)
       first = dot_product(tau, velocity)
       second = dot_product(tau**2, velocity)
-      ! From 1/21 of the product at n = 3 to 1/16 of it for long records: far from singular.
+      ! From 1/21 of the product at n = 3 to 1/16 for long records: far from singular.
       determinant = square*fourth - cube**2
       drift = [first*fourth - second*cube, second*square - first*cube]/determinant
    end function fit_parabola
 
-   !> Largest |c₁ τ + c₂ τ²| and largest integral of it, within τ of 0 to 1.
+   !> Largest |c₁ τ + c₂ τ²| and its largest integral, for τ from 0 to 1.
    pure function largest_drift(drift, duration) result(most)
       real(wp), intent(in) :: drift(2), duration  !< c₁, c₂ (m/s); s
       real(wp) :: most(2)                         ! m/s, m
       real(wp) :: tau(3), extremes(2)
 
-      ! The ends of the record, and where derivatives vanish: c₁ + 2 c₂ τ, c₁ + c₂ τ.
+      ! The ends of the record, and zeros of the derivatives: c₁ + 2 c₂ τ, c₁ + c₂ τ.
       extremes = 1.0_wp
       if (abs(drift(2)) > 0.0_wp) extremes = -drift(1)/[2.0_wp*drift(2), drift(2)]
       tau = [1.0_wp, min(max(extremes, 0.0_wp), 1.0_wp)]
@@ -222,7 +222,7 @@ contains
       most(2) = duration*maxval(abs(tau**2*(drift(1)/2.0_wp + tau*drift(2)/3.0_wp)))
    end function largest_drift
 
-   !> t/T at the samples.
+   !> Times t/T of the samples.
    pure function unit_times(count) result(tau)
       integer, intent(in) :: count             !< samples
       real(wp) :: tau(count)
@@ -231,7 +231,7 @@ contains
       tau = [(real(i - 1, wp)/real(count - 1, wp), i=1, count)]
    end function unit_times
 
-   !> c₁ τ + c₂ τ² at the samples.
+   !> Polynomial c₁ τ + c₂ τ² at the samples.
    pure function polynomial(drift, count) result(velocity)
       real(wp), intent(in) :: drift(2)         !< c₁, c₂ (m/s)
       integer, intent(in) :: count             !< samples

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Interface to FFTW 3 (fftw.org, Fortran 2003 interface).
 module dda_fftw
-   ! The interface file names most of iso_c_binding, hence no `only`.
+   ! The interface file needs most names of iso_c_binding, hence no `only`.
    use, intrinsic :: iso_c_binding
    use dda_kinds, only: wp
    implicit none
@@ -12,14 +12,14 @@ module dda_fftw
 
 contains
 
-   !> X(k) = Σ x(j) exp(−2πi j k/n), k = 0 … n/2, of a real series; not scaled.
+   !> Compute X(k) = Σ x(j) exp(−2πi j k/n), k = 0 … n/2, of a real series; not scaled.
    subroutine forward_transform(series, spectrum, planned)
       real(wp), intent(inout) :: series(:)                  !< [n]; left as it was
       complex(wp), intent(out) :: spectrum(:)               !< [n/2 + 1]
       !> false: FFTW has no plan (out of memory)
       logical, intent(out) :: planned
-      ! An estimated plan is the same in every run, and without assumptions on the alignment of the
-      ! arrays so is the order of summation: results are reproducible to the last bit.
+      ! An estimated plan is the same in every run; without assumptions on the alignment of
+      ! arrays, so is the order of summation: results are bit-identical.
       integer(c_int), parameter :: flags = ior(FFTW_ESTIMATE, &
          ior(FFTW_UNALIGNED, FFTW_PRESERVE_INPUT))
       type(c_ptr) :: plan

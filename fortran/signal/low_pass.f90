@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Accelerations below a frequency, sample by sample: a Butterworth low-pass of fourth order.
+!> Butterworth low-pass of fourth order for accelerations, sample by sample.
 !>
 !> Two oscillators in series, u' = ωw and w' = ω(a − u − 2ζw) with ζ = cos(π/8) and cos(3π/8), are
-!> stepped by the trapezoidal rule.  With ωh/2 = tan(πfh) half the power passes at f, whatever the
+!> stepped by the trapezoidal rule.  With ωh/2 = tan(πfh), the power at f is halved for any
 !> step h.
 module dda_low_pass
    use dda_kinds, only: wp, pi
@@ -26,14 +26,14 @@ module dda_low_pass
 
 contains
 
-   !> A filter at rest.
+   !> Create a filter in its zero state.
    pure type(low_pass_type) function new_low_pass(frequency) result(filter)
       real(wp), intent(in) :: frequency  !< where half the power passes, Hz
 
       filter%frequency = frequency
    end function new_low_pass
 
-   !> The motion continues to an acceleration: what passes at that time, m/s².
+   !> Filter the next acceleration; the result is the filtered value at that time, m/s².
    pure subroutine pass(filter, acceleration, step, low)
       type(low_pass_type), intent(inout) :: filter  !< of the motion so far
       real(wp), intent(in) :: acceleration          !< m/s²

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A motion known for all times: displacement, velocity and acceleration that are derivatives of
+!> A motion defined for all times: displacement, velocity and acceleration that are derivatives of
 !> each other.
 !>
 !> Within each interval of the samples the displacement is one polynomial of degree five at most;
-!> velocity and acceleration are its exact derivatives, so that no two evaluations contradict.
-!> Before the first sample nothing moves; after the last one the motion continues with the velocity
-!> it has there, or the displacement keeps its value.  At the first and the last sample velocity and
+!> velocity and acceleration are its exact derivatives, so that all evaluations are consistent.
+!> Before the first sample there is no motion; after the last one the motion continues with the
+!> final velocity, or the displacement is constant.  At the first and the last sample velocity and
 !> acceleration are the limits from within, so they jump there unless the record begins and ends at
-!> rest; the velocity does not jump where the motion continues.
+!> rest; the velocity does not jump if the motion continues.
 module dda_motion_curve
    use dda_kinds, only: wp
    implicit none
@@ -26,7 +26,7 @@ module dda_motion_curve
       real(wp), allocatable :: higher(:,:)     !< factors of s³, s⁴, s⁵ (m/s³ …) [3, samples − 1]
       real(wp) :: velocity_after = 0.0_wp      !< after the last sample (m/s)
       logical :: ends_at_rest = .true.         !< except for rounding
-      !> between the last two samples of a displacement that is joined to rest (m/s)
+      !> velocity between the last two samples of a displacement that ends at rest (m/s)
       real(wp) :: cut_velocity = 0.0_wp
       real(wp) :: removed(2) = 0.0_wp          !< most that drift removal took (m/s, m)
       character(len=:), allocatable :: method  !< processing of the record, for a report
@@ -34,7 +34,7 @@ module dda_motion_curve
 
 contains
 
-   !> Displacement at any time (m); O(1).
+   !> Displacement at any time (m), in O(1).
    pure function displacement_at(curve, time) result(displacement)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
       real(wp), intent(in) :: time                  !< s
@@ -53,7 +53,7 @@ contains
          + s*curve%higher(3, i)))))
    end function displacement_at
 
-   !> Velocity at any time (m/s); O(1).
+   !> Velocity at any time (m/s), in O(1).
    pure function velocity_at(curve, time) result(velocity)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
       real(wp), intent(in) :: time                  !< s
@@ -69,7 +69,7 @@ contains
          + s*(4.0_wp*curve%higher(2, i) + s*5.0_wp*curve%higher(3, i))))
    end function velocity_at
 
-   !> Acceleration at any time (m/s²); O(1).
+   !> Acceleration at any time (m/s²), in O(1).
    pure function acceleration_at(curve, time) result(acceleration)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
       real(wp), intent(in) :: time                  !< s
@@ -84,8 +84,8 @@ contains
          + s*(12.0_wp*curve%higher(2, i) + s*20.0_wp*curve%higher(3, i)))
    end function acceleration_at
 
-   !> Acceleration that a step acts with (m/s²): that of one time in it, but the mean over the step
-   !> in which the record ends, whose last acceleration would else count for all of it or nothing.
+   !> Acceleration for a step (m/s²): at one time of it; in the last step, the mean over the step.
+   !> Otherwise the last acceleration of the record would count for all of that step or not at all.
    pure function step_acceleration(curve, from, to, time) result(acceleration)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
       real(wp), intent(in) :: from, to              !< start and end of the step, s
@@ -98,7 +98,7 @@ contains
       acceleration = (curve%velocity(size(curve%velocity)) - velocity_at(curve, from))/(to - from)
    end function step_acceleration
 
-   !> The interval of a time, and the time since its first sample.
+   !> Find the interval of a time, and the time since its first sample.
    pure subroutine locate(curve, time, i, s)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
       real(wp), intent(in) :: time                  !< s
@@ -182,8 +182,7 @@ contains
       end do
    end subroutine join_displacements
 
-   !> Factors of s³, s⁴, s⁵ that meet displacement, velocity and acceleration at the end of interval
-   !> i.
+   !> Coefficients of s³, s⁴, s⁵ that match displacement, velocity and acceleration at the end of i.
    pure function quintic(curve, i) result(factor)
       type(motion_curve_type), intent(in) :: curve  !< its values at the samples
       integer, intent(in) :: i                      !< interval
@@ -213,7 +212,7 @@ contains
       curve%method = ''
    end subroutine prepare
 
-   !> First derivative at the samples: fourth order, second order next to the ends and at them.
+   !> First derivative at the samples: fourth order, second order at the ends and next to them.
    pure function slopes(value, h) result(slope)
       real(wp), intent(in) :: value(:)         !< [samples]
       real(wp), intent(in) :: h                !< s
@@ -232,7 +231,7 @@ contains
       end do
    end function slopes
 
-   !> Second derivative at the samples, of the same orders; at the ends that of the neighbour.
+   !> Second derivative at the samples, of the same orders; at the ends, that of the neighbour.
    pure function bends(value, h) result(bend)
       real(wp), intent(in) :: value(:)         !< [samples]
       real(wp), intent(in) :: h                !< s

@@ -1,17 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Acceleration response spectra of motions given sample by sample.
+!> Acceleration response spectra of motions, computed sample by sample.
 !>
 !> An oscillator u'' + 2ζω u' + ω² u = −a has, with λ = −ζω + iω√(1 − ζ²) and q = u' − λ̄ u, one
-!> complex equation of first order, q' = λq − a.  For an acceleration that runs straight between its
-!> samples the step h is exact [Nigam and Jennings 1969]:
+!> complex equation of first order, q' = λq − a.  For an acceleration that is linear between its
+!> samples, the step h is exact [Nigam and Jennings 1969]:
 !>
 !>     q₁ = e^z q₀ − h [ρ a₁ + (μ − ρ) a₀],   z = λh,   μ = (e^z − 1)/z,   ρ = (μ − 1)/z .
 !>
-!> The pseudo-spectral acceleration is the largest ω²|u|, u = Im q/Im λ, the free vibration after
-!> the motion included.  Oscillators that are fast for the sampling are followed between samples.
+!> The pseudo-spectral acceleration is the largest ω²|u|, u = Im q/Im λ, also in the free vibration
+!> after the motion.  Oscillators that are fast for the sampling are evaluated between samples.
 !>
 !> With ζ = 1/√2 and ω = 2π 50 Hz, ω²u is the acceleration after a Butterworth low-pass of second
-!> order.  Impacts and contacts that ring are mostly above.
+!> order.  Impacts and ringing contacts are mostly above that frequency.
 module dda_response_spectrum
    use dda_kinds, only: wp, pi
    implicit none
@@ -29,7 +29,7 @@ module dda_response_spectrum
    real(wp), parameter :: same_step = 1.0e-9_wp         !< relative; rounding of times
    real(wp), parameter :: small_step = 1.0e-2_wp        !< of |z|: below, μ and ρ from their series
 
-   !> Oscillators under one motion; number 0 is the low-pass, as fast as the first.
+   !> Oscillators under one motion; number 0 is the low-pass, which has the highest frequency.
    type :: response_spectrum_type
       real(wp) :: step = 0.0_wp                         !< that the factors are for, s
       integer :: parts(0:periods) = 1                   !< of a step
@@ -42,7 +42,7 @@ module dda_response_spectrum
 
 contains
 
-   !> Oscillators at rest.
+   !> Create oscillators at rest.
    pure type(response_spectrum_type) function new_response_spectrum() result(spectrum)
       integer :: i
 
@@ -65,8 +65,8 @@ contains
       damping_of = merge(sqrt(0.5_wp), damping, i == 0)
    end function damping_of
 
-   !> The motion continues from one acceleration to another.  A step that resolves no period at all
-   !> is left out: its parts would be without bound, and their result of linear interpolation alone.
+   !> Continue the motion from one acceleration to another, linearly.
+   !> A step that resolves no period is skipped: its terms would be unbounded.
    pure subroutine continue_motion(spectrum, before, after, step)
       type(response_spectrum_type), intent(inout) :: spectrum  !< of the motion so far
       real(wp), intent(in) :: before, after  !< acceleration at the start and end of the step, m/s²
@@ -93,7 +93,7 @@ contains
       end associate
    end subroutine continue_motion
 
-   !> Factors of a step.
+   !> Set the factors of a step.
    pure subroutine set_step(spectrum, step)
       type(response_spectrum_type), intent(inout) :: spectrum  !< its factors
       real(wp), intent(in) :: step  !< s
@@ -120,7 +120,7 @@ contains
       eigenvalue_of = 2.0_wp*pi*frequency*cmplx(-damping_ratio, sqrt(1.0_wp - damping_ratio**2), wp)
    end function eigenvalue_of
 
-   !> Factors of a step: q₁ = decay q₀ + before a₀ + after a₁.
+   !> Compute the factors of a step: q₁ = decay q₀ + before a₀ + after a₁.
    elemental subroutine set_factors(eigenvalue, h, decay, before, after)
       complex(wp), intent(in) :: eigenvalue  !< λ, 1/s
       real(wp), intent(in) :: h              !< step, s
@@ -142,8 +142,8 @@ contains
       after = -h*ramp
    end subroutine set_factors
 
-   !> Largest displacement, velocity (both relative) and absolute acceleration of an oscillator at
-   !> rest at first, up to the last sample.
+   !> Largest displacement, velocity (relative) and absolute acceleration of an oscillator.
+   !> It is initially at rest; values are taken up to the last sample.
    pure function oscillator_peaks(acceleration, step, frequency, damping_ratio) result(largest)
       real(wp), intent(in) :: acceleration(:)  !< of the ground, [samples], m/s²
       real(wp), intent(in) :: step             !< between samples, s
@@ -171,7 +171,7 @@ contains
       end do
    end function oscillator_peaks
 
-   !> Real and imaginary part.
+   !> Real and imaginary parts.
    pure function parts_of(z) result(parts)
       complex(wp), intent(in) :: z  !< any
       real(wp) :: parts(2)
@@ -179,7 +179,7 @@ contains
       parts = [z%re, z%im]
    end function parts_of
 
-   !> The largest spectral acceleration and its period, after a motion has ended.
+   !> Find the largest spectral acceleration and its period, after a motion has ended.
    elemental subroutine spectral_acceleration(spectrum, last, largest, at)
       type(response_spectrum_type), intent(in) :: spectrum  !< of a motion
       real(wp), intent(in) :: last      !< acceleration at its end, which falls to zero then, m/s²
@@ -201,7 +201,7 @@ contains
       at = period(maxloc(free%largest(1:), 1))
    end subroutine spectral_acceleration
 
-   !> The largest acceleration after a low-pass at 50 Hz, m/s².
+   !> Largest acceleration after a low-pass at 50 Hz, m/s².
    elemental real(wp) function low_passed_peak(spectrum)
       type(response_spectrum_type), intent(in) :: spectrum  !< of a motion
 

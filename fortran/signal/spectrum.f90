@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Fourier spectra of uniformly sampled series, amplification between two, and its peak.
+!> Fourier spectra of uniformly sampled series, their amplification, and its peak.
 module dda_spectrum
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dda_kinds, only: wp, long
@@ -13,7 +13,7 @@ module dda_spectrum
 
    ! samples with padding; 3 GiB of work space
    integer(long), parameter :: longest_series = 134217728_long
-   ! keeps sums of products far from overflow
+   ! limits sums of products to values far from overflow
    real(wp), parameter :: largest_value = 1.0e100_wp
 
    !> The largest amplitude in a band of frequencies.
@@ -23,23 +23,23 @@ module dda_spectrum
       integer :: bin = 0                 !< the highest bin, index in the spectrum
       real(wp) :: bin_frequency = 0.0_wp !< Hz, of that bin
       real(wp) :: bin_width = 0.0_wp     !< Hz between bins: what the interpolation refines
-      !> false: at an end of the band the highest bin has a higher neighbour or none
+      !> false: the highest bin is at an end of the band and has a higher neighbour or none
       logical :: interpolated = .false.
    end type spectral_peak_type
 
 contains
 
-   !> One-sided Fourier spectrum S(f) = Δt Σ w(j) x(j) exp(−2πi f jΔt), an estimate of the Fourier
-   !> integral.
+   !> One-sided Fourier spectrum S(f) = Δt Σ w(j) x(j) exp(−2πi f jΔt), without scaling.
+   !> It is an estimate of the Fourier integral.
    subroutine fourier_spectrum(series, time_step, frequency, spectrum, error, padding, taper)
       real(wp), intent(in) :: series(:)                      !< x [samples]
       real(wp), intent(in) :: time_step                      !< Δt (s)
       real(wp), allocatable, intent(out) :: frequency(:)     !< 0 … 1/(2Δt) (Hz) [bins]
       complex(wp), allocatable, intent(out) :: spectrum(:)   !< S, unit of x times s [bins]
       type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
-      !> length with zeros over length, ≥ 1 (default 1)
+      !> length with added zeros over length, ≥ 1 (default 1)
       integer, intent(in), optional :: padding
-      !> part of the length under the cosine taper, 0 … 1 (0)
+      !> fraction of the length under the cosine taper, 0 … 1 (0)
       real(wp), intent(in), optional :: taper
       real(wp), allocatable :: padded(:)
       logical :: planned
@@ -61,8 +61,8 @@ contains
 
    !> Ratio of two complex spectra, surface over base.
    !>
-   !> Bins where the base is below `least` of its largest bin are set to 0: the ratio there is only
-   !> of rounding errors.
+   !> Bins in which the base is below `least` of its largest bin are set to 0, since their ratio
+   !> would contain only rounding errors.
    subroutine amplification(surface, base, time_step, frequency, ratio, error, padding, taper, &
       least)
       real(wp), intent(in) :: surface(:), base(:)            !< motions of one kind [samples]
@@ -72,7 +72,7 @@ contains
       type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
       integer, intent(in), optional :: padding               !< see `fourier_spectrum`
       real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
-      !> part of the largest bin of the base (default 1e-10)
+      !> fraction of the largest bin of the base (default 1e-10)
       real(wp), intent(in), optional :: least
       complex(wp), allocatable :: above(:), below(:)
       real(wp) :: floor
@@ -98,10 +98,10 @@ contains
       where (abs(below) > floor) ratio = above/below
    end subroutine amplification
 
-   !> The largest amplitude between two frequencies.
+   !> Find the largest amplitude between two frequencies.
    !>
    !> The vertex of the parabola through the highest bin and its two neighbours refines frequency
-   !> and amplitude; with a padding of 4 or more the bins lie densely enough for that.
+   !> and amplitude; a padding of 4 or more makes bins dense enough for that.
    subroutine find_peak(frequency, amplitude, lowest, highest, peak, error)
       real(wp), intent(in) :: frequency(:)                   !< evenly spaced, rising (Hz) [bins]
       real(wp), intent(in) :: amplitude(:)                   !< [bins]
@@ -128,7 +128,7 @@ contains
          call refine(amplitude(peak%bin - 1:peak%bin + 1), peak)
    end subroutine find_peak
 
-   !> Vertex of the parabola through three bins, if the middle one is not below the others.
+   !> Refine a peak by the vertex of the parabola through three bins, if the middle is highest.
    pure subroutine refine(amplitude, peak)
       real(wp), intent(in) :: amplitude(3)
       type(spectral_peak_type), intent(inout) :: peak  !< frequency (Hz) and amplitude
@@ -142,7 +142,7 @@ contains
       peak%interpolated = .true.
    end subroutine refine
 
-   !> Taper and pad a series that can be transformed.
+   !> Taper and pad a series, after checking that it can be transformed.
    subroutine window(series, time_step, padded, error, padding, taper)
       real(wp), intent(in) :: series(:)                      !< [samples]
       real(wp), intent(in) :: time_step                      !< s

@@ -8,11 +8,11 @@ module dda_taper
 
 contains
 
-   !> Weights that rise from 0 to 1 by half a cosine, stay 1, and fall again (Tukey window; Harris
-   !> 1978).
+   !> Weights that rise from 0 to 1 by half a cosine, are 1, and fall again.
+   !> Tukey window; Harris 1978.
    pure function cosine_taper(count, fraction) result(weight)
       integer, intent(in) :: count           !< samples
-      !> part of the length that is tapered, half at each end, 0 … 1
+      !> fraction of the length that is tapered, half at each end, 0 … 1
       real(wp), intent(in) :: fraction
       real(wp) :: weight(count)              !< [samples], between 0 and 1
       real(wp) :: width                      ! of one flank, in samples
@@ -22,7 +22,7 @@ contains
       width = 0.5_wp*fraction*real(count - 1, wp)
       if (.not. width > 0.0_wp) return
       do i = 1, count
-         ! Half a cosine, of the flank nearer to the sample.
+         ! Half a cosine, of the end nearer to the sample.
          weight(i) = 0.5_wp*(1.0_wp - cos(pi*min(1.0_wp, real(min(i - 1, count - i), wp)/width)))
       end do
    end function cosine_taper

@@ -1,17 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Stress, tangent and energies of branches (`dda_branches`) in a step of the midpoint rule, in
-!> simple shear; everything over the small-strain modulus G.
+!> simple shear; everything relative to the small-strain modulus G.
 !>
-!> A branch that slips returns to its cap at the end of the step, e₁ = clip(e₀ + Δγ, ±γ_j), and acts
+!> A slipping branch returns to its cap at the end of the step, e₁ = clip(e₀ + Δγ, ±γ_j), and acts
 !> with the mean of both ends; a recoverable one acts with its mean over the step, (1/Δγ) ∫ clip dγ.
-!> So a step loses
+!> So a step dissipates
 !>
 !>     Σ F_j g_j ½ (e₀ + e₁) (Δγ − Δe) ≥ 0
 !>
-!> and stores the rest, exactly, and what acts is the derivative of a convex function of Δγ.
+!> and stores the rest, exactly; the stress is the derivative of a convex function of Δγ.
 !>
-!> The body of small strains, σ = r Σ (Y_l e − ζ_l) with the mechanisms of `dda_damping`, takes the
-!> part Δe of Δγ that keeps |σ₁| within its cap and acts with the mean of both ends, too.
+!> The Maxwell body for small strains, σ = r Σ (Y_l e − ζ_l) with the mechanisms of `dda_damping`,
+!> receives the part Δe of Δγ that limits |σ₁| to its cap, and acts with the mean of both ends, too.
 module dda_branch_law
    use dda_kinds, only: wp
    use dda_branches, only: branches_type
@@ -30,7 +30,7 @@ module dda_branch_law
 
 contains
 
-   !> The response of branches.
+   !> Compute the response of branches.
    pure type(response_type) function respond(branches, elastic, strain, change) result(response)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: elastic(:)  !< [n] e₀ of the branches that slip
@@ -41,7 +41,7 @@ contains
       call add_recoverable(branches, strain, change, response)
    end function respond
 
-   !> Slipping parts of the branches.
+   !> Add the slipping parts of the branches.
    pure subroutine add_slipping(branches, elastic, change, response)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: elastic(:)           !< [n] e₀
@@ -62,7 +62,7 @@ contains
       end do
    end subroutine add_slipping
 
-   !> Recoverable parts of the branches.
+   !> Add the recoverable parts of the branches.
    pure subroutine add_recoverable(branches, strain, change, response)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: strain               !< γ₀
@@ -84,7 +84,7 @@ contains
       end do
    end subroutine add_recoverable
 
-   !> e₁ of the branches that slip.
+   !> Update e₁ of the slipping branches.
    pure subroutine keep_branches(branches, change, elastic)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: change               !< Δγ
@@ -93,7 +93,7 @@ contains
       elastic = clip(elastic + change, branches%strain)
    end subroutine keep_branches
 
-   !> Stored by branches, J/m³ over G.
+   !> Energy stored by branches, J/m³ over G.
    pure real(wp) function stored_by_branches(branches, elastic, strain) result(energy)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: elastic(:)           !< [n] of those that slip
@@ -111,7 +111,7 @@ contains
       end do
    end function stored_by_branches
 
-   !> The response of the body of small strains, and its part of the change.
+   !> Compute the response of the small-strain body, and its part of the strain change.
    pure subroutine respond_body(branches, memory, strain, change, time_step, response, taken)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: memory(:)            !< [mechanisms] ζ
@@ -147,7 +147,7 @@ contains
       response%loss = response%acting*(change - taken)
    end subroutine respond_body
 
-   !> Advance the mechanisms to the end of a step; return their loss, J/m³ over G.
+   !> Advance the mechanisms of the body to the end of a step; return their loss, J/m³ over G.
    pure subroutine keep_body(branches, strain, taken, time_step, memory, loss)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: strain               !< e₀
@@ -170,7 +170,7 @@ contains
       end associate
    end subroutine keep_body
 
-   !> Stored by the springs of the body, J/m³ over G.
+   !> Energy stored by the springs of the body, J/m³ over G.
    pure real(wp) function stored_by_body(branches, memory, strain) result(energy)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: memory(:)            !< [mechanisms] ζ
@@ -182,7 +182,7 @@ contains
       end associate
    end function stored_by_body
 
-   !> A strain within its limit.
+   !> A strain clipped to its limit.
    elemental real(wp) function clip(strain, limit)
       real(wp), intent(in) :: strain, limit  !< any; ≥ 0
 
@@ -208,7 +208,7 @@ contains
       end if
    end function mean_of_clip
 
-   !> Derivative of that mean by Δγ: (clip(γ₁) − mean)/Δγ, which tends to half of the slope.
+   !> Derivative of that mean with respect to Δγ: (clip(γ₁) − mean)/Δγ, in the limit half the slope.
    elemental real(wp) function recoverable_tangent(strain, change, limit, mean) result(tangent)
       real(wp), intent(in) :: strain, change, limit  !< γ₀, Δγ, its cap
       real(wp), intent(in) :: mean                   !< of the step

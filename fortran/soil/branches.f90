@@ -1,25 +1,25 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Shear of a soil by branches in parallel, fitted to its modulus reduction and damping curves.
+!> Soil in shear as branches in parallel, fitted to its modulus reduction and damping curves.
 !>
 !> Branch j has the modulus g_j G and yields at γ_j.  A fraction F_j of it slips (elastic and
-!> perfectly plastic), the rest is recoverable with the same cap.  In parallel acts the body of the
-!> damping of small strains (`dda_damping`) in series with a slider: its springs have g_b G in the
-!> mean, and its stress has the cap y G that it reaches at the strain γ_b, so that it fades
-!> where the soil yields.
+!> perfectly plastic), the rest is recoverable with the same cap.  Parallel to them is the Maxwell
+!> body of the small-strain damping (`dda_damping`) in series with a slider: its springs have g_b G
+!> in the mean, and its stress has the cap y G, reached at the strain γ_b, so that its effect fades
+!> when the soil yields.
 !>
-!> Under a load that only grows slipping and recoverable fractions do the same, so g_j and γ_j make
+!> Under monotonic load, slipping and recoverable fractions act equally, so g_j and γ_j define
 !> the backbone,
 !>
 !>     G_s/G = Σ g_j min(1, γ_j/γ) + g_b min(1, γ_b/γ),   Σ g_j + g_b = 1,
 !>
-!> and F_j the loops.  A closed loop between ±γ loses, as damping ratio,
+!> and F_j defines the loops.  A closed loop between ±γ has the damping ratio
 !>
 !>     D(γ) = [Σ F_j 2 g_j γ_j (γ − γ_j)⁺ + π D_min min(γ, γ_b)² + 2 y (γ − γ_b)⁺] / (π γ² G_s/G) .
 !>
-!> Least squares of relative errors of the modulus and of errors of the damping ratio over what
-!> slips, F_j g_j ≥ 0, and what recovers, (1 − F_j) g_j ≥ 0, fit both, weighted again until the
-!> largest error of the damping ratio is small [Lawson, 1961].  F_j = 1 everywhere gives Masing's
-!> rules.
+!> Least squares fit relative errors of the modulus and errors of the damping ratio.  The unknowns
+!> are slipping parts, F_j g_j ≥ 0, and recoverable parts, (1 − F_j) g_j ≥ 0; weights are repeated
+!> until the largest error of the damping ratio is small [Lawson, 1961].  F_j = 1 everywhere is
+!> Masing's rules.
 module dda_branches
    use dda_kinds, only: wp, pi
    use dda_damping, only: damping_type, fit_body
@@ -43,7 +43,7 @@ module dda_branches
    real(wp), parameter :: least_strain = 1.0e-7_wp  !< of a branch
    real(wp), parameter :: misfit_range(2) = [1.0e-5_wp, 1.0e-2_wp] !< strains of the misfits
 
-   !> Curves of a soil over the shear strain, straight in the logarithm of the strain.
+   !> Curves of a soil over the shear strain, linear in the logarithm of the strain.
    type :: curve_type
       real(wp), allocatable :: strain(:)     !< [any] ascending, –
       real(wp), allocatable :: reduction(:)  !< [any] G_s/G
@@ -64,7 +64,7 @@ module dda_branches
 
 contains
 
-   !> Branches that fit the curves of a soil.
+   !> Fit branches to the curves of a soil.
    subroutine fit_branches(curve, n, masing, damping, limit, branches, error)
       type(curve_type), intent(in) :: curve  !< two strains at least
       integer, intent(in) :: n               !< branches, 2 at least
@@ -90,7 +90,7 @@ contains
       call find_misfits(branches, curve, masing)
    end subroutine fit_branches
 
-   !> The viscoelastic body of a damping ratio, which slips beyond a strain.
+   !> Set the viscoelastic body of a damping ratio, which slips beyond a strain.
    subroutine set_body(branches, damping, limit, strain, error)
       type(branches_type), intent(inout) :: branches  !< gets it
       type(damping_type), intent(in) :: damping  !< with its ratio D_min, 0: none; not fitted
@@ -106,14 +106,14 @@ contains
          *hypot(1.0_wp - relaxed_modulus(branches%body), 2.0_wp*damping%ratio)
    end subroutine set_body
 
-   !> Long-term modulus of a body over the given one: 1 − g_b.
+   !> Long-term modulus of a body relative to the given one: 1 − g_b.
    pure real(wp) function relaxed_modulus(body)
       type(damping_type), intent(in) :: body  !< fitted, or none
 
       relaxed_modulus = body%unrelaxed*(1.0_wp - sum(body%weight(:body%n)))
    end function relaxed_modulus
 
-   !> G_s/G at strains.
+   !> Secant modulus ratio G_s/G at strains.
    pure function secant_ratio(branches, strain) result(ratio)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: strain(:)            !< above 0
@@ -126,7 +126,7 @@ contains
       end do
    end function secant_ratio
 
-   !> Part of the body in G_s/G.
+   !> Contribution of the body to G_s/G.
    elemental real(wp) function body_ratio(branches, strain)
       type(branches_type), intent(in) :: branches  !< with their body
       real(wp), intent(in) :: strain               !< above 0
@@ -146,7 +146,7 @@ contains
          + body_loops(branches, strain, reduction)
    end function loop_damping
 
-   !> Part of the body in the damping ratio.
+   !> Contribution of the body to the damping ratio.
    elemental real(wp) function body_loops(branches, strain, reduction) result(ratio)
       type(branches_type), intent(in) :: branches  !< with their body
       real(wp), intent(in) :: strain               !< above 0
@@ -159,7 +159,7 @@ contains
       ratio = ratio/(strain**2*reduction)
    end function body_loops
 
-   !> Damping ratio at strains that each branch would give if it had the modulus G and slipped.
+   !> Damping ratio at strains of each branch, if it had the modulus G and slipped.
    pure function loops(branches, strain, reduction) result(ratio)
       type(branches_type), intent(in) :: branches  !< with γ_j
       real(wp), intent(in) :: strain(:)            !< above 0
@@ -174,7 +174,7 @@ contains
       end do
    end function loops
 
-   !> g_j of the secant moduli alone, all of which slips.
+   !> Fit g_j to the secant moduli only; all branches slip.
    subroutine fit_moduli(branches, curve)
       type(branches_type), intent(inout) :: branches  !< with γ_j and its body
       type(curve_type), intent(in) :: curve           !< of the soil
@@ -186,7 +186,7 @@ contains
       branches%slipping = 1.0_wp
    end subroutine fit_moduli
 
-   !> Equations of the secant moduli, and of their sum, for g_j.
+   !> Set up the equations for g_j: secant moduli, and the sum of g_j.
    subroutine require_moduli(branches, curve, matrix, right)
       type(branches_type), intent(in) :: branches  !< with γ_j and its body
       type(curve_type), intent(in) :: curve        !< of the soil
@@ -206,8 +206,8 @@ contains
       right(m + 1) = sum_weight*relaxed_modulus(branches%body)
    end subroutine require_moduli
 
-   !> g_j and F_j of secant moduli and damping ratios.  The last branch, which nothing strains
-   !> beyond its limit, has one unknown.
+   !> Fit g_j and F_j to secant moduli and damping ratios.
+   !> The last branch, whose limit no strain exceeds, has one unknown.
    subroutine fit_both(branches, curve)
       type(branches_type), intent(inout) :: branches  !< with γ_j and its body
       type(curve_type), intent(in) :: curve           !< of the soil
@@ -244,7 +244,7 @@ contains
       branches%slipping = best(:, 2)
    end subroutine fit_both
 
-   !> g_j and F_j from the slipping and the recoverable parts.
+   !> Set g_j and F_j from the slipping and the recoverable parts.
    pure subroutine set_parts(branches, unknown)
       type(branches_type), intent(inout) :: branches  !< gets them
       real(wp), intent(in) :: unknown(:)              !< [2n − 1] F_j g_j, then (1 − F_j) g_j
@@ -258,7 +258,7 @@ contains
       branches%modulus = relaxed_modulus(branches%body)*branches%modulus/sum(branches%modulus)
    end subroutine set_parts
 
-   !> The strains of a fit.
+   !> Strains used in a fit.
    pure function strains_of_fit(branches) result(strain)
       type(branches_type), intent(in) :: branches  !< with γ_j
       real(wp) :: strain(samples*branches%n)
@@ -266,15 +266,15 @@ contains
       strain = log_spaced(branches%strain(1)*0.1_wp, branches%strain(branches%n), size(strain))
    end function strains_of_fit
 
-   !> Misfits count at a strain.
+   !> .true. if misfits are counted at a strain.
    elemental logical function counts(strain)
       real(wp), intent(in) :: strain  !< –
 
       counts = strain >= misfit_range(1) .and. strain <= misfit_range(2)
    end function counts
 
-   !> Largest misfits over the strains that count and that the curve has; with Masing's rules of the
-   !> modulus alone.
+   !> Find the largest misfits over the counted strains of the curve.
+   !> With Masing's rules, only misfits of the modulus are found.
    subroutine find_misfits(branches, curve, masing)
       type(branches_type), intent(inout) :: branches  !< fitted
       type(curve_type), intent(in) :: curve           !< that it is to have
@@ -294,14 +294,14 @@ contains
          - at(curve, curve%damping, strain)))
    end subroutine find_misfits
 
-   !> The strain at which branches begin.
+   !> Strain at which branches begin.
    pure real(wp) function first_strain(curve) result(first)
       type(curve_type), intent(in) :: curve  !< of the soil
 
       first = min(max(strain_at(curve, first_reduction), least_strain), 0.1_wp*last_strain(curve))
    end function first_strain
 
-   !> The last strain of the table whose modulus is not below a fraction of that of small strains.
+   !> Last strain of the table whose modulus is not below a fraction of the small-strain modulus.
    pure real(wp) function strain_at(curve, reduction) result(strain)
       type(curve_type), intent(in) :: curve  !< of the soil
       real(wp), intent(in) :: reduction      !< G_s/G
@@ -314,8 +314,8 @@ contains
       end do
    end function strain_at
 
-   !> The strain at which the modulus first falls to a fraction of that of small strains; the last
-   !> one of the curve if it does not.
+   !> Strain at which the modulus first falls to a fraction of the small-strain modulus.
+   !> If it does not, it is the last strain of the curve.
    pure real(wp) function strain_of(curve, reduction) result(strain)
       type(curve_type), intent(in) :: curve  !< of the soil
       real(wp), intent(in) :: reduction      !< G_s/G
@@ -334,14 +334,14 @@ contains
       end if
    end function strain_of
 
-   !> The strain of the last branch: the end of the curve.
+   !> Strain of the last branch: the end of the curve.
    pure real(wp) function last_strain(curve)
       type(curve_type), intent(in) :: curve  !< of the soil
 
       last_strain = curve%strain(size(curve%strain))
    end function last_strain
 
-   !> A column of the curves at strains.
+   !> Values of a column of the curves at strains.
    pure function at(curve, values, strain)
       type(curve_type), intent(in) :: curve  !< of the soil
       real(wp), intent(in) :: values(:)      !< its column

@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Soil with a memory in the plane: branches (`dda_branches`) on the strains (εx − εy, γxy) of
+!> Hysteretic soil in the plane: branches (`dda_branches`) on the strains (εx − εy, γxy) of
 !> maximum shear; volume is elastic.
 !>
-!> The damping of small strains is that of a Maxwell body: of the shear in series with a slider, as
-!> in a column (`dda_branch_law`); of the volume without one.  The stress of its shear is returned
-!> to its cap at the end of a step and acts with the weights 1 − θ and θ of both ends, as branches
-!> do.
+!> The small-strain damping is that of a Maxwell body: for shear in series with a slider, as
+!> in a column (`dda_branch_law`); for volume without slider.  The stress of its shear is returned
+!> to its cap at the end of a step and acts with the weights 1 − θ and θ of both ends, like the
+!> branches.
 !>
-!> In static stages the soil is elastic, so that loops begin from the rest that gravity makes.
+!> In static stages the soil is elastic, so that loops begin from equilibrium under gravity.
 module dda_hysteretic_law
    use dda_kinds, only: wp
    use dda_branches, only: branches_type, relaxed_modulus, secant_ratio
@@ -37,7 +37,7 @@ module dda_hysteretic_law
       procedure :: unmet
    end type hysteretic_law_type
 
-   !> The body of small strains in a step: shear (two components) and volume.
+   !> Small-strain body in a step: shear (two components) and volume.
    type :: body_type
       real(wp) :: before(3) = 0.0_wp    !< stress at the start, over the modulus
       real(wp) :: trial(3) = 0.0_wp     !< at the end if nothing slips
@@ -48,7 +48,7 @@ module dda_hysteretic_law
 
 contains
 
-   !> The law of fitted branches; those without stiffness are left out.
+   !> Create the law of fitted branches; branches without stiffness are omitted.
    pure type(hysteretic_law_type) function new_hysteretic_law(branches) result(law)
       type(branches_type), intent(in) :: branches  !< fitted
 
@@ -61,21 +61,21 @@ contains
       end associate
    end function new_hysteretic_law
 
-   !> Strains of the branches that slip, then strain and mechanisms ζ of the body.
+   !> Number of state variables: strains of slipping branches, then strain and ζ of the body.
    pure integer function state_size(self)
       class(hysteretic_law_type), intent(in) :: self  !< law
 
       state_size = 2*self%branches%n + 3*(1 + self%branches%body%n)
    end function state_size
 
-   !> The first loops begin after static stages.
+   !> .true. if the law is elastic in static stages; the first loops begin after them.
    pure logical function rests(self)
       class(hysteretic_law_type), intent(in) :: self  !< law
 
       rests = .true.
    end function rests
 
-   !> (εx − εy, γxy, εx + εy)
+   !> Strain components (εx − εy, γxy, εx + εy).
    pure function parts(strain)
       real(wp), intent(in) :: strain(3)  !< εx, εy, γxy
       real(wp) :: parts(3)
@@ -83,7 +83,7 @@ contains
       parts = [strain(1) - strain(2), strain(3), strain(1) + strain(2)]
    end function parts
 
-   !> G and the modulus of (σx + σy)/2 by εx + εy, Pa.
+   !> Moduli: G, and that of (σx + σy)/2 over εx + εy, Pa.
    pure function moduli(point)
       type(strain_point_type), intent(in) :: point  !< where the law acts
       real(wp) :: moduli(2)
@@ -91,7 +91,7 @@ contains
       moduli = [point%elasticity(3, 3), 0.5_wp*(point%elasticity(1, 1) + point%elasticity(1, 2))]
    end function moduli
 
-   !> Stress that acts in a step, and its tangent.
+   !> Compute the stress in a step, and its tangent.
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(hysteretic_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point       !< at its position
@@ -122,7 +122,7 @@ contains
       tangent(:, 3) = [slope(1, 2), -slope(1, 2), slope(2, 2)]
    end subroutine respond
 
-   !> Stress of all branches, over G.
+   !> Add the stress of all branches, over G.
    pure subroutine add_branches(branches, state, e, change, theta, acting, slope)
       type(branches_type), intent(in) :: branches   !< fitted
       real(wp), intent(in) :: state(:)              !< [any] of the point
@@ -152,7 +152,7 @@ contains
       end do
    end subroutine add_branches
 
-   !> The body of small strains in a step.
+   !> Set up the small-strain body in a step.
    pure type(body_type) function body_of(branches, state, change, time_step) result(body)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: state(:)             !< [any] of the point, at the start
@@ -177,7 +177,7 @@ contains
       end associate
    end function body_of
 
-   !> State at the end of a step, and its losses.
+   !> Find the state at the end of a step, and its losses.
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(hysteretic_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point    !< at its position
@@ -200,7 +200,7 @@ contains
          loss)
    end subroutine finish
 
-   !> Strains of the branches at the end of a step, and the losses of branches and scheme, over G.
+   !> Update strains of the branches at the end of a step, and find losses of branches and scheme.
    pure subroutine finish_branches(branches, state, e, change, theta, loss, scheme)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(inout) :: state(:)          !< [any] of the point
@@ -230,7 +230,7 @@ contains
       end do
    end subroutine finish_branches
 
-   !> Strain and mechanisms of the body at the end of a step, and what it loses.
+   !> Update strain and mechanisms of the body at the end of a step, and find its losses.
    pure subroutine finish_body(branches, state, change, modulus, step, loss)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(inout) :: state(:)          !< [any] of the point
@@ -265,7 +265,7 @@ contains
       end associate
    end subroutine finish_body
 
-   !> ψ, J/m³.
+   !> Stored energy ψ, J/m³.
    pure real(wp) function stored(self, point, state, strain)
       class(hysteretic_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point    !< at its position
@@ -296,7 +296,7 @@ contains
          + dot_product(point%held, strain)
    end function stored
 
-   !> G_s/G of the branches.
+   !> Secant modulus ratio G_s/G of the branches.
    pure real(wp) function secant(self, strain)
       class(hysteretic_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: strain                  !< amplitude of the loops, above 0
@@ -306,7 +306,7 @@ contains
       secant = ratio(1)
    end function secant
 
-   !> Words on the fit of the branches to their curves.
+   !> Text on the fit of the branches to their curves.
    function in_words(self) result(words)
       class(hysteretic_law_type), intent(in) :: self  !< law
       character(len=:), allocatable :: words
@@ -318,7 +318,7 @@ contains
       end associate
    end function in_words
 
-   !> Words on parts of the curve that they do not meet; blank: none.
+   !> Text on parts of the curve that the branches do not match; blank: none.
    function unmet(self) result(words)
       class(hysteretic_law_type), intent(in) :: self  !< law
       character(len=:), allocatable :: words

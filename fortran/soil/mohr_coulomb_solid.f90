@@ -1,18 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A solid that yields at the strength of Mohr and Coulomb, with a tension cut-off.
 !>
-!> A trial stress σ₀ + D(ε₀ − ε^p₀ + θΔε) that is not admitted returns to s (`dda_yield_return`),
-!> which acts.  Over the step Δε^p = n λ/θ, n λ = D⁻¹(trial − s), so that
+!> A trial stress σ₀ + D(ε₀ − ε^p₀ + θΔε) beyond the strength returns to s (`dda_yield_return`),
+!> the stress in the step.  Over the step Δε^p = n λ/θ, n λ = D⁻¹(trial − s), so that
 !>
 !>     s·Δε = Δψ + s·Δε^p + (θ − ½) Δε^e·DΔε^e .
 !>
 !> s is the derivative of a convex function of Δε, for frozen bounds (`dda_yield_return`).
-!> In plane strain the elastic and the plastic strain across the plane cancel.
+!> In plane strain the elastic and the plastic strain out of the plane cancel.
 !>
-!> κ is the sum of the largest differences of principal plastic strains in each step, or of the
+!> κ sums the largest difference of principal plastic strains in each step, or the
 !> largest extension.  Times the thickness of the point it is a displacement, over which strength
-!> falls linearly to the residual one: the energy of a band does not depend on the cells.  Within a
-!> step strength is that of its start.
+!> decreases linearly to the residual one: the energy of a band does not depend on the cells.
+!> Within a step, the strength is that at its start.
 module dda_mohr_coulomb_solid
    use dda_kinds, only: wp
    use dda_material_law, only: material_law_type, strain_point_type, loss_plastic, loss_scheme, &
@@ -27,8 +27,8 @@ module dda_mohr_coulomb_solid
    integer, parameter :: across = 4              !< ε^p across the plane
    integer, parameter :: strained = 5            !< κ
    integer, parameter :: mean_stress = 6         !< ½(σx + σy) of the last step, Pa
-   !> of the radius of the largest Mohr circle: bound of the jumps of a yielding face;
-   !> docs/material_laws.md has limit loads with other fractions
+   !> fraction of the radius of the largest Mohr circle: bound of the jumps of a yielding face;
+   !> docs/material_laws.md has limit loads for other fractions
    real(wp), parameter :: jump_share = 0.05_wp
 
    !> Strengths of a solid.
@@ -60,7 +60,7 @@ module dda_mohr_coulomb_solid
 
 contains
 
-   !> ε^p in and across the plane, κ, the mean stress.
+   !> Number of state variables: ε^p in and out of the plane, κ, the mean stress.
    pure integer function state_size(self)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
 
@@ -88,7 +88,7 @@ contains
 
    contains
 
-      !> Between two values.
+      !> Interpolate between two values.
       pure real(wp) function mix(from, to)
          real(wp), intent(in) :: from, to  !< at the peak, at the end
 
@@ -97,7 +97,7 @@ contains
       end function mix
    end function strength_at
 
-   !> Return of the stress of a strain beyond that where the law began.
+   !> Return the stress for a strain, counted from the start of the law.
    pure subroutine return_stress(self, point, state, strain, circle)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< where the law acts
@@ -145,7 +145,7 @@ contains
       stress = circle%to%stress
    end function frozen_stress
 
-   !> ν of the elasticity of plane strain.
+   !> Poisson's ratio ν of the elasticity of plane strain.
    pure real(wp) function poisson(d)
       real(wp), intent(in) :: d(3, 3)  !< D, Pa
 
@@ -163,7 +163,7 @@ contains
       end associate
    end function in_axes
 
-   !> Stress that acts in a step beyond σ₀, and its tangent.
+   !> Compute the stress in a step minus σ₀, and its tangent.
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< at its position
@@ -196,7 +196,7 @@ contains
       end associate
    end subroutine respond
 
-   !> State at the end of a step, and its losses.
+   !> Find the state at the end of a step, and its losses.
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< at its position
@@ -224,7 +224,7 @@ contains
       loss(loss_scheme) = (step%scheme%theta - 0.5_wp)*doubled(point, elastic, flow(3))
    end subroutine finish
 
-   !> ε^e·Dε^e with −ε^p across the plane, twice the elastic energy, J/m³.
+   !> Twice the elastic energy, J/m³: ε^e·Dε^e with −ε^p out of the plane.
    pure real(wp) function doubled(point, elastic, third)
       type(strain_point_type), intent(in) :: point  !< where the law acts
       real(wp), intent(in) :: elastic(3), third     !< ε^e in the plane, ε^p across it
@@ -234,7 +234,7 @@ contains
          - 2.0_wp*point%elasticity(1, 2)*(elastic(1) + elastic(2)))
    end function doubled
 
-   !> ψ, J/m³.
+   !> Stored energy ψ, J/m³.
    pure real(wp) function stored(self, point, state, strain)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< at its position
@@ -248,7 +248,7 @@ contains
       end associate
    end function stored
 
-   !> κ.
+   !> Plastic strain κ.
    pure real(wp) function plastic_strain(self, state)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)                    !< [any] of a point
@@ -256,15 +256,15 @@ contains
       plastic_strain = state(strained)
    end function plastic_strain
 
-   !> It does.
+   !> .true., since the law limits stresses.
    pure logical function yields(self)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
 
       yields = .true.
    end function yields
 
-   !> Largest stress of the jumps of a face, Pa: the remaining part of the largest circle about the
-   !> mean stress at the start of a step, at least a fraction of that radius.
+   !> Largest stress of the jumps of a face, Pa: the rest of the largest circle about the mean
+   !> stress. It is that at the start of a step; the result is at least a fraction of the radius.
    pure real(wp) function jump_cap(self, point, state, strain)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< of the face
@@ -284,8 +284,8 @@ contains
       end associate
    end function jump_cap
 
-   !> σ_m ∂det ε^p/∂ε^p: the mean stress works on the change of area, tr ε + det ε.  By the trace
-   !> alone a shear γ loses γ²/4 of its area, and a pressure p takes ½pγ from the stress of a band.
+   !> Stress σ_m ∂det ε^p/∂ε^p: the mean stress works on the change of area, tr ε + det ε.
+   !> With the trace only, a shear γ loses γ²/4 of its area, and a pressure p reduces stress by ½pγ.
    pure function shape_stress(self, state) result(stress)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)                    !< [any] of the point
@@ -294,7 +294,7 @@ contains
       stress = state(mean_stress)*[state(2), state(1), -0.5_wp*state(3)]
    end function shape_stress
 
-   !> −σ_m of the last step, where it is above 0.
+   !> Pressure −σ_m of the last step, if positive.
    pure real(wp) function pressure(self, state)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)                    !< [any] of the point
@@ -302,7 +302,7 @@ contains
       pressure = max(0.0_wp, -state(mean_stress))
    end function pressure
 
-   !> Thickness beyond which shear or tension falls faster with the strain of a point than D.
+   !> Thickness above which strength falls faster with the strain of a point than D.
    pure real(wp) function largest_thickness(self, elasticity) result(thickness)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       real(wp), intent(in) :: elasticity(3, 3)            !< D of small strains, Pa

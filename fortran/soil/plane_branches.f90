@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A branch of a soil in the plane: its strain e = (εx − εy, γxy), a vector, has the cap |e| ≤ y.
+!> A branch of a soil in the plane: the vector of its strain e = (εx − εy, γxy) has the cap |e| ≤ y.
 !>
-!> What slips goes to p(e₀ + Δe), p being the nearest point within the cap, and acts with the
-!> weights 1 − θ and θ of both ends.  What is recoverable has the potential of p(e) and acts with
+!> The slipping part moves to p(e₀ + Δe), p being the nearest point within the cap, and acts with
+!> weights 1 − θ and θ of both ends.  The recoverable part has the potential of p(e) and acts with
 !>
 !>     (2 − 2θ) ∫₀¹ p(e₀ + tΔe) dt + (2θ − 1) p(e₁) ,
 !>
-!> of which the first loses nothing.  Both are derivatives of convex functions of Δe.
+!> of which the first dissipates nothing.  Both are derivatives of convex functions of Δe.
 module dda_plane_branches
    use dda_kinds, only: wp
    implicit none
@@ -17,7 +17,7 @@ module dda_plane_branches
 
 contains
 
-   !> p(e) and its derivative.
+   !> Project e to p(e), and compute its derivative.
    pure subroutine project(e, cap, p, slope)
       real(wp), intent(in) :: e(2), cap               !< strain; y
       real(wp), intent(out) :: p(2), slope(2, 2)      !< p(e), ∂p/∂e
@@ -43,7 +43,7 @@ contains
       potential = within*(r - 0.5_wp*within)
    end function potential
 
-   !> Stress of a recoverable branch in a step, and its derivative by Δe.
+   !> Stress of a recoverable branch in a step, and its derivative with respect to Δe.
    pure subroutine recoverable(e, change, cap, theta, acting, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(in) :: theta                 !< θ
@@ -62,7 +62,7 @@ contains
       slope = (2.0_wp - 2.0_wp*theta)*slope + (2.0_wp*theta - 1.0_wp)*of_end
    end subroutine recoverable
 
-   !> ∫₀¹ p(e₀ + tΔe) dt and ∫₀¹ t ∂p/∂e dt.
+   !> Compute ∫₀¹ p(e₀ + tΔe) dt and ∫₀¹ t ∂p/∂e dt.
    !>
    !> Along the line e = q + (s₀ + t) t̂, q·t̂ = 0, the circle is entered and left where s₀ + t is
    !> ∓√(y² − q²).
@@ -91,7 +91,7 @@ contains
       slope = slope/length**2
    end subroutine mean_along
 
-   !> Contribution of a segment beyond the cap to ∫ p dt and, by Gauss's rule, to ∫ t ∂p/∂e dt.
+   !> Add the contribution of a segment beyond the cap to ∫ p dt and, by Gauss's rule, ∫ t ∂p/∂e dt.
    pure subroutine add_beyond(foot, along, cap, start, from, to, mean, slope)
       real(wp), intent(in) :: foot(2), along(2), cap  !< q, t̂, y
       real(wp), intent(in) :: start, from, to         !< s₀; ends t of the segment
@@ -112,7 +112,7 @@ contains
       end do
    end subroutine add_beyond
 
-   !> ∫ ds/|e| = ln((s₁ + r₁)/(s₀ + r₀)), without differences of large numbers.
+   !> Compute ∫ ds/|e| = ln((s₁ + r₁)/(s₀ + r₀)), without differences of large numbers.
    pure real(wp) function log_ratio(foot, length, ends, r)
       real(wp), intent(in) :: foot(2), length, ends(2), r(2)  !< q; s₁ − s₀; s₀ and s₁; r₀ and r₁
       real(wp) :: turn, distance
@@ -128,7 +128,7 @@ contains
       end if
    end function log_ratio
 
-   !> ln(1 + x) for x ≥ 0, exact where x is small.
+   !> Compute ln(1 + x) for x ≥ 0, exact for small x.
    pure real(wp) function log_1p(x)
       real(wp), intent(in) :: x  !< any
       real(wp) :: u

@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A column of soil that yields, under shear waves from below: cells of one strain between nodes.
+!> Nonlinear soil column under shear waves from below: cells of constant strain between nodes.
 !>
-!> The midpoint rule, v₁ = 2Δu/Δt − v₀, with what acts in the middle of the step:
+!> The midpoint rule, v₁ = 2Δu/Δt − v₀, with forces at the middle of the step:
 !>
 !>     M (v₁ − v₀)/Δt + Bᵀ τ(Δγ) = f .
 !>
 !> M is the mean of the lumped and the consistent mass, which makes the error of waves of the order
-!> (kh)⁴.  The base has the given acceleration, or stands on a half-space, where a dashpot ρ v takes
-!> the velocity that an outcrop would have, f = ρ v (v_outcrop − Δu/Δt).  Each step is the least of
-!> a convex function except for the damping of small strains: Newton's method, and half steps of it
-!> while the residual grows.  The work at the base is what is stored, moves and is lost, exactly.
+!> (kh)⁴.  The base has the given acceleration, or rests on a half-space.  A dashpot ρ v then acts
+!> on the difference from the outcrop velocity, f = ρ v (v_outcrop − Δu/Δt).  Each step minimises
+!> a convex function except for the small-strain damping: Newton's method, with half steps
+!> while the residual grows.  The work at the base equals stored, kinetic and dissipated energy.
 module dda_shear_column
    use dda_kinds, only: wp
    use dda_branches, only: branches_type
@@ -36,7 +36,7 @@ module dda_shear_column
       real(wp) :: dashpot = 0.0_wp            !< ρ v of the half-space, Pa s/m; 0: given motion
    end type shear_column_type
 
-   !> Its state.
+   !> State of the column.
    type :: shear_state_type
       real(wp), allocatable :: displacement(:), velocity(:)  !< [cells+1] m, m/s
       real(wp), allocatable :: strain(:)      !< [cells] γ
@@ -54,7 +54,7 @@ module dda_shear_column
 
 contains
 
-   !> At rest.
+   !> Create a column at rest.
    subroutine begin_column(column, state)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       type(shear_state_type), intent(out) :: state  !< of the column, at rest
@@ -68,7 +68,7 @@ contains
          state%memory(max(1, maxval(column%branches%body%n)), n), source=0.0_wp)
    end subroutine begin_column
 
-   !> Take one step.
+   !> Perform one step.
    subroutine shake_column(column, time_step, base, state, error)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       real(wp), intent(in) :: time_step  !< Δt, s
@@ -99,7 +99,7 @@ contains
       call end_step(column, state, time_step, base, d, stress, load)
    end subroutine shake_column
 
-   !> One iteration of Newton's method, halved while the residual grows.
+   !> Perform one iteration of Newton's method, halved while the residual grows.
    subroutine newton_iteration(column, state, time_step, load, d, stress, tangent, residual, scale)
       type(shear_column_type), intent(in) :: column    !< layers as cells
       type(shear_state_type), intent(in) :: state      !< at the start of the step
@@ -124,7 +124,7 @@ contains
       end do
    end subroutine newton_iteration
 
-   !> Stresses, tangents and residual forces at increments of the nodes, and the largest force.
+   !> Compute stresses, tangents and residual forces at increments of the nodes.
    pure subroutine evaluate(column, state, time_step, load, d, stress, tangent, residual, scale)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       type(shear_state_type), intent(in) :: state    !< at the start of the step
@@ -157,7 +157,7 @@ contains
       scale = max(maxval(abs(load)), maxval(abs(stress)))
    end subroutine evaluate
 
-   !> The change of Δu that the tangents give, by elimination from the surface down.
+   !> Solve for the change of Δu with the tangents, by elimination from the surface downwards.
    pure subroutine solve(column, time_step, tangent, residual, correction)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       real(wp), intent(in) :: time_step     !< Δt, s
@@ -181,7 +181,7 @@ contains
       call solve_tridiagonal(diagonal, beside, residual, correction)
    end subroutine solve
 
-   !> A symmetric positive definite matrix of three diagonals.
+   !> Solve with a symmetric positive definite tridiagonal matrix.
    pure subroutine solve_tridiagonal(diagonal, beside, right, x)
       real(wp), intent(inout) :: diagonal(:)  !< [n], is used up
       real(wp), intent(in) :: beside(:)       !< [n-1]
@@ -202,7 +202,7 @@ contains
       end do
    end subroutine solve_tridiagonal
 
-   !> M, the mean of lumped and consistent mass.
+   !> Mass matrix M, the mean of lumped and consistent mass.
    pure subroutine mass_matrix(column, diagonal, beside)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       real(wp), intent(out) :: diagonal(:), beside(:)  !< [nodes], [cells] kg/m²
@@ -217,7 +217,7 @@ contains
       end associate
    end subroutine mass_matrix
 
-   !> M x.
+   !> Product M x.
    pure function mass_times(column, x) result(product_of)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       real(wp), intent(in) :: x(:)   !< [nodes]
@@ -280,7 +280,7 @@ contains
       end associate
    end subroutine end_cell
 
-   !> Accelerations of the nodes at the end of a step, by the forces there.
+   !> Accelerations of the nodes at the end of a step, from the forces there.
    function end_accelerations(column, state, base, outcrop) result(acceleration)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       type(shear_state_type), intent(in) :: state  !< of the column
@@ -307,7 +307,7 @@ contains
       call solve_tridiagonal(diagonal, beside, force, acceleration)
    end function end_accelerations
 
-   !> Work at the base, kinetic and stored energy, lost by slip and by damping, J/m².
+   !> Work at the base, kinetic and stored energy, losses by slip and by damping, J/m².
    function energy_balance(column, state) result(energy)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       type(shear_state_type), intent(in) :: state  !< of the column

@@ -20,7 +20,7 @@ module dda_soil_curves
    real(wp), parameter :: strains(2) = [1.0e-6_wp, 0.0316227766016837933_wp]
    real(wp), parameter :: atmosphere = 101325.0_wp  !< Pa
 
-   !> A soil, by the parameters of its formula.
+   !> A soil, described by the parameters of its formula.
    type :: soil_type
       character(len=16) :: curve = ''         !< darendeli, hyperbolic, mkz, gqh or table
       real(wp) :: plasticity = 0.0_wp         !< PI, per cent
@@ -37,7 +37,7 @@ module dda_soil_curves
 
 contains
 
-   !> The curves of a soil; damping by Masing's rules where the formula has none.
+   !> Curves of a soil; damping by Masing's rules if the formula has none.
    subroutine curve_of(soil, curve, error)
       type(soil_type), intent(in) :: soil     !< as requested
       type(curve_type), intent(out) :: curve  !< its table
@@ -67,7 +67,7 @@ contains
       curve%damping = masing(fine, reduction(soil, fine))
    end subroutine curve_of
 
-   !> G_s/G of a formula at strains.
+   !> Modulus ratio G_s/G of a formula at strains.
    elemental real(wp) function reduction(soil, strain)
       type(soil_type), intent(in) :: soil  !< as requested
       real(wp), intent(in) :: strain       !< above 0
@@ -84,7 +84,7 @@ contains
       end select
    end function reduction
 
-   !> θ of GQ/H at a strain over γ_r.
+   !> Value of θ of GQ/H at a strain over γ_r.
    elemental real(wp) function theta_of(soil, x) result(theta)
       type(soil_type), intent(in) :: soil  !< as requested
       real(wp), intent(in) :: x            !< above 0
@@ -94,8 +94,8 @@ contains
       theta = soil%theta(1) + soil%theta(2)*grown/(soil%theta(3)**soil%theta(5) + grown)
    end function theta_of
 
-   !> D = (2/π) [2 ∫τ dγ/(τγ) − 1] at the strains of a table, by the trapezoidal rule; the soil is
-   !> linear up to the first strain.
+   !> Masing damping D = (2/π) [2 ∫τ dγ/(τγ) − 1] at the strains of a table, by the trapezoidal
+   !> rule. The soil is linear up to the first strain.
    pure function masing(strain, reduced) result(damping)
       real(wp), intent(in) :: strain(:), reduced(:)  !< [(below + samples − 1) parts + 1] γ, G_s/G
       real(wp) :: damping(samples), stress(size(strain)), work
@@ -112,7 +112,7 @@ contains
       end do
    end function masing
 
-   !> Darendeli's curves; where his polynomial would fall at large strains damping stays.
+   !> Add Darendeli's curves; damping is constant where his polynomial would decrease.
    pure subroutine add_darendeli(soil, curve)
       type(soil_type), intent(in) :: soil       !< as requested
       type(curve_type), intent(inout) :: curve  !< with its strains

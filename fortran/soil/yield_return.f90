@@ -1,19 +1,19 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Return of a trial stress to the strength of Mohr and Coulomb with a tension cut-off, in principal
-!> stresses: σ₁ ≥ σ₂ in the plane, σ₃ across it; tension positive.
+!> stresses: σ₁ ≥ σ₂ in the plane, σ₃ out of the plane; tension positive.
 !>
-!> A stress is admitted where, for each pair i, j and each i,
+!> A stress is admissible if, for each pair i, j and each i,
 !>
 !>     ½(1 + sin φ) σ_i − ½(1 − sin φ) σ_j ≤ c cos φ ,   σ_i ≤ T .
 !>
-!> With a dilation ψ < φ the mean of a pair is frozen at a value m_ij in what φ has beyond ψ, as the
-!> normal force is in the bound of friction:
+!> With a dilation ψ < φ, the mean of a pair is frozen at a value m_ij in the part of φ beyond ψ,
+!> like the normal force in the friction bound:
 !>
 !>     ½(1 + sin ψ) σ_i − ½(1 − sin ψ) σ_j ≤ c cos φ − (sin φ − sin ψ) m_ij .
 !>
-!> These bounds are planes.  A trial stress beyond goes to the nearest admitted stress in the
-!> norm of D⁻¹, on a plane, an edge or a corner: where all multipliers are ≥ 0 and all bounds
-!> kept.  In plane stress σ₃ stays 0, and D ends with σ₂.
+!> These bounds are planes.  A trial stress beyond them goes to the nearest admissible stress in the
+!> norm of D⁻¹, on a plane, an edge or a corner: all multipliers are ≥ 0 and all bounds are
+!> satisfied.  In plane stress σ₃ remains 0, and D ends with σ₂.
 module dda_yield_return
    use dda_kinds, only: wp
    implicit none
@@ -101,8 +101,8 @@ contains
       end do
    end subroutine planes
 
-   !> Return to the intersection of some planes, and the violation of other bounds or the pull of a
-   !> plane, Pa.
+   !> Return to the intersection of some planes, and find the violation of other bounds or the pull
+   !> of a plane, Pa.
    pure subroutine return_to(elastic, trial, gradient, bound, list, to, off)
       real(wp), intent(in) :: elastic(3, 3)      !< D of principal strains, Pa
       real(wp), intent(in) :: trial(3)           !< Pa

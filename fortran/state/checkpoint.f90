@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checkpoints of a run: FILE.checkpoint, and FILE.checkpoint.previous until it has been replaced.
+!> Checkpoints of a run: FILE.checkpoint, and FILE.checkpoint.previous until it is replaced.
 !>
-!> A checkpoint is written under a third name and then exchanged with the newest, so that a whole
-!> one exists at every moment; the older of the two is overwritten next, as creating and removing
-!> files costs more than the write itself.  A checkpoint names its input, records, version and
-!> build, and is refused by any other.  Each outlives the process.  Flushing to the disk, which only
-!> a failing machine needs, is rate-limited; a checkpoint on the disk becomes the previous one,
-!> which is never overwritten, only when the next is on the disk as well.
+!> A checkpoint is written under a third name and then exchanged with the newest, so that a complete
+!> one exists at every moment.  The older of the two is overwritten next, since creating and
+!> removing files costs more than the write itself.  A checkpoint names its input, records, version
+!> and build, and is rejected by any other.  All outlive the process.  Flushing to the disk, which
+!> is needed only if a machine fails, is rate-limited; a checkpoint on the disk becomes the previous
+!> one, which is never overwritten, only when the next one is on the disk as well.
 module dda_checkpoint
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: long
@@ -32,7 +32,7 @@ module dda_checkpoint
    public :: checkpoints_type, begin_checkpoints, save_checkpoint, load_checkpoint, &
       has_checkpoint, remove_spare, remove_checkpoints
 
-   !> of all that is written
+   !> checksum of everything that is written
    character(len=*), parameter :: layout = &
       ', checkpoints with springs of contacts, crossings, joint laws, bolts, impacts, '// &
       'free fields, motions of boundaries, mean velocities, kept variables of contacts first, '// &
@@ -52,7 +52,7 @@ module dda_checkpoint
 
 contains
 
-   !> Names of the files, checksums of the input.
+   !> Set the names of the files and the checksums of the input.
    subroutine begin_checkpoints(checkpoints, model)
       type(checkpoints_type), intent(out) :: checkpoints  !< of the output
       type(model_type), intent(in) :: model  !< as read from the input
@@ -65,7 +65,7 @@ contains
       call write_archive(checkpoints%archive)  ! allocates its memory now
    end subroutine begin_checkpoints
 
-   !> Checksums of an input and its files.
+   !> Compute the checksums of an input and its files.
    subroutine digest_model(model, input, motions)
       type(model_type), intent(in) :: model  !< as read from the input
       integer(long), intent(out) :: input, motions  !< checksums of text and blocks, of the curves
@@ -91,7 +91,7 @@ contains
       motions = checksum_of(archive%bytes(:archive%at))
    end subroutine digest_model
 
-   !> There is something to resume from.
+   !> .true. if there is a checkpoint from which to resume.
    logical function has_checkpoint(checkpoints)
       type(checkpoints_type), intent(in) :: checkpoints  !< of the output
 
@@ -99,7 +99,7 @@ contains
       if (.not. has_checkpoint) has_checkpoint = is_file(checkpoints%previous)
    end function has_checkpoint
 
-   !> Remove the file that the next checkpoint would be written in.
+   !> Remove the file into which the next checkpoint would be written.
    subroutine remove_spare(checkpoints)
       type(checkpoints_type), intent(in) :: checkpoints  !< of the output
 
@@ -115,7 +115,7 @@ contains
       call remove_own(checkpoints%previous, checkpoint_file)
    end subroutine remove_checkpoints
 
-   !> Write a checkpoint; the older ones stay until it is whole.
+   !> Write a checkpoint; older ones remain until it is complete.
    subroutine save_checkpoint(checkpoints, simulation, journal, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       type(simulation_type), intent(inout) :: simulation  !< written or read
@@ -142,7 +142,7 @@ contains
       if (to_disk) call end_task(checkpoints%flushing)
    end subroutine save_checkpoint
 
-   !> Rename the coming checkpoint to the newest one.
+   !> Rename the new checkpoint to the newest.
    subroutine rename_coming(checkpoints, on_disk, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       logical, intent(in) :: on_disk  !< the coming checkpoint is flushed to the disk
@@ -161,7 +161,7 @@ contains
          checkpoints%newest)
    end subroutine rename_coming
 
-   !> Set a run that has just been started to the state of the newest good checkpoint.
+   !> Set a started run to the state of the newest valid checkpoint.
    subroutine load_checkpoint(checkpoints, simulation, journal, model, notice, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       type(simulation_type), intent(inout) :: simulation  !< written or read
@@ -189,7 +189,7 @@ contains
       notice = 'from '//checkpoints%previous//', because '//reason%message
    end subroutine load_checkpoint
 
-   !> Load one file; an error if it is not whole or not of this run.
+   !> Load one file; an error if it is incomplete or not of this run.
    subroutine load_from(name, checkpoints, simulation, journal, error)
       character(len=*), intent(in) :: name  !< path
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
@@ -215,7 +215,7 @@ contains
       end if
    end subroutine load_from
 
-   !> Version, build and input of a checkpoint, which must be the same when it is read.
+   !> Save or check version, build and input of a checkpoint.
    subroutine serialise_identity(checkpoints, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -242,7 +242,7 @@ contains
       end if
    end subroutine serialise_identity
 
-   !> Compiler and its options, without those that name folders.
+   !> Compiler and its options, without options that name folders.
    pure function build_of_program() result(build)
       character(len=:), allocatable :: build
       character(len=:), allocatable :: options

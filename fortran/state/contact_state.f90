@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The state of the contacts: the last step's list, and the neighbours that the next ones are found
-!> among.
+!> State of the contacts: the list of the last step, and the neighbours among which the next
+!> contacts are found.
 module dda_contact_state
    use dda_archive, only: archive_type, serialise, serialise_count, serialise_label, &
       serialise_list, check_list
@@ -22,7 +22,7 @@ module dda_contact_state
 
 contains
 
-   !> The whole list: the next step inherits from it, and frames are written from it.
+   !> Save or restore the complete list: the next step inherits from it, and frames contain it.
    subroutine serialise_contacts(archive, contacts, blocks, neighbours, joints)
       type(archive_type), target, intent(inout) :: archive  !< written or read
       type(contacts_type), intent(inout) :: contacts        !< list, replaced when read
@@ -64,7 +64,7 @@ contains
       end associate
    end subroutine serialise_variable
 
-   !> Pairs and probes of the last search, which the present geometry would not give again.
+   !> Save or restore pairs and probes of the last search, which cannot be recomputed.
    subroutine serialise_neighbours(archive, neighbours, blocks)
       type(archive_type), intent(inout) :: archive        !< written or read
       type(neighbours_type), intent(inout) :: neighbours  !< replaced when read

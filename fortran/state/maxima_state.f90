@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The largest values of a run as part of a checkpoint, with their origins.
+!> Largest values of a run as part of a checkpoint, with their origins.
 module dda_maxima_state
    use dda_archive, only: archive_type, serialise, serialise_count, serialise_label, &
       serialise_list, serialise_number
@@ -14,7 +14,7 @@ module dda_maxima_state
 
 contains
 
-   !> Store nothing for a run that does not count.
+   !> Save or restore largest values; nothing for a run that does not count them.
    subroutine serialise_maxima(archive, simulation)
       type(archive_type), intent(inout) :: archive        !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -36,7 +36,7 @@ contains
       call serialise_largest(archive, simulation)
    end subroutine serialise_maxima
 
-   !> Origin that values count from.
+   !> Save or restore the origin from which values count.
    subroutine serialise_base(archive, base, points)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(base_type), intent(inout) :: base        !< of the model
@@ -51,7 +51,7 @@ contains
       call serialise(archive, base%acceleration)
    end subroutine serialise_base
 
-   !> Contacts that touched at first, and the last look at them.
+   !> Save or restore the initial contacts, and their last scan.
    subroutine serialise_contacts(archive, first, vertices)
       type(archive_type), intent(inout) :: archive       !< written or read
       type(first_contacts_type), intent(inout) :: first  !< with room for them
@@ -66,7 +66,7 @@ contains
       call serialise(archive, first%path)
    end subroutine serialise_contacts
 
-   !> Values, times, and whose they are.
+   !> Save or restore values, times, and their blocks or points.
    subroutine serialise_largest(archive, simulation)
       type(archive_type), intent(inout) :: archive        !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state

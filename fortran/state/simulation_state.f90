@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The changes of a run since its start, written to an archive and restored into a run just started.
+!> Changes of a run since its start, written to an archive or restored into a started run.
 module dda_simulation_state
    use dda_archive, only: archive_type, fail_archive, serialise, serialise_label, serialise_number
    use dda_breaking, only: can_break, restore_faces
@@ -29,7 +29,7 @@ module dda_simulation_state
 
 contains
 
-   !> On reading, the simulation must have the same model; it gets the state of the other one.
+   !> Save or restore a simulation; a restored one must have the same model.
    recursive subroutine serialise_simulation(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -77,7 +77,7 @@ contains
       call serialise_number(archive, simulation%now, 1, size(simulation%contacts))
    end subroutine serialise_clock
 
-   !> Changes of the model by stages.
+   !> Save or restore changes of the model by stages.
    subroutine serialise_stage(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -104,7 +104,7 @@ contains
          simulation%elements, simulation%model, simulation%blocks, simulation%time)
    end subroutine serialise_stage
 
-   !> Origin of the displacements of points.
+   !> Save or restore the origin of the displacements of points.
    subroutine serialise_points(archive, points)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(point_type), intent(inout) :: points(:)  !< measured
@@ -115,8 +115,8 @@ contains
       end do
    end subroutine serialise_points
 
-   !> Steps and Δt of the present stage, which may have been changed since it began, and Δt of the
-   !> next step.
+   !> Save or restore number of steps and Δt of the present stage, and Δt of the next step.
+   !> They may have been changed since the stage began.
    subroutine serialise_stepping(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -126,7 +126,7 @@ contains
       call serialise(archive, simulation%time_step)
    end subroutine serialise_stepping
 
-   !> Targets of fixed points, and times at which loads have begun.
+   !> Save or restore targets of fixed points, and start times of loads.
    subroutine serialise_targets(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -140,7 +140,7 @@ contains
       end do
    end subroutine serialise_targets
 
-   !> Welded faces that have broken.
+   !> Save or restore welded faces that have broken.
    subroutine serialise_faces(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -157,7 +157,7 @@ contains
       if (archive%reading .and. .not. allocated(archive%failure)) call restore_faces(simulation)
    end subroutine serialise_faces
 
-   !> Changes made between steps: when they are read, the input with them is read again.
+   !> Save or restore changes between steps; on reading, the changed input is read again.
    subroutine serialise_changes(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -200,7 +200,7 @@ contains
       end associate
    end subroutine serialise_counters
 
-   !> State of the rule of &stop.
+   !> Save or restore the state of the stop rule.
    subroutine serialise_stop(archive, stop_state)
       type(archive_type), intent(inout) :: archive          !< written or read
       type(stop_state_type), intent(inout) :: stop_state    !< with its arrays, if there is a rule
@@ -221,8 +221,8 @@ contains
       call serialise(archive, energy%value)
    end subroutine serialise_energy
 
-   !> Outcome of the last step's iteration, whose tolerance the next one begins with; settings are
-   !> the input's.
+   !> Save or restore the outcome of the last iteration, from which the next tolerance follows.
+   !> Settings are those of the input.
    subroutine serialise_iteration(archive, iteration, contacts)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
@@ -242,8 +242,8 @@ contains
       call serialise(archive, iteration%reduction)
    end subroutine serialise_iteration
 
-   !> The state, and what follows from it: the first vertices are the input's own and not
-   !> recomputed.
+   !> Save or restore the state of blocks.  Derived values are computed again, except the first
+   !> vertices, which are those of the input.
    subroutine serialise_blocks(archive, blocks)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(blocks_type), intent(inout) :: blocks  !< in their present state

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The state of the linear solver: its method, its counts, and the data of the method.
+!> State of the linear solver: its method, its counts, and the data of the method.
 module dda_solver_state
    use dda_archive, only: archive_type, serialise, serialise_label, fail_archive
    use dda_block_matrix, only: block_matrix_type
@@ -10,7 +10,7 @@ module dda_solver_state
 
 contains
 
-   !> Write or read a solver that has analysed the matrix.
+   !> Save or restore a solver that has analysed the matrix.
    subroutine serialise_solver(archive, solver, matrix)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(solver_type), intent(inout) :: solver  !< linear solver
