@@ -230,6 +230,16 @@ def test_joints_of_edges_stay_on_the_outline():
     assert total == pytest.approx({"low": 4, "right": 2, "up": 4, "left": 2, "": inner})
 
 
+@pytest.mark.parametrize("cells", CELLS)
+@pytest.mark.parametrize("at", [0.9, 1.3, 2.0])
+def test_a_joint_that_ends_on_a_side_ends_at_a_corner_of_cells(cells, at):
+    outline = np.reshape([0.0, 0, at, 0, 4, 0, 4, 2, 1.5, 2, 0, 2], (-1, 2))
+    parts = [Part(outline, ["low", "tie", "rim", "rim", "tie", "rim"], 0.5)]
+    cut = mesh_body(parts, cells)
+    check_cells(cut, parts)
+    assert not Rings.of(cut.polygons).straight(1e-9).any()
+
+
 def test_corners_of_the_outline_keep_their_last_bit():
     rim = SHAPES["ridge"][0].outline + UTM
     cut = mesh_body([part(rim, 1.0)])

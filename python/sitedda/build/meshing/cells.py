@@ -59,6 +59,15 @@ class Cells:
             if self.turn(cycle[k - 1], cycle[k], cycle[(k + 1) % count]) < -_FLAT
         ]
 
+    def concave(self, cycle: list[int]) -> list[int]:
+        """Places in a cycle where it turns to the right, or a joint ends on a straight side."""
+        found, count = self.reflex(cycle), len(cycle)
+        for k in range(count):
+            a, b, c = cycle[k - 1], cycle[k], cycle[(k + 1) % count]
+            if self.label(a, b) != self.label(b, c) and abs(self.turn(a, b, c)) <= _FLAT:
+                found.append(k)
+        return found
+
     def area(self, cycle: list[int]) -> float:
         """m²."""
         x0, y0 = self.nodes[cycle[0]]
@@ -79,11 +88,11 @@ class Cells:
     # --- Splitting -------------------------------------------------------------------------------
 
     def make_convex(self, local) -> None:
-        """Split cells until none turns to the right; `local` gives the size at a place, m."""
-        waiting = [i for i, cycle in enumerate(self.cycles) if self.reflex(cycle)]
+        """Split cells until all are convex; `local` gives the size at a place, m."""
+        waiting = [i for i, cycle in enumerate(self.cycles) if self.concave(cycle)]
         while waiting:
             i = waiting.pop()
-            reflex = self.reflex(self.cycles[i])
+            reflex = self.concave(self.cycles[i])
             if reflex and (found := self._best_split(i, reflex, local)):
                 waiting += self._split(i, *found)
 
@@ -133,13 +142,14 @@ class Cells:
                 yield end, None
 
     def _edges(self, cycle, k, near: float):
-        """Places on edges that rays from corner k meet: along both sides, and between them."""
+        """Places on edges that rays from corner k meet: along both sides, between them, upright."""
         count = len(cycle)
         px, py = self.nodes[cycle[k]]
         before, after = (self.nodes[cycle[(k + step) % count]] for step in (-1, 1))
         along = [np.subtract((px, py), before), np.subtract((px, py), after)]
         along = [way / np.hypot(*way) for way in along]
-        for way in (*along, along[0] + along[1]):
+        upright = np.array([-along[0][1], along[0][0]])  # of a straight corner
+        for way in (*along, along[0] + along[1], upright):
             best = None
             for end in range(count):
                 if end in (k, (k - 1) % count):
@@ -260,7 +270,7 @@ class Cells:
         if rest is None or more is None:
             return None
         union = rest + more
-        if len(set(union)) < len(union) or len(union) < 3 or self.reflex(union):
+        if len(set(union)) < len(union) or len(union) < 3 or self.concave(union):
             return None
         return union
 
