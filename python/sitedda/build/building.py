@@ -84,7 +84,7 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     if meshes:
         from .meshing.meshed import refuse_far_too_many
 
-        refuse_far_too_many(parts["region"], meshes, _placed)
+        refuse_far_too_many(parts["region"], meshes, _materials(groups), _placed)
     if any(parts.values()):
         try:
             cut = _add_cut(built, parts, next(iter(names["joint"]), ""), bool(meshes))
@@ -135,8 +135,7 @@ def _mesh(built: Built, groups, meshes, cut) -> None:
         for piece, region, holes in zip(pieces, cut.regions, cut.holes, strict=False):
             piece.region, piece.holes = region, holes
     pieces += [Piece(groups[i][1]) for i in typed]
-    materials = {values.get("name", ""): values for kind, values, _ in groups if kind == "material"}
-    cells, taken, messages = mesh_blocks(pieces, meshes, materials, _placed)
+    cells, taken, messages = mesh_blocks(pieces, meshes, _materials(groups), _placed)
     ring = next((p for i, p in enumerate(pieces) if p.holes and i not in taken), None)
     if ring is not None:
         raise InputError(
@@ -148,6 +147,11 @@ def _mesh(built: Built, groups, meshes, cut) -> None:
     built.meshed = [typed[i - count] for i in taken if i >= count]
     built.blocks = [one for i, one in enumerate(built.blocks) if i not in gone] + cells
     built.messages += messages
+
+
+def _materials(groups) -> dict[str, dict]:
+    """Variables of each &material by its name, the first one first."""
+    return {values.get("name", ""): values for kind, values, _ in groups if kind == "material"}
 
 
 def _names(groups) -> dict[str, list[str]]:

@@ -110,15 +110,20 @@ def _estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
         warnings.warn(words, CostWarning, stacklevel=2)
 
 
-def refuse_far_too_many(regions, meshes, placed) -> None:
+def refuse_far_too_many(regions, meshes, materials: dict[str, dict], placed) -> None:
     """Refuse a multiple of the cells that can be made before regions are cut; holes may be most."""
     for mesh, place in meshes:
-        if mesh.size is None or not mesh.regions:
+        if not mesh.regions:
             continue
-        meshed = (one.outline for one in regions if is_listed(one.name, mesh.regions))
-        cells = sum(shapely.Polygon(outline).area for outline in meshed) / mesh.size / mesh.size
-        if cells > _FAR * MOST_CELLS:
-            raise placed(place, _too_many(mesh.size, cells))
+        try:
+            sizes = (mesh.size_of(name, values) for name, values in materials.items())
+            size = max(sizes, default=np.inf)
+            meshed = (one.outline for one in regions if is_listed(one.name, mesh.regions))
+            cells = sum(shapely.Polygon(outline).area for outline in meshed) / size / size
+            if cells > _FAR * MOST_CELLS:
+                raise _too_many(size, cells)
+        except InputError as error:
+            raise placed(place, error) from None
 
 
 def _too_many(size: float, cells: float) -> InputError:
