@@ -19,6 +19,10 @@ class PeakWarning(UserWarning):
     """The amplification peak of a linear run is not that of its exact transfer function."""
 
 
+class RestWarning(UserWarning):
+    """A model that does not come to rest is shown as its input draws it."""
+
+
 class SiteddaError(Exception):
     """An error of the engine: what went wrong, where, and what to try.
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 
 from ..base.arrays import parts_of
 from ..base.core import FILES
-from ..base.errors import InputError
+from ..base.errors import ConvergenceError, InputError, RestWarning
 from ..base.reading import check_readable
 from ..engine.simulation import Simulation
 from ..input.input_text import input_values
@@ -109,7 +110,12 @@ class Scene:
             source = Path(source)
             if is_netcdf(source):
                 return cls(open_output(source), absolute=absolute)
-        with Simulation(source) as simulation:
+        try:
+            with Simulation(source) as simulation:
+                return cls._of_simulation(simulation)
+        except ConvergenceError as error:
+            warnings.warn(f"{error}; shown as drawn", RestWarning, stacklevel=2)
+        with Simulation(source, drawn=True) as simulation:
             return cls._of_simulation(simulation)
 
     @classmethod

@@ -16,6 +16,7 @@ from scipy.signal import butter, lsim, sosfilt
 from test_view import EVIL, TITLE, sliding_blocks
 
 import sitedda
+from sitedda.base.errors import RestWarning
 from sitedda.drawing.point_names import PointNames
 from sitedda.drawing.quantities import limits
 from sitedda.movie import ffmpeg, write_movie
@@ -531,6 +532,13 @@ def test_commands_write_what_they_say(main, run, write_input, tmp_path):
         assert refused.returncode == 1 and message in refused.stderr
     refused = main("draw", tmp_path / "t.png", folder=tmp_path)
     assert refused.returncode == 1 and "t.png" in refused.stderr
+
+
+@pytest.mark.parametrize("command", [("draw",), ("view", "--no-open"), ("report",)])
+def test_a_model_that_does_not_settle_is_shown_as_drawn(main, write_input, command):
+    file = write_input(flying_block(gravity=[0.0, -9.81], settle=True))
+    with pytest.warns(RestWarning, match="does not settle: .*; shown as drawn"):
+        main.ok(*command, file)
 
 
 def test_a_report_checks_the_input_as_it_was_run(main, write_input, tmp_path):
