@@ -193,6 +193,8 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
 
 def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, opened):
     page = begun(opened(served), "An empty model")
+    heads = page.locator("details.group > summary").all_inner_texts()
+    assert "control\ntime step 0.001 s" in heads and not any("_" in head for head in heads)
     before = page.evaluate("page.view.model.n")
     for text, words in (("95", "0 and 89"), ("steep", "steep")):
         one = field(page, "joint 1", "friction_angle")

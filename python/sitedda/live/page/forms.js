@@ -1,7 +1,7 @@
 // The input as forms, made from the schema: units, ranges, defaults, help; sliders re-cut.
 
 import {element} from "/view/words.js";
-import {button, choice, row, settle} from "./parts.js";
+import {button, choice, row, settle, spoken} from "./parts.js";
 
 const NUMBERS = ["real", "integer"];
 const WIDEST = 1000;  // range that a slider spans as a whole
@@ -101,7 +101,7 @@ export class Forms {
     const label = element("label", box, "add");
     const there = new Set(this.groups.map((group) => group.name));
     const free = [...this.kinds.values()].filter((kind) => kind.repeats || !there.has(kind.name));
-    const list = choice(box, free.map((kind) => [kind.name, `${kind.name}: ${kind.meaning}`]),
+    const list = choice(box, free.map((kind) => [kind.name, `${spoken(kind.name)}: ${kind.meaning}`]),
       free.some((kind) => kind.name === this.added) ? this.added : "joint_set");
     list.id = "add-kind";
     label.htmlFor = list.id;
@@ -120,8 +120,8 @@ export class Forms {
     box.open = this.open.has(key);
     box.addEventListener("toggle", () => this.open[box.open ? "add" : "delete"](key));
     const head = element("summary", box);
-    element("strong", head, name.replaceAll("_", " "));
-    element("span", head, this.title(values));
+    element("strong", head, spoken(name));
+    element("span", head, this.title(values, kind));
     if (!kind) {
       element("p", box, "There is no such group.", "wrong");
       return;
@@ -146,16 +146,17 @@ export class Forms {
       `take this &${name} out`).className = "quiet";
   }
 
-  title(values) {
+  title(values, kind) {
     if (values.name) return values.name;
-    const first = Object.entries(values).find(([, value]) => value);
-    return first ? `${first[0]} ${first[1].length > 28 ? "…" : first[1]}` : "";
+    const [name, value] = Object.entries(values).find(([, value]) => value) || ["", ""];
+    const unit = kind?.variables.find((one) => one.name === name)?.unit || "";
+    return `${spoken(name)} ${value.length > 28 ? "…" : `${value} ${unit}`}`.trim();
   }
 
   variable(box, group, number, one, value) {
     const key = `${group} ${number} ${one.name}`;
     const range = one.values && one.kind !== "word" && one.values !== "any" ? `; ${one.values}` : "";
-    const line = row(box, one.name.replaceAll("_", " "), one.unit,
+    const line = row(box, spoken(one.name), one.unit,
       `${one.meaning}${range} (default: ${one.default})`);
     this.fields.set(key, line);
     if (value === null) {
@@ -202,7 +203,7 @@ export class Forms {
     slider.max = high;
     slider.step = one.kind === "integer" ? 1 : (high - low) / 500;
     slider.value = value;
-    slider.setAttribute("aria-label", `${one.name.replaceAll("_", " ")}, slider`);
+    slider.setAttribute("aria-label", `${spoken(one.name)}, slider`);
     slider.addEventListener("input", () => {
       const text = String(+Number(slider.value).toPrecision(4));
       line.field.value = text;

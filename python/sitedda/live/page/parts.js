@@ -7,6 +7,9 @@ let count = 0;
 /** A name for an element that no other has. */
 export const fresh = (stem) => `${stem}-${++count}`;
 
+/** The name of a group or variable in words. */
+export const spoken = (name) => name.replaceAll("_", " ");
+
 export function button(parent, text, act, title = "") {
   const node = element("button", parent, text);
   node.type = "button";

@@ -2,7 +2,7 @@
 
 import {element, short} from "/view/words.js";
 import {fits} from "./forms.js";
-import {button, choice, row, settle, table} from "./parts.js";
+import {button, choice, row, settle, spoken, table} from "./parts.js";
 
 const OVER = ["done", "stopped", "failed"];
 const WORDS = {opening: "is opened", ready: "as drawn", resting: "comes to rest", running: "runs",
@@ -128,14 +128,14 @@ export class ChangePanel {
       const box = element("details", this.form, "", "group");
       box.open = name === "joint";
       const head = element("summary", box);
-      element("strong", head, name.replaceAll("_", " "));
+      element("strong", head, spoken(name));
       element("span", head, values.name || (name === "control" ? "" : String(number)));
       const path = name === "control" ? "control" : `${name}[${number}]`;
       const own = kinds.get(name).variables.filter((v) => names.includes(v.name) && fits(v, values));
       for (const one of own) {
         const value = values[one.name];
         if (value === null || (value === undefined && name !== "joint")) continue;
-        const line = row(box, one.name.replaceAll("_", " "), one.unit, one.meaning);
+        const line = row(box, spoken(one.name), one.unit, one.meaning);
         const field = settle(line, element("input", null)), key = `${path}.${one.name}`;
         field.placeholder = one.default;
         field.dataset.change = key;
@@ -151,7 +151,7 @@ export class ChangePanel {
     element("legend", box, "Begin a stage");
     const fields = {};
     const add = (name, unit, help) => {
-      const line = row(box, name.replaceAll("_", " "), unit, help);
+      const line = row(box, spoken(name), unit, help);
       fields[name] = settle(line, element("input", null));
     };
     add("remove", "", "blocks that are taken out: excavation; names: one, two, all_*");

@@ -1,7 +1,7 @@
 // The start page: shipped examples with pictures, an empty model, the inputs of the folder.
 
 import {element, variable} from "/view/words.js";
-import {button} from "./parts.js";
+import {button, spoken} from "./parts.js";
 
 const STONES = ["#c9b58f", "#8fa3ad", "#b98f73", "#9fae84", "#a99bb8", "#c2c2b8"];
 const WIDTH = 280, HEIGHT = 150;
@@ -36,7 +36,7 @@ export class StartPage {
       card.dataset.name = name;
       const canvas = element("canvas", card);
       canvas.setAttribute("aria-hidden", "true");
-      element("strong", card, name.replaceAll("_", " "));
+      element("strong", card, spoken(name));
       element("span", card, words);
       this.cards.set(name, canvas);
     }
