@@ -20,12 +20,12 @@ module dda_block_matrix
       !> [n+1] first of the entries below the diagonal in each column
       integer, allocatable :: below_start(:)
       integer, allocatable :: below_row(:)     !< [entries] their rows
-      integer, allocatable :: below_entry(:)   !< [entries] their index in `lower`
+      integer, allocatable :: below_entry(:)   !< [entries] their positions in `lower`
       real(wp), allocatable :: diagonal(:,:,:) !< [6,6,n]
       real(wp), allocatable :: lower(:,:,:)    !< [6,6,entries] block (row, column)
    end type block_matrix_type
 
-   integer, parameter :: parallel_from = 500   !< block rows from which threads repay their start
+   integer, parameter :: parallel_from = 500   !< block rows from which threads save time
 
 contains
 

@@ -7,7 +7,7 @@ module dda_rank_one
    private
    public :: rank_one_type, most_changes, drift, forget_changes, add_change
 
-   integer, parameter :: most_changes = 160   !< that are kept; more are only counted
+   integer, parameter :: most_changes = 160   !< stored changes; further ones are only counted
    !> relative change of a term that is ignored, such as a small change of geometry
    real(wp), parameter :: drift = 1.0e-3_wp
 

@@ -13,7 +13,7 @@ module dda_arguments
    type :: arguments_type
       character(len=:), allocatable :: command   !< 'run', 'resume', 'check', 'help' or 'version'
       character(len=:), allocatable :: file      !< input file
-      character(len=:), allocatable :: output    !< '' or the output file, instead of the input's
+      character(len=:), allocatable :: output  !< output file that replaces the input's; '' if none
       character(len=longest_change), allocatable :: changes(:)  !< 'NAME=VALUE' each
       logical :: quiet = .false.                 !< no progress lines
       logical :: check_first = .false.           !< run only if the check does not fail

@@ -12,7 +12,7 @@ module dda_progress
    !> When the run began and when the last line was shown.
    type :: progress_type
       integer(long) :: begun = 0, shown = 0, rate = 1
-      real(wp) :: first = 0.0_wp     !< s of the model when it began
+      real(wp) :: first = 0.0_wp     !< time of the model at the start, s
       logical :: quiet = .false.
    end type progress_type
 

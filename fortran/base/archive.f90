@@ -39,8 +39,8 @@ module dda_archive
       class(archive_stream_type), allocatable :: stream
       integer(long) :: at = 0                    !< bytes written or read
       integer(long) :: before = 0                !< bytes before the first of `bytes`
-      integer(long) :: length = 0                !< bytes that there are to read
-      character(len=:), allocatable :: failure   !< why the rest cannot be read
+      integer(long) :: length = 0                !< number of bytes to be read
+      character(len=:), allocatable :: failure   !< reason why the rest cannot be read
    end type archive_type
 
    !> One value, an array that has its size already, or a text.

@@ -12,7 +12,7 @@ module dda_doubts
    type :: doubt_type
       character(len=:), allocatable :: topic  !< topic; blank: none
       character(len=:), allocatable :: words  !< a sentence
-      logical :: of_check = .false.           !< the check of the model has reported it
+      logical :: of_check = .false.           !< reported by the check of the model
    end type doubt_type
 
 contains

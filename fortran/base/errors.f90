@@ -13,15 +13,15 @@ module dda_errors
    !> A failure: its kind, and a message with position and remedy.
    type :: error_type
       integer :: kind                          !< one of the `error_…` constants
-      character(len=:), allocatable :: message !< one sentence or more, for a person
+      character(len=:), allocatable :: message !< one or more sentences for the user
    end type error_type
 
    integer, parameter :: error_input = 1        !< the input cannot be run
-   integer, parameter :: error_check = 2        !< a pre-check refuses the run
+   integer, parameter :: error_check = 2        !< the check rejects the run
    integer, parameter :: error_convergence = 3  !< a step does not converge
    integer, parameter :: error_solver = 4       !< the linear system cannot be solved
    integer, parameter :: error_file = 5         !< a file cannot be read or written
-   integer, parameter :: error_interrupted = 6  !< stopped on request, results so far kept
+   integer, parameter :: error_interrupted = 6  !< stopped on request; results so far are saved
    integer, parameter :: error_memory = 7       !< there is not enough memory
    integer, parameter :: error_checkpoint = 8   !< no checkpoint can be used to continue from
 
@@ -31,7 +31,7 @@ contains
    pure subroutine fail(error, kind, message)
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer, intent(in) :: kind  !< `error_…`
-      character(len=*), intent(in) :: message  !< one sentence or more, for a person
+      character(len=*), intent(in) :: message  !< one or more sentences for the user
 
       error = error_type(kind, message)
    end subroutine fail

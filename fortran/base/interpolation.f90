@@ -13,7 +13,7 @@ contains
    pure subroutine find_interval(times, time, k, last, share)
       real(wp), intent(in) :: times(:)  !< s, ascending, times(1) ≤ time ≤ times(size(times))
       real(wp), intent(in) :: time      !< s
-      integer, intent(out) :: k, last   !< ends of the interval; the same in a table of one time
+      integer, intent(out) :: k, last   !< ends of the interval; equal in a table of one time
       real(wp), intent(out) :: share    !< 0 … 1
       integer :: middle
 

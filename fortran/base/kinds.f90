@@ -8,7 +8,7 @@ module dda_kinds
 
    integer, parameter :: wp = real64    !< working precision of all physics
    integer, parameter :: sp = real32    !< single precision, for preconditioners only
-   integer, parameter :: long = int64   !< counters that may pass 2**31
+   integer, parameter :: long = int64   !< counters that may exceed 2**31
 
    real(wp), parameter :: pi = acos(-1.0_wp)
 

@@ -10,8 +10,8 @@ contains
 
    !> The first name that appears before, blanks aside, and how many other names do.
    pure subroutine find_repeated(names, first, more)
-      character(len=*), intent(in) :: names(:)  !< [any] blank ones do not count
-      integer, intent(out) :: first            !< position of the first that appears before; 0: none
+      character(len=*), intent(in) :: names(:)  !< [any] names; blank names are ignored
+      integer, intent(out) :: first            !< position of the first repeated name; 0: none
       integer, intent(out) :: more              !< other names that appear more than once
       integer, allocatable :: slot(:)           ! open addressing, at most half full
       logical, allocatable :: known(:)          ! the name at this position is known to be repeated

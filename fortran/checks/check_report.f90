@@ -45,10 +45,10 @@ module dda_check_report
       real(wp) :: shortest(2) = 0.0_wp  !< least time in which an S and a P wave cross a block, s
       real(wp) :: longest = 0.0_wp      !< largest time in which an S wave crosses a block, s
       real(wp) :: slowest = 0.0_wp      !< velocity of S waves in that block, m/s
-      real(wp) :: block_size(2) = 0.0_wp  !< least and largest of the blocks' smaller sides, m
+      real(wp) :: block_size(2) = 0.0_wp  !< smallest and largest of the smaller sides of blocks, m
       real(wp) :: speed(2) = 0.0_wp       !< least S and largest P wave speed, m/s
       real(wp) :: ringing = 0.0_wp        !< steps to 1/e of the slowest alternating mode
-      real(wp) :: shift = 0.0_wp          !< of the first frequency by the compliance of the joints
+      real(wp) :: shift = 0.0_wp  !< reduction of the first frequency by compliance of joints
       real(wp) :: memory = 0.0_wp         !< bytes of the state, about
       real(wp) :: seconds = 0.0_wp        !< of the run, estimated, s; 0: not known
    end type report_type

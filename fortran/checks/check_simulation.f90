@@ -39,7 +39,7 @@ module dda_check_simulation
    integer, parameter :: wanted_modes = 5
    integer, parameter :: timed_steps = 3, timed_blocks = 5000
    integer, parameter :: many_blocks = 1000              !< blocks from which sudden gravity is slow
-   real(wp), parameter :: least_slope = 0.5_wp              !< |n·g|/|g| of other than head joints
+   real(wp), parameter :: least_slope = 0.5_wp  !< |n·g|/|g| above which a joint is not a head joint
    integer, parameter :: stiff_limit_blocks = 2000 !< size beyond which the stiff limit is estimated
 
 contains
@@ -189,7 +189,7 @@ contains
 
       call find_omega_max(linear, report%highest, error)
       if (allocated(error)) then
-         report%highest%omega = 0.0_wp     ! the search has not found a frequency
+         report%highest%omega = 0.0_wp     ! the search found no frequency
          report%highest%residual = 0.0_wp
          call add_line(report, verdict_warn, 'highest frequency', error%message, 'ARPACK', '')
          return
@@ -281,7 +281,7 @@ contains
    !> Report the penalty relative to the stiffness of blocks, and its effect on the first frequency.
    subroutine check_penalty(simulation, modulus, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      real(wp), intent(in) :: modulus  !< of the stiffest block, the largest that it reaches, Pa
+      real(wp), intent(in) :: modulus  !< largest modulus of the stiffest block, Pa
       type(linear_model_type), intent(inout) :: linear  !< unchanged on return
       type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error

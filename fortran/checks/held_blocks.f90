@@ -14,7 +14,7 @@ module dda_held_blocks
    private
    public :: find_grounded, find_supported
 
-   real(wp), parameter :: least_share = 1.0e-6_wp  !< of a spring along gravity: rounding is less
+   real(wp), parameter :: least_share = 1.0e-6_wp  !< fraction of a spring; rounding is less
 
 contains
 
@@ -55,7 +55,7 @@ contains
       logical, intent(in) :: held(:)         !< [blocks] supported by springs to the ground
       type(linear_terms_type), intent(in) :: terms        !< springs of elements
       type(overburden_type), intent(in) :: overburden     !< with pairs of blocks
-      logical, allocatable, intent(out) :: supported(:)   !< [blocks] all if pairs are too many
+      logical, allocatable, intent(out) :: supported(:) !< [blocks] all, if there are too many pairs
       type(neighbours_type) :: near
       integer :: part(model%blocks%n), i, k
       logical :: changed

@@ -14,7 +14,7 @@ module dda_impact_regime
    private
    public :: impact_regime_type, find_impact_regime
 
-   real(wp), parameter :: resolved = 0.5_wp  !< Ω up to which the phase does not matter
+   real(wp), parameter :: resolved = 0.5_wp  !< Ω below which the phase has no influence
 
    !> Regime of the unbonded contacts of a simulation.
    type :: impact_regime_type

@@ -43,8 +43,8 @@ module dda_linear_model
    integer, parameter :: energy_kinds = term_kinds + 1
    character(len=*), parameter :: kind_names(energy_kinds) = [character(len=22) :: term_names, &
       'strain of blocks']
-   real(wp), parameter :: touching = 1.0e-6_wp  !< of the smaller block: no gap
-   real(wp), parameter :: alike = 1.0e-3_wp  !< of an energy: differences of equal frequencies
+   real(wp), parameter :: touching = 1.0e-6_wp  !< fraction of the smaller block: no gap
+   real(wp), parameter :: alike = 1.0e-3_wp  !< difference of equal energies, relative
    !> Stiffness terms, by the instant in a step at which they act.
    real(wp), parameter :: stiffness_weights(instants) = [1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
       0.0_wp, 0.0_wp]
@@ -60,9 +60,9 @@ module dda_linear_model
       real(wp) :: normal_stiffness = 0.0_wp         !< k_n, N/m per metre of thickness
       real(wp) :: modulus = 0.0_wp                  !< stiffest block material, Pa
       type(damping_type), allocatable :: damping(:) !< of materials, different from each other
-      integer, allocatable :: law(:)                !< [n] which of them; 0: none
+      integer, allocatable :: law(:)                !< [n] damping law of each block; 0: none
       real(wp), allocatable :: given(:,:,:)         !< [3,3,n] `elastic` with the given modulus
-      real(wp), allocatable :: given_terms(:)       !< [terms] coefficients, the same; once needed
+      real(wp), allocatable :: given_terms(:)  !< [terms] coefficients for that modulus, if needed
       type(scheme_type) :: scheme                   !< of the run
       real(wp) :: time_step = 0.0_wp                !< Δt of the run, s
       real(wp) :: dynamic_factor = 1.0_wp           !< of the run
@@ -87,7 +87,7 @@ module dda_linear_model
    type :: energy_share_type
       real(wp) :: total = 0.0_wp                  !< xᵀKx, summed without cancellation
       real(wp) :: share(energy_kinds) = 0.0_wp    !< of each kind, sum 1 (0 if there is no energy)
-      real(wp) :: of_penalty = 0.0_wp             !< fraction of springs in proportion to k_n
+      real(wp) :: of_penalty = 0.0_wp             !< fraction of springs proportional to k_n
       !> term, or block for strain, with the largest energy of its kind
       integer :: holder(energy_kinds) = 0
       real(wp) :: most(energy_kinds) = 0.0_wp     !< its fraction of all
@@ -313,7 +313,7 @@ contains
    subroutine add_contacts(linear, simulation, contacts, all_closed)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       logical, intent(in) :: all_closed  !< all contacts in touch count as sticking
       type(linear_term_type) :: term
       type(rows_type) :: rows
@@ -358,7 +358,7 @@ contains
    !> They are the instant at which it acts, and whether its stiffness is a penalty.
    pure subroutine set_law(laws, contacts, c, term)
       type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
-      type(contacts_type), intent(in) :: contacts     !< this step's list
+      type(contacts_type), intent(in) :: contacts     !< contacts of this step
       integer, intent(in) :: c                        !< number of the contact
       type(linear_term_type), intent(inout) :: term   !< of its springs
 
@@ -372,7 +372,7 @@ contains
    !> Slope of the normal force of contact c at its present closure, N/m per metre of thickness.
    pure real(wp) function normal_slope(laws, contacts, c) result(slope)
       type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
-      type(contacts_type), intent(in) :: contacts     !< this step's list
+      type(contacts_type), intent(in) :: contacts     !< contacts of this step
       integer, intent(in) :: c                        !< number of the contact
 
       slope = laws%normal_stiffness

@@ -15,12 +15,12 @@ module dda_magnitudes
    real(wp), parameter :: weights(2) = [10.0_wp, 40.0_wp]
    real(wp), parameter :: of_foam(2) = [1.0e5_wp, 1.0e8_wp]  !< Pa: range of block materials
    real(wp), parameter :: least_strength = 100.0_wp  !< Pa: 1 cm of soil weighs more
-   real(wp), parameter :: most_acceleration = 45.0_wp  !< m/s²: the largest that was recorded
+   real(wp), parameter :: most_acceleration = 45.0_wp  !< m/s²: the largest recorded value
    real(wp), parameter :: largest_model = 5000.0_wp    !< m
    real(wp), parameter :: few_steps = 10.0_wp          !< of the duration of a motion
    real(wp), parameter :: fastest = 40.0_wp     !< m/s, above velocities of falling rock
-   real(wp), parameter :: most_turn = 0.1_wp    !< rad in a step, of which the cosine is .995
-   real(wp), parameter :: highest_head = 10.0_wp  !< above the model, of its height
+   real(wp), parameter :: most_turn = 0.1_wp    !< rad in a step, with cosine 0.995
+   real(wp), parameter :: highest_head = 10.0_wp  !< highest level over the model height
    real(wp), parameter :: deepest_bed = 0.05_wp   !< of the height of the model
 
 contains

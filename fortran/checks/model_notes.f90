@@ -21,7 +21,7 @@ module dda_model_notes
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
    real(wp), parameter :: most_rounding = 0.01_wp  !< of a duration
    real(wp), parameter :: most_strain = 0.02_wp    !< that counts as small
-   real(wp), parameter :: deepest = 0.05_wp        !< of the smaller side of a block
+   real(wp), parameter :: deepest = 0.05_wp        !< fraction of the smaller side of a block
 
 contains
 
@@ -76,7 +76,7 @@ contains
 
    !> Text ' (and 3 more)' for further cases; blank if there are none.
    pure function others(number) result(words)
-      integer, intent(in) :: number  !< number besides the named one
+      integer, intent(in) :: number  !< number of further ones
       character(len=:), allocatable :: words
 
       words = ''

@@ -28,7 +28,7 @@ module dda_modes
    !> The lowest modes with stiffness, ascending.  Arrays are [n] unless stated.
    type :: modes_type
       integer :: n = 0                              !< modes found
-      integer :: rigid = 0                          !< free motions of loose parts as rigid bodies
+      integer :: rigid = 0                          !< rigid-body modes of unsupported parts
       !> further motions without stiffness, as hinges and slides
       integer :: mechanisms = 0
       real(wp), allocatable :: omega(:)             !< rad/s
@@ -40,14 +40,14 @@ module dda_modes
       !> [2,n] Γ² / total mass; sums to 1 over all modes
       real(wp), allocatable :: effective_mass(:,:)
       real(wp), allocatable :: damping(:)           !< ζ in free vibration at Δt
-      real(wp), allocatable :: of_scheme(:)         !< part of it by the time integration
+      real(wp), allocatable :: of_scheme(:)         !< part of ζ due to the time integration
       !> period error of the scheme, relative; −1: no oscillation
       real(wp), allocatable :: elongation(:)
       real(wp) :: total_mass = 0.0_wp               !< kg per metre of thickness
       character(len=:), allocatable :: words        !< on what is singular, and on contacts
    end type modes_type
 
-   real(wp), parameter :: nothing = 1.0e-14_wp  !< of the scale of ω_max²: no stiffness
+   real(wp), parameter :: nothing = 1.0e-14_wp  !< fraction of the scale of ω_max²: no stiffness
 
 contains
 
@@ -87,7 +87,7 @@ contains
    !> Each iteration computes ω² = Σ (energies at ω) for the given shape, and then the shape.
    subroutine adapt_moduli(linear, pairs, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(eigenpairs_type), intent(inout) :: pairs  !< of the given moduli, then of their own
+      type(eigenpairs_type), intent(inout) :: pairs  !< pairs for given moduli, then for their own
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer, parameter :: most_passes = 10, inner_passes = 6
       real(wp), parameter :: close_enough = 1.0e-11_wp  !< of ω²

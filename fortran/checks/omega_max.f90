@@ -37,8 +37,8 @@ module dda_omega_max
       integer(long) :: products = 0      !< of K with a vector
       type(bracket_type) :: bracket
       type(energy_share_type) :: energy        !< of its mode
-      integer :: kind = 0                !< governing kind: the one with most of that energy
-      integer :: spring = 0              !< spring of that kind that has the most, else 0
+      integer :: kind = 0                !< governing kind, with most of the energy
+      integer :: spring = 0              !< spring of that kind with most energy, else 0
       !> blocks of that spring, or the block with the largest strain energy
       integer :: block(2) = 0
       real(wp), allocatable :: shape(:,:)          !< [6,n] mass-normalised

@@ -19,8 +19,8 @@ module dda_overburden
    type :: overburden_type
       real(wp), allocatable :: width(:)     !< [blocks] across gravity, m
       real(wp), allocatable :: weight(:)    !< [blocks] weight on its base, including its own, N/m
-      integer, allocatable :: beneath(:)    !< [blocks] number of blocks next below
-      integer, allocatable :: pair(:,:)     !< [2,any] a block, and one next below it
+      integer, allocatable :: beneath(:)    !< [blocks] number of blocks directly below
+      integer, allocatable :: pair(:,:)     !< [2,any] a block, and a block directly below it
       integer :: pairs = 0
    end type overburden_type
 

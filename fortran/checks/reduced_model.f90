@@ -35,17 +35,17 @@ module dda_reduced_model
    integer, parameter :: most_vectors = 240
    integer, parameter :: samples = 16                 !< frequencies, evenly over the band
    integer, parameter :: most_expansions = 60         !< at one of them
-   real(wp), parameter :: accuracy = 1.0e-10_wp       !< of K⁻¹ times the residual, relative
-   real(wp), parameter :: rounding = 1.0e-8_wp        !< the same, if no vector reduces it
-   real(wp), parameter :: tolerable = 1.0e-5_wp       !< the same, beyond which there is no result
+   real(wp), parameter :: accuracy = 1.0e-10_wp       !< relative accuracy of K⁻¹ times the residual
+   real(wp), parameter :: rounding = 1.0e-8_wp        !< accuracy if no vector reduces the residual
+   real(wp), parameter :: tolerable = 1.0e-5_wp       !< largest residual of a result
    real(wp), parameter :: independent = 1.0e-8_wp     !< smallest new fraction of a vector
-   real(wp), parameter :: shift_share = 0.05_wp       !< √s over the end of the band, rad/s
+   real(wp), parameter :: shift_share = 0.05_wp       !< √s over the end of the band
 
    !> Factors of the parts of A in steady vibration.
    type :: weights_type
-      complex(wp) :: inertia = 0.0_wp         !< of M, instead of −ω², 1/s²
+      complex(wp) :: inertia = 0.0_wp         !< factor of M in place of −ω², 1/s²
       complex(wp) :: load = 0.0_wp            !< of forces at t₀ + θΔt
-      complex(wp) :: ground(instants) = 0.0_wp  !< of ground forces through terms of an instant
+      complex(wp) :: ground(instants) = 0.0_wp  !< factor of ground forces of an instant
       !> [instants + 2 damping] terms by instant, then extra elasticity and mass per damping law
       complex(wp), allocatable :: part(:)
    end type weights_type
@@ -198,7 +198,7 @@ contains
             a(i, i) = a(i, i) + weights%inertia
          end do
          y = matmul(reduced%force(:m, :), load)
-         if (m == 0) return  ! parts on dashpots only have no static response
+         if (m == 0) return  ! parts supported only by dashpots have no static response
          call zsysv('L', m, 1, a, m, pivot, y, m, work, size(work), info)
          ! On an undamped resonance, only round-off limits the solution.
          if (info > 0) y = y/(epsilon(1.0_wp)*abs(weights%inertia))

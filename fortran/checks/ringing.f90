@@ -20,7 +20,7 @@ module dda_ringing
 
    !> The slowest alternating mode.
    type :: ringing_type
-      real(wp) :: steps = 0.0_wp             !< to fall to 1/e; 0: nothing rings; huge: no decay
+      real(wp) :: steps = 0.0_wp  !< steps of decay to 1/e; 0: nothing rings; huge: no decay
       real(wp) :: resolution = 0.0_wp        !< Ω = ωΔt of it
       character(len=:), allocatable :: words
       character(len=:), allocatable :: advice

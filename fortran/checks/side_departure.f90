@@ -16,7 +16,7 @@ module dda_side_departure
    private
    public :: find_side_departure
 
-   integer, parameter :: cells = 400  !< of the bar, from one side to the other
+   integer, parameter :: cells = 400  !< cells of the bar, from one side to the other
 
    !> The bar: values per cell, and at both ends.
    type :: bar_type

@@ -10,7 +10,7 @@ module dda_softening
    private
    public :: coarse_points, long_steps
 
-   real(wp), parameter :: least_spacings = 2.0_wp  !< of three points within a cohesive zone
+   real(wp), parameter :: least_spacings = 2.0_wp !< spacings of three points within a cohesive zone
    !> steps per longest stable step for which the bounds of the fracture energy of a joint that
    !> snaps differ by at most 10 %, measured with bars
    real(wp), parameter :: fine_steps = 20.0_wp

@@ -36,7 +36,7 @@ module dda_transfer
    type :: transfer_peak_type
       real(wp) :: frequency = 0.0_wp  !< Hz
       real(wp) :: amplitude = 0.0_wp
-      logical :: inside = .false.     !< a maximum, not the edge of the band
+      logical :: inside = .false.     !< a maximum, not at the edge of the band
    end type transfer_peak_type
 
 contains
@@ -48,8 +48,8 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: points(2)      !< numbers of the measured points: out, in; 0: motion
       integer, intent(in) :: axes(2)        !< 1: x, 2: y, of each
-      integer, intent(in) :: base_axis      !< along which the base moves
-      real(wp), intent(in) :: highest       !< frequency up to which it will be requested, Hz
+      integer, intent(in) :: base_axis      !< direction of the base motion
+      real(wp), intent(in) :: highest       !< highest frequency of evaluation, Hz
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: static(:,:), force(:,:,:)
       integer :: i, j

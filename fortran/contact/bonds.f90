@@ -11,7 +11,7 @@ module dda_bonds
    private
    public :: bond_contacts
 
-   real(wp), parameter :: touching = 1.0e-6_wp    !< of the edge's length: no gap
+   real(wp), parameter :: touching = 1.0e-6_wp    !< fraction of the edge length: no gap
 
 contains
 

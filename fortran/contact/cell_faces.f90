@@ -14,7 +14,7 @@ module dda_cell_faces
    public :: find_faces, find_gap, part_cells
 
    real(wp), parameter :: same_place = 1.0e-6_wp  !< of the smaller radius
-   real(wp), parameter :: near = 0.1_wp  !< of the smaller radius: nearer cells are joined
+   real(wp), parameter :: near = 0.1_wp  !< fraction of the smaller radius: nearer cells are joined
 
 contains
 
@@ -63,7 +63,7 @@ contains
    !> both.
    subroutine part_cells(blocks, first, welds)
       type(blocks_type), intent(inout) :: blocks  !< its lists are replaced
-      type(blocks_type), intent(in) :: first      !< with the lists of all that were joined
+      type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
       type(weld_type), intent(in) :: welds(:)     !< of all bodies
       type(weld_type), allocatable :: holding(:)
       integer, allocatable :: start(:), face(:), joined(:,:)
@@ -87,7 +87,7 @@ contains
 
    !> .true. if a path of faces connects two cells.
    pure logical function are_linked(first, holding, start, face, pair)
-      type(blocks_type), intent(in) :: first     !< with the lists of all that were joined
+      type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
       type(weld_type), intent(in) :: holding(:)  !< intact faces
       integer, intent(in) :: start(:), face(:)   !< first face of each cell, and faces by cells
       integer, intent(in) :: pair(2)             !< joined cells
@@ -116,7 +116,7 @@ contains
 
    !> .true. if two cells were joined at the start.
    pure logical function were_joined(first, a, b)
-      type(blocks_type), intent(in) :: first  !< with the lists of all that were joined
+      type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
       integer, intent(in) :: a, b             !< cells
 
       associate (low => min(a, b), high => max(a, b))
@@ -155,7 +155,7 @@ contains
    !> Unit: m from the first vertex of e; the interval is empty if the edges do not touch.
    pure subroutine find_overlap(blocks, e, f, small, low, high)
       type(blocks_type), intent(in) :: blocks  !< at the start
-      integer, intent(in) :: e, f              !< edges, by their first vertices
+      integer, intent(in) :: e, f              !< edges, given by their first vertices
       real(wp), intent(in) :: small            !< m, no distance
       real(wp), intent(out) :: low, high       !< m
       real(wp) :: from(2), to(2), normal(2)

@@ -22,10 +22,10 @@ module dda_cohesive
    private
    public :: cohesive_type, new_cohesive, spent_bounds
 
-   integer, parameter :: spent_bounds(2) = [4, 5]  !< memory columns: bounds of the energy spent
+   integer, parameter :: spent_bounds(2) = [4, 5] !< memory columns: bounds of the dissipated energy
 
-   real(wp), parameter :: nothing = 1.0e-6_wp  !< of the strength: end of exponential softening
-   integer, parameter :: most_steps = 60       !< of Newton's method, which is monotone
+   real(wp), parameter :: nothing = 1.0e-6_wp  !< final fraction of the strength in softening
+   integer, parameter :: most_steps = 60       !< iterations of Newton's method, which is monotone
 
    !> Strength and fracture energies.
    type, extends(joint_law_type) :: cohesive_type
@@ -70,7 +70,7 @@ contains
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(cohesive_type), intent(in) :: law   !< of the joint
       type(joint_type), intent(inout) :: joint  !< input of the law
-      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, if the joint has no value of its own
+      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, if the joint does not set its own
       character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
       real(wp) :: shear_stiffness
 

@@ -15,7 +15,7 @@ module dda_confinement
    private
    public :: confine_contacts
 
-   real(wp), parameter :: touching = 1.0e-6_wp    !< of the edge's length: no gap
+   real(wp), parameter :: touching = 1.0e-6_wp    !< fraction of the edge length: no gap
 
 contains
 
@@ -58,7 +58,7 @@ contains
 
    !> Mean stress of the blocks of contact c at its position, Pa.
    pure function tensor_at(contacts, blocks, gradient, c) result(tensor)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(blocks_type), intent(in) :: blocks      !< in their first state
       real(wp), intent(in) :: gradient(:,:)        !< [2,blocks] ∂σx/∂y and ∂σy/∂y, Pa/m
       integer, intent(in) :: c                     !< number of the contact

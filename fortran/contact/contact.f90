@@ -25,11 +25,11 @@ module dda_contact
    ! Action of the springs of a contact in this step, see dda_contact_damping.
    integer, parameter :: not_damped = 0     !< as springs alone
    integer, parameter :: is_damped = 1      !< with dashpots
-   integer, parameter :: is_struck = 2      !< by the impact law: struck in this step
-   integer, parameter :: is_carried = 3     !< by the impact law: one of its blocks is struck
-   integer, parameter :: is_lifted = 4      !< opened by the impact: keeps a fraction of its force
+   integer, parameter :: is_struck = 2      !< impact law: struck in this step
+   integer, parameter :: is_carried = 3     !< impact law: one of its blocks is struck
+   integer, parameter :: is_lifted = 4      !< impact law: opened, retains part of its force
 
-   integer, parameter :: spare = 64         !< memory is reserved for one more contact per so many
+   integer, parameter :: spare = 64         !< memory is reserved for one extra contact per 64
 
    !> List of contacts as structure of arrays; entries 1 … n are used.
    type :: contacts_type
@@ -40,9 +40,9 @@ module dda_contact
       ! unsaved, set before it is used: gap_change, slip_change
       integer :: n = 0
       ! Identity
-      integer, allocatable :: vertex(:)    !< touching vertex; for a point between corners, its edge
-      integer, allocatable :: edge(:)          !< edge touched, named by its first vertex
-      integer, allocatable :: corner(:)        !< vertex met corner to corner, else 0
+      integer, allocatable :: vertex(:)    !< touching vertex; for a point between corners, an edge
+      integer, allocatable :: edge(:)          !< touched edge, given by its first vertex
+      integer, allocatable :: corner(:)        !< vertex of a contact of two corners, else 0
       integer, allocatable :: block_v(:)       !< block of the vertex
       integer, allocatable :: block_e(:)       !< block of the edge
       integer, allocatable :: pair(:)          !< number of the near pair of its two blocks
@@ -55,9 +55,9 @@ module dda_contact
       ! History
       integer, allocatable :: joint(:)       !< number of the joint material, see dda_contact_joints
       integer, allocatable :: state(:)         !< open, slide or stick
-      logical, allocatable :: bonded(:)        !< cohesion and tension not yet lost
+      logical, allocatable :: bonded(:)        !< bond with cohesion and tension is intact
       logical, allocatable :: was_bonded(:)    !< at the start of the step
-      logical, allocatable :: was_closed(:)    !< its normal spring acted at the start of the step
+      logical, allocatable :: was_closed(:)    !< the normal spring acted at the start of the step
       !> signed distance at which the normal spring is free of force, m: ≤ 0, or from initial stress
       real(wp), allocatable :: offset(:)
       real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
@@ -65,36 +65,36 @@ module dda_contact
       logical :: with_multipliers = .false.
       logical :: with_strengths = .false.
       real(wp), allocatable :: multiplier(:)   !< of the augmented Lagrangian, N/m
-      real(wp), allocatable :: bond_length(:)  !< length that the bond acts on, m
+      real(wp), allocatable :: bond_length(:)  !< bonded length, m
       !> (force − strength)/strength of a bond
       real(wp), allocatable :: strength_ratio(:)
       ! History and linearised normal force, only in models with joint laws
       logical :: with_laws = .false.
-      real(wp), allocatable :: length(:)       !< tributary length, m; 0: not yet taken
+      real(wp), allocatable :: length(:)       !< tributary length, m; 0: not yet set
       integer, allocatable :: point(:)   !< number in its overlap, see dda_contact_points; 0: corner
-      real(wp), allocatable :: fraction(:)     !< of a point: fraction of its edge before it, else 0
+      real(wp), allocatable :: fraction(:)  !< position of a point as a fraction of its edge, else 0
       real(wp), allocatable :: share(:)     !< fraction of the stiffness of a contact, 1 at a corner
       real(wp), allocatable :: memory(:,:)     !< [columns,n] memory of the joint laws
-      real(wp), allocatable :: begins(:)       !< the same for a contact without history
+      real(wp), allocatable :: begins(:)       !< columns of a contact without history
       real(wp), allocatable :: was_weakened(:) !< at the start of the step
       !> [2,n] slopes: of the normal force −dN/dgap, and of the shear force if sticking, N/m
       real(wp), allocatable :: tangent(:,:)
-      real(wp), allocatable :: line(:,:)       !< [2,n] the same forces at no gap and stretch, N/m
+      real(wp), allocatable :: line(:,:)       !< [2,n] these forces at zero gap and stretch, N/m
       !> [2,n] rise per slip of a contact that slides and is lifted by slip: assumed; in K̂.  Its
       !> normal force acts along gap − rise × slip; `slide_force` is the rest of friction
       real(wp), allocatable :: tilt(:,:)
-      real(wp) :: time_step = 0.0_wp           !< s, of this step; 0: in the search for rest
+      real(wp) :: time_step = 0.0_wp           !< Δt of this step, s; 0: in static steps
       ! The same, if a law depends on the direction of slip
       logical :: with_net_slip = .false.
       real(wp), allocatable :: acting_damage(:) !< damage of the acting bond, else 1
-      real(wp), allocatable :: slider(:)       !< shear force of friction, without the bond
+      real(wp), allocatable :: slider(:)       !< friction force without the bond
       !> in this step it first slips back to its centre: assumed; by the law at the solution
       logical, allocatable :: past_centre(:), trial_past_centre(:)
       ! Damping and impacts, only in models with such joints
       logical :: with_damping = .false.
       integer, allocatable :: damping(:)       !< one of the constants above
-      real(wp), allocatable :: rate(:,:)       !< [2,n] of gap and slip at the step's start, m/s
-      real(wp), allocatable :: lead(:)         !< s: its spring acts at gap + lead × rate
+      real(wp), allocatable :: rate(:,:)       !< [2,n] initial rates of gap and slip, m/s
+      real(wp), allocatable :: lead(:)         !< lead, s: its spring acts at gap + lead × rate
       real(wp), allocatable :: spring_gap(:)   !< gap + lead × rate at the start of the step, m
       real(wp), allocatable :: static_force(:) !< normal force without that of impacts, N/m
       !> [2,n] derivatives: of the acting gap by the gap, and of the acting stretch by the slip
@@ -111,11 +111,11 @@ module dda_contact
       !> retained stiffness: fraction of the shear spring of a sliding contact, or of the normal
       !> spring of an open one
       real(wp), allocatable :: retained(:)
-      real(wp), allocatable :: retained_at(:)  !< slip or gap at its zero force, m
+      real(wp), allocatable :: retained_at(:)  !< slip or gap at which the retained force is zero, m
       real(wp), allocatable :: spring(:,:)     !< [2,n] normal and shear stiffness in K̂, N/m
       real(wp), allocatable :: free_force(:,:) !< [2,n] assumed normal and shear force at d = 0, N/m
-      integer, allocatable :: close_count(:)   !< how often it has closed in this step's iteration
-      integer, allocatable :: trial_state(:)   !< state that the law gives at the solution
+      integer, allocatable :: close_count(:)   !< number of closings in the iteration of this step
+      integer, allocatable :: trial_state(:)   !< state by the law at the solution
       !> largest difference between assumed and computed force, N/m
       real(wp), allocatable :: force_residual(:)
       real(wp), allocatable :: new_gap(:)      !< gap at the end of the step, linear in d, m
@@ -123,7 +123,7 @@ module dda_contact
       !> change of the gap and of the slip by the last solve, m; set by the line search
       real(wp), allocatable :: gap_change(:), slip_change(:)
       real(wp), allocatable :: normal_force(:) !< compression positive, N/m
-      real(wp), allocatable :: shear_force(:)  !< resists slip of the vertex along the edge, N/m
+      real(wp), allocatable :: shear_force(:)  !< shear force against slip of the vertex, N/m
    end type contacts_type
 
    !> An operation that is applied to every variable of a list, see `for_each_variable`.
@@ -163,7 +163,7 @@ contains
    !> Apply an operation to every variable of a list, in the order of the checkpoint.
    subroutine for_each_variable(contacts, operation)
       type(contacts_type), intent(inout) :: contacts            !< list operated on
-      class(operation_type), intent(inout) :: operation         !< called for one array at a time
+      class(operation_type), intent(inout) :: operation  !< operation that is applied to each array
 
       call for_each_kept(contacts, operation)
       call for_each_of_step(contacts, operation)
@@ -172,7 +172,7 @@ contains
    !> Apply an operation to the variables that the next step needs.
    subroutine for_each_kept(contacts, operation)
       type(contacts_type), intent(inout) :: contacts            !< list operated on
-      class(operation_type), intent(inout) :: operation         !< called for one array at a time
+      class(operation_type), intent(inout) :: operation  !< operation that is applied to each array
 
       call operation%apply(integers=contacts%vertex)
       call operation%apply(integers=contacts%edge)
@@ -204,7 +204,7 @@ contains
    !> Apply an operation to the variables that are needed within a step only.
    subroutine for_each_of_step(contacts, operation)
       type(contacts_type), intent(inout) :: contacts            !< list operated on
-      class(operation_type), intent(inout) :: operation         !< called for one array at a time
+      class(operation_type), intent(inout) :: operation  !< operation that is applied to each array
 
       call operation%apply(integers=contacts%pair)
       call operation%apply(reals=contacts%gap)
@@ -237,7 +237,7 @@ contains
    !> Apply an operation to the variables of damping and impacts.
    subroutine for_each_of_damping(contacts, operation)
       type(contacts_type), intent(inout) :: contacts            !< list operated on
-      class(operation_type), intent(inout) :: operation         !< called for one array at a time
+      class(operation_type), intent(inout) :: operation  !< operation that is applied to each array
 
       call operation%apply(integers=contacts%damping)
       call operation%apply(columns=contacts%rate)

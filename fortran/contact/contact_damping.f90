@@ -39,7 +39,7 @@ module dda_contact_damping
       real(wp) :: stored = 0.0_wp       !< in its springs
       real(wp) :: friction = 0.0_wp     !< by slip
       real(wp) :: damping = 0.0_wp      !< in dashpots
-      real(wp) :: impact = 0.0_wp       !< in impacts, with their friction
+      real(wp) :: impact = 0.0_wp       !< loss in impacts, including their friction
       real(wp) :: algorithmic = 0.0_wp  !< by the time integration
    end type losses_type
 
@@ -47,7 +47,7 @@ contains
 
    !> Set the dashpots of all contacts for the next step, before impacts are detected.
    subroutine damp_contacts(contacts, laws, blocks, step)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, with joints
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with joints
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the next step
@@ -66,7 +66,7 @@ contains
 
    !> Set the dashpots of contacts first … last.
    pure subroutine damp_range(contacts, laws, blocks, step, first, last)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, with joints
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with joints
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the next step
@@ -87,7 +87,7 @@ contains
 
    !> Set the dashpots of an unbonded contact.
    pure subroutine damp(contacts, laws, step, c)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the next step
       integer, intent(in) :: c  !< number of the contact
@@ -116,7 +116,7 @@ contains
 
    !> Find the normal forces of contacts without impact forces after the converged step.
    pure subroutine find_static_forces(contacts)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       integer :: c
 
       do c = 1, contacts%n
@@ -133,7 +133,7 @@ contains
 
    !> .true. if the contact closes at a velocity that has not yet acted on its spring.
    pure logical function is_approached(contacts, step, c)  ! total
-      type(contacts_type), intent(in) :: contacts  !< this step's list, with rates
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with rates
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
 
@@ -148,7 +148,7 @@ contains
    !> ends at (1 − α) of its velocity.  The next step applies the rest; for any α both steps
    !> together have the effect of a single step.
    pure subroutine strike(contacts, laws, blocks, step, c, target)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the present step
@@ -167,7 +167,7 @@ contains
 
    !> Carry a closed contact of a struck block: it retains its force and does not yield.
    pure subroutine carry(contacts, laws, blocks, step, c)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the present step
@@ -183,7 +183,7 @@ contains
 
    !> Lift a contact that the impact opens: its force acts for a fraction of the step.
    pure subroutine lift(contacts, laws, c, share)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(in) :: share  !< of the step, before the impact
@@ -204,7 +204,7 @@ contains
 
    !> Gain that makes the spring of a contact rigid relative to the inertia of its two blocks.
    pure real(wp) function rigid_gain(contacts, laws, blocks, step, c) result(gain)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the present step
@@ -236,7 +236,7 @@ contains
 
    !> Energy in the springs of a damped contact at the start of the step, J per metre.
    pure real(wp) function spring_energy(contacts, laws, c) result(energy)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
@@ -249,7 +249,7 @@ contains
    !> The work of an impulse is its product with the mean velocity.  The displacement of the scheme
    !> differs from mean velocity × Δt; this difference is an algorithmic loss, zero for χ = ½.
    pure type(losses_type) function losses_of(contacts, laws, step, c) result(losses)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, solved
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact

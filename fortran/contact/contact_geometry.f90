@@ -12,8 +12,8 @@ module dda_contact_geometry
    !> A contact that detection has found, not yet in a list.
    type :: candidate_type
       integer :: vertex   !< vertex that touches
-      integer :: edge     !< edge touched, named by its first vertex
-      integer :: corner   !< vertex met corner to corner, else 0
+      integer :: edge     !< touched edge, given by its first vertex
+      integer :: corner   !< vertex of a contact of two corners, else 0
       integer :: pair     !< number of the near pair of its two blocks
    end type candidate_type
 

@@ -38,7 +38,7 @@ contains
 
    !> Compute all rows of contact c.
    pure subroutine find_rows(contacts, c, rows)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
       type(rows_type), intent(out) :: rows         !< by the coordinates q of its two blocks
 
@@ -53,7 +53,7 @@ contains
 
    !> Rows for the forces of contact c in K̂, tilted if slip lifts the contact.
    pure subroutine acting_rows(contacts, c, rows)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
       type(rows_type), intent(out) :: rows         !< by the coordinates q of its two blocks
 
@@ -67,9 +67,9 @@ contains
 
    !> Changes of the gap and slip of contact c due to changes of the coordinates.
    pure function relative_motion(contacts, c, of_v, of_e) result(change)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
-      real(wp), intent(in) :: of_v(6), of_e(6)     !< of the vertex' and of the edge's block
+      real(wp), intent(in) :: of_v(6), of_e(6)     !< rows for the blocks of vertex and edge
       real(wp) :: change(2)
 
       associate (normal => contacts%normal(:, c), gradient_v => contacts%gradient_v(:, c), &

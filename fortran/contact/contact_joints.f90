@@ -31,7 +31,7 @@ module dda_contact_joints
    private
    public :: set_joints
 
-   real(wp), parameter :: same_angle = 1.0e-6_wp  !< sines that differ by less are equal
+   real(wp), parameter :: same_angle = 1.0e-6_wp  !< difference of sines below which they are equal
    real(wp), parameter :: straight = 0.9986_wp    !< cosine of 3°
 
 contains
@@ -110,7 +110,7 @@ contains
       type(blocks_type), intent(in) :: blocks        !< present geometry
       type(detection_type), intent(in) :: detection  !< penetrations and sizes of corners
       integer, intent(out) :: edge(2)                !< the first is touched
-      integer, intent(out) :: n                      !< 1 or 2: number of edges that may be touched
+      integer, intent(out) :: n                      !< number of edges that may be touched, 1 or 2
       type(choice_type) :: choice
       real(wp) :: size
       integer :: corner
@@ -135,8 +135,8 @@ contains
       type(contacts_type), intent(in) :: contacts  !< with geometry
       integer, intent(in) :: c                     !< contact
       type(blocks_type), intent(in) :: blocks      !< present geometry
-      integer, intent(out) :: edge(2)              !< named by their first vertices
-      real(wp), intent(out) :: sine(2)             !< of their angles with the edge touched, ≥ 0
+      integer, intent(out) :: edge(2)              !< edges, given by their first vertices
+      real(wp), intent(out) :: sine(2)  !< sine of their angles with the touched edge, ≥ 0
       integer :: k
 
       edge = [contacts%vertex(c), blocks%previous(contacts%vertex(c))]

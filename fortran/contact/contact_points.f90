@@ -21,7 +21,7 @@ module dda_contact_points
    private
    public :: point_list_type, add_points, move_points
 
-   real(wp), parameter :: same = 1.0e-2_wp  !< of an overlap: smaller moves are ignored
+   real(wp), parameter :: same = 1.0e-2_wp  !< fraction of an overlap: smaller moves are ignored
 
    !> A list of contacts with its points, before their geometry is computed.
    type :: point_list_type
@@ -40,7 +40,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< corners alone, without history
       type(blocks_type), intent(in) :: blocks         !< present geometry
       type(laws_type), intent(in) :: laws             !< numbers of points
-      real(wp), intent(in) :: distance                !< m, up to which a contact is listed
+      real(wp), intent(in) :: distance                !< largest distance of a listed contact, m
       integer :: first, last, c
 
       list%n = 0
@@ -82,7 +82,7 @@ contains
       integer, intent(in) :: c, own                 !< contact, edge at its vertex
       type(blocks_type), intent(in) :: blocks       !< present geometry
       type(laws_type), intent(in) :: laws           !< numbers of points
-      real(wp), intent(in) :: distance              !< m, up to which a contact is listed
+      real(wp), intent(in) :: distance              !< largest distance of a listed contact, m
       type(overlap_type) :: overlap
       real(wp) :: fraction
       integer :: e, f, i, n
@@ -160,7 +160,7 @@ contains
 
    !> Place all points on their overlaps, with histories and geometry.
    pure subroutine move_points(contacts, blocks, laws, matched)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, with history
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with history
       type(blocks_type), intent(in) :: blocks         !< present geometry
       type(laws_type), intent(in) :: laws             !< numbers of points
       logical, intent(in) :: matched(:)               !< [n] contacts with a history
@@ -190,7 +190,7 @@ contains
 
    !> Copy the history of the nearest contact of the same overlap that has one.
    pure subroutine begin_beside(contacts, c, blocks, laws, matched)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       integer, intent(in) :: c                        !< point without a history
       type(blocks_type), intent(in) :: blocks         !< present geometry
       type(laws_type), intent(in) :: laws             !< memory of the contacts
@@ -224,7 +224,7 @@ contains
 
    !> Fraction of edge f at which contact k in its overlap with edge e lies; huge if it is in none.
    pure real(wp) function fraction_in(contacts, k, blocks, e, f) result(fraction)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: k                     !< number of the contact
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: e, f                  !< edges

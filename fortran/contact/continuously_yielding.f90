@@ -18,8 +18,8 @@ module dda_continuously_yielding
 
    integer, parameter :: reversal = 3, way = 4        !< columns: r; sign of the last slip
    real(wp), parameter :: most_reversal = 0.75_wp     !< of r, as published
-   real(wp), parameter :: round_off = 1.0e-9_wp     !< of a force: smaller changes are not reversals
-   real(wp), parameter :: most_share = 1.25_wp        !< of the strength: largest lag of a stress
+   real(wp), parameter :: round_off = 1.0e-9_wp     !< relative force change that is no reversal
+   real(wp), parameter :: most_share = 1.25_wp  !< fraction of the strength: largest lag of a stress
 
    !> Friction angles, rad, and roughness.
    type, extends(joint_law_type) :: continuously_yielding_type
@@ -97,7 +97,7 @@ contains
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state           !< at the start of the step
       real(wp), intent(in) :: normal_force                  !< ≥ 0, N/m
-      real(wp), intent(in) :: stretch                       !< of its spring if nothing slips, m
+      real(wp), intent(in) :: stretch                       !< stretch of its spring without slip, m
       real(wp), intent(out) :: shear_force, tangent         !< N/m; ≥ 0, N/m per m
       real(wp) :: k_s, bound, slip, direction, share, ratio, left
 

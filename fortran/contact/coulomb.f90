@@ -34,7 +34,7 @@ module dda_coulomb
       real(wp) :: friction            !< tan φ
       real(wp) :: cohesion_force      !< cohesion × length while bonded, else 0, N/m
       real(wp) :: tension_force       !< tensile strength × length while bonded, else 0, N/m
-      logical :: bonded               !< tension is transmitted while the bond is intact
+      logical :: bonded               !< the bond is intact and transmits tension
    end type coulomb_contact_type
 
 contains

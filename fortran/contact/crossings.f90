@@ -16,8 +16,8 @@ module dda_crossings
    private
    public :: most_across, find_crossings, part_corners, forget_parted
 
-   integer, parameter :: most_across = 3        !< opposite corners of one vertex (six triangles)
-   real(wp), parameter :: touching = 1.0e-6_wp  !< of the edge's length: no gap, no overlap
+   integer, parameter :: most_across = 3        !< most opposite corners of a vertex (six triangles)
+   real(wp), parameter :: touching = 1.0e-6_wp  !< fraction of the edge length: no gap, no overlap
 
 contains
 
@@ -27,7 +27,7 @@ contains
       type(contacts_type), intent(in) :: contacts   !< first list of the run
       type(blocks_type), intent(in) :: blocks       !< in their first state
       integer, intent(inout) :: across(:,:)         !< [most_across,vertices] vertices, else 0
-      logical, intent(out) :: marked(:)             !< [n] contacts of such corners
+      logical, intent(out) :: marked(:)             !< [n] contacts of opposite corners
       logical :: joined(contacts%n), face(contacts%n)
       integer :: node(size(across, 2)), room(2), c
 
@@ -55,7 +55,7 @@ contains
    !> Number the nodes at which touching faces connect corners, and assign them to vertices.
    pure subroutine number_nodes(contacts, joined, node)
       type(contacts_type), intent(in) :: contacts  !< first list of the run
-      logical, intent(in) :: joined(:)             !< [n] contacts of faces in touch
+      logical, intent(in) :: joined(:)             !< [n] contacts of touching faces
       integer, intent(out) :: node(:)              !< [vertices]
       logical :: changed
       integer :: c, v

@@ -16,7 +16,7 @@ module dda_crushing
    public :: crushing_type, new_crushing
 
    integer, parameter :: crushed = 3  !< column
-   real(wp), parameter :: round_off = 1.0e-9_wp  !< of the strength: a crushed joint begins elastic
+   real(wp), parameter :: round_off = 1.0e-9_wp  !< relative rounding of the strength
 
    !> Strength of a Coulomb joint, and in compression.
    type, extends(coulomb_type) :: crushing_type
@@ -102,7 +102,7 @@ contains
       class(crushing_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
       real(wp), intent(in) :: slip                 !< with its sign, m
-      real(wp), intent(in) :: shear_force          !< under which it slips, N/m
+      real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
       after = state
       after%memory(slip_path) = state%memory(slip_path) + abs(slip)

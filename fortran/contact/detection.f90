@@ -21,13 +21,13 @@ module dda_detection
    private
    public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
-   integer, parameter :: spare = 64  !< reserve: one more contact per so many of the last list
-   real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
-   real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)  !< of the angle between edges
+   integer, parameter :: spare = 64  !< memory is reserved for one extra contact per 64
+   real(wp), parameter :: corner_share = 0.05_wp  !< size of a corner over the shorter edge
+   real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)  !< cosine of the angle between edges
 
    !> Distances that control the detection, and memory for the candidates.
    type :: detection_type
-      real(wp) :: least = 0.0_wp         !< least distance at which a contact is listed, m
+      real(wp) :: least = 0.0_wp         !< smallest distance for listing contacts, m
       real(wp) :: distance = 0.0_wp      !< distance in this step, m
       !> farthest distance by which two vertices may approach each other in this step, m
       real(wp) :: travel = 0.0_wp
@@ -40,13 +40,13 @@ module dda_detection
       !> [2, vertices] edges on which each vertex is pressed, else 0
       integer, allocatable :: pressing(:,:)
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
-      logical, allocatable :: flat(:)    !< [vertices] cells of a body meet on a straight side
+      logical, allocatable :: flat(:)    !< [vertices] cells of a body touch on a straight side
       !> [most_across,vertices] opposite corners at a crossing of joints, else 0; empty without
       !> crossings
       integer, allocatable :: across(:,:)
       !> [edges of the probes of one chunk of a thread]; a probe has at most one contact per edge
       type(candidate_type), allocatable :: candidate(:)
-      integer :: listed = 0              !< contacts of the last list, if large
+      integer :: listed = 0              !< number of contacts of the last list, if large
    end type detection_type
 
 contains
@@ -55,7 +55,7 @@ contains
    subroutine prepare_detection(detection, blocks, distance)
       type(detection_type), intent(out) :: detection  !< ready for the first step
       type(blocks_type), intent(in) :: blocks         !< reference shapes
-      real(wp), intent(in) :: distance                !< m, least distance of a listed contact
+      real(wp), intent(in) :: distance                !< smallest distance for listing contacts, m
       real(wp) :: here(2)
       integer :: v
 
@@ -343,7 +343,7 @@ contains
    !> between their edges, with slightly more penetration at each change.
    elemental logical function was_pressed(detection, vertex, edge)  ! total
       type(detection_type), intent(in) :: detection  !< edges that vertices were pressed on
-      integer, intent(in) :: vertex, edge            !< an edge is named by its first vertex
+      integer, intent(in) :: vertex, edge            !< vertex, and edge given by its first vertex
 
       was_pressed = any(detection%pressing(:, vertex) == edge)
    end function was_pressed
@@ -434,7 +434,7 @@ contains
       integer, intent(in) :: p                          !< probe to test
       integer, intent(in) :: w                          !< vertex of the other block
       type(detection_type), intent(inout) :: detection  !< receives the candidate
-      logical, intent(in) :: close                      !< nearer than the size of the corners
+      logical, intent(in) :: close  !< distance is less than the size of the corners
       type(corners_type) :: corners
       real(wp) :: tolerance
       integer :: v, best

@@ -20,8 +20,8 @@ module dda_entrance
    real(wp), parameter :: parallel_sine = sin(parallel_angle)
    real(wp), parameter :: same_direction = cos(2*parallel_angle)
    real(wp), parameter :: opposite = -cos(parallel_angle)
-   real(wp), parameter :: tie = 1.0e-9_wp         !< of the corner size: no difference
-   real(wp), parameter :: same_place = 1.0e-6_wp  !< of the corner size: no overlap
+   real(wp), parameter :: tie = 1.0e-9_wp         !< fraction of the corner size: no difference
+   real(wp), parameter :: same_place = 1.0e-6_wp  !< fraction of the corner size: no overlap
 
    !> A vertex beside an edge.
    type :: choice_type
@@ -49,7 +49,7 @@ contains
    !> Project a vertex on an edge of another block.
    pure subroutine project(blocks, vertex, edge, choice)
       type(blocks_type), intent(in) :: blocks   !< present geometry
-      integer, intent(in) :: vertex, edge       !< an edge is named by its first vertex
+      integer, intent(in) :: vertex, edge       !< vertex, and edge given by its first vertex
       type(choice_type), intent(out) :: choice  !< complete
       real(wp) :: along(2), from(2)
 
@@ -100,7 +100,7 @@ contains
          corners%overshoot, past_end)
       corners%normal(:, 1) = along(:, 2)
       corners%normal(:, 2) = -along(:, 1)
-      if (size(blocks%joined) == 0) then  ! without cells the edges at a vertex belong to its block
+      if (size(blocks%joined) == 0) then  ! without cells, edges at a vertex belong to its block
          corners%separation = min( &
             along(:, 1)*along(before, 2) - along(:, 2)*along(before, 1), &
             along(:, 2)*along(after, 1) - along(:, 1)*along(after, 2))
@@ -132,9 +132,9 @@ contains
    !> .true. if the contact is glancing at an end of the edge: the vertex is outside or within the
    !> tolerance, can reach the edge in this step, and its foot is within the tolerance of an end.
    elemental logical function is_glancing(gap, overshoot, tolerance, travel)  ! total
-      real(wp), intent(in) :: gap, overshoot   !< of a vertex beside an edge, m
+      real(wp), intent(in) :: gap, overshoot   !< gap and overshoot of a vertex at an edge, m
       real(wp), intent(in) :: tolerance        !< m, depth of a glancing contact
-      real(wp), intent(in) :: travel           !< m, farthest approach in this step
+      real(wp), intent(in) :: travel           !< largest approach in this step, m
 
       is_glancing = gap > -tolerance .and. gap <= travel + tolerance &
          .and. overshoot <= 0.0_wp .and. overshoot > -tolerance
@@ -175,7 +175,7 @@ contains
       type(corners_type), intent(in) :: corners  !< choices
       integer, intent(in) :: entrance            !< one of them
       real(wp), intent(in) :: size               !< m, of the corner
-      real(wp), intent(in) :: distance           !< m, at which contacts are listed
+      real(wp), intent(in) :: distance           !< distance for listing contacts, m
       integer :: k
 
       do k = merge(3, 1, entrance <= 2), merge(4, 2, entrance <= 2)
@@ -251,7 +251,7 @@ contains
    !> Velocity, m/s, of the block that owns vertex `own` at the position of another vertex.
    pure function velocity_at(blocks, own, vertex) result(velocity)
       type(blocks_type), intent(in) :: blocks  !< present geometry and velocities
-      integer, intent(in) :: own, vertex       !< a vertex of the block; the position
+      integer, intent(in) :: own, vertex  !< a vertex of the block; vertex that gives the position
       real(wp) :: velocity(2)
 
       associate (rate => blocks%velocity(:, blocks%owner(own)), &

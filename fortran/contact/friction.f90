@@ -23,7 +23,7 @@ module dda_friction
       slip_counts, bond_length_of, multiplier_of, friction_bound, slide_response, closed_springs, &
       same_branch, start_force
 
-   real(wp), parameter :: round_off = 1.0e-9_wp  !< of a stretch: less slip is ignored
+   real(wp), parameter :: round_off = 1.0e-9_wp  !< fraction of a stretch: smaller slip is ignored
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
@@ -46,7 +46,7 @@ module dda_friction
       logical :: with_net_slip = .false.        !< some law depends on the direction of slip
       logical :: cohesive = .false.             !< some law has bonds with damage
       integer, allocatable :: points(:)         !< [joints] contacts of an overlap: 2, 3, 5, 9 or 17
-      logical :: pointed = .false.              !< some joint has more than the two at its ends
+      logical :: pointed = .false.              !< a joint has more than two contact points
       type(column_type), allocatable :: columns(:) !< initial memory of a contact
       type(law_slot_type), allocatable :: slot(:)  !< [joints]
    end type laws_type
@@ -113,7 +113,7 @@ contains
       type(laws_type), intent(in) :: laws     !< stiffness, and strengths of the joint materials
       integer, intent(in) :: joint            !< joint material
       logical, intent(in) :: bonded           !< the bond is not broken
-      real(wp), intent(in) :: length          !< m, that the bond acts on
+      real(wp), intent(in) :: length          !< bonded length, m
       real(wp), intent(in) :: multiplier      !< N/m, of the augmented Lagrangian, else 0
       type(coulomb_contact_type) :: law
 
@@ -126,7 +126,7 @@ contains
 
    !> Bonded length of contact c, m; 0 in a model without strengths.
    pure real(wp) function bond_length_of(contacts, c) result(length)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
 
       length = 0.0_wp
@@ -135,7 +135,7 @@ contains
 
    !> Multiplier of contact c, N/m; 0 in a model without an augmented Lagrangian.
    pure real(wp) function multiplier_of(contacts, c) result(multiplier)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
 
       multiplier = 0.0_wp
@@ -144,7 +144,7 @@ contains
 
    !> Normal force of the linearised law of contact c at its gap at the start of the step, N/m.
    pure real(wp) function start_force(contacts, laws, c) result(force)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
 
@@ -154,11 +154,11 @@ contains
 
    !> Forces of contact c for a gap and a trial stretch at the end of the step.
    pure subroutine find_response(contacts, laws, c, gap, stretch, response)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
       real(wp), intent(in) :: gap     !< at the end of the step, m
-      real(wp), intent(in) :: stretch !< of the shear spring if nothing slips, then, m
+      real(wp), intent(in) :: stretch !< stretch of the shear spring without slip at that time, m
       type(response_type), intent(out) :: response  !< state and forces
       real(wp) :: at(2)  ! where it acts, m
 
@@ -179,7 +179,7 @@ contains
 
    !> Largest friction of contact c at its solution, N/m: the next frozen bound.
    elemental real(wp) function friction_bound(contacts, laws, c) result(bound)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
 
@@ -193,11 +193,11 @@ contains
 
    !> Friction force, N/m, of contact c that slides as assumed, without the tilted normal force.
    pure real(wp) function slide_response(contacts, laws, c, gap, stretch) result(friction)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
       real(wp), intent(in) :: gap     !< at the end of the step, m
-      real(wp), intent(in) :: stretch !< of the shear spring if nothing slips, then, m
+      real(wp), intent(in) :: stretch !< stretch of the shear spring without slip at that time, m
       real(wp) :: at(2)
 
       if (.not. laws%plain) then
@@ -213,7 +213,7 @@ contains
 
    !> Normal and shear stiffness of contact c if it is closed and sticks, N/m.
    pure function closed_springs(contacts, laws, c) result(springs)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
       real(wp) :: springs(2)
@@ -224,7 +224,7 @@ contains
 
    !> .true. if the forces of contact c are linear in the displacement between two responses.
    pure logical function same_branch(contacts, laws, c, a, b)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
       type(response_type), intent(in) :: a, b  !< at both ends of a straight path
@@ -239,7 +239,7 @@ contains
 
    !> .true. if contact c acts at t₀ + θΔt, θ < 1: it is bonded and its law permits this.
    elemental logical function acts_at_theta(contacts, laws, c) result(acts)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c         !< number of the contact
 
@@ -250,7 +250,7 @@ contains
 
    !> Shear stiffness of contact c, N/m.
    elemental real(wp) function shear_stiffness_of(contacts, laws, c) result(stiffness)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c         !< number of the contact
 
@@ -263,10 +263,10 @@ contains
 
    !> The gap and the trial stretch on which the law of contact c acts, m.
    pure function acting(contacts, laws, c, trial)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c           !< number of the contact
-      real(wp), intent(in) :: trial(2)   !< both at the end of the step, m
+      real(wp), intent(in) :: trial(2)   !< gap and stretch at the end of the step, m
       real(wp) :: acting(2)
 
       acting = trial
@@ -282,7 +282,7 @@ contains
    !> Elastic stretch of the shear spring of contact c after the converged step, m.
    !> Impact forces are excluded, since springs do not exert them.
    elemental real(wp) function end_stretch(contacts, laws, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
@@ -303,7 +303,7 @@ contains
 
    !> Update states and stretches of contacts at the end of the converged step.
    subroutine accept_contacts(contacts, laws)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: p
 
@@ -319,7 +319,7 @@ contains
 
    !> Update contacts first … last.
    pure subroutine accept_range(contacts, laws, first, last)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
       real(wp) :: stretch, slip
@@ -352,10 +352,10 @@ contains
 
    !> .true. if most of the slip of contact c is inelastic; its shear force is then a curve.
    pure logical function creeps(contacts, laws, c, stretch)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c         !< number of the contact
-      real(wp), intent(in) :: stretch  !< of its spring at the end of the step, m
+      real(wp), intent(in) :: stretch  !< stretch of its spring at the end of the step, m
       real(wp) :: inelastic
 
       inelastic = contacts%slip(c) - (stretch - contacts%stretch(c))
@@ -366,7 +366,7 @@ contains
 
    !> .true. if the inelastic slip of contact c is included in its law.
    pure logical function slip_counts(contacts, laws, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
@@ -382,7 +382,7 @@ contains
 
    !> Inelastic slip of contact c in the converged step, m.
    pure real(wp) function inelastic_slip(contacts, laws, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c         !< number of the contact
 

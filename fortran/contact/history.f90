@@ -30,7 +30,7 @@ module dda_history
       real(wp) :: largest_jump = huge(1.0_wp)
       !> gap up to which a new contact is first assumed closed, m
       real(wp) :: touching = 0.0_wp
-      integer, allocatable :: head(:)   !< [vertices] first old contact of a vertex, as 2c or 2c+1
+      integer, allocatable :: head(:)   !< [vertices] first old contact c, stored as 2c or 2c+1
       integer, allocatable :: next(:)   !< [2·contacts+1] the next one
       logical, allocatable :: transferred(:) !< [old contacts] has a successor
       logical, allocatable :: matched(:)     !< [new contacts] has a predecessor
@@ -54,7 +54,7 @@ contains
    !> Transfer histories from the old list to the new one.
    !> Contacts without a predecessor begin unbonded, and are assumed to stick if they touch.
    subroutine inherit(new, old, history, begun)
-      type(contacts_type), intent(inout) :: new   !< `gap`: enters as distance, leaves less `offset`
+      type(contacts_type), intent(inout) :: new   !< `gap`: distance, on return minus `offset`
       type(contacts_type), intent(in) :: old        !< list of the last step, solved
       type(history_type), intent(inout) :: history  !< limits of this step
       !> .false. at the start of a run, when penetration is part of the first state
@@ -146,7 +146,7 @@ contains
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
       type(history_type), intent(inout) :: history  !< index of the unmatched contacts
-      logical, intent(in) :: same_edge              !< only from the same edge, else from others
+      logical, intent(in) :: same_edge  !< only from the same edge; .false.: from other edges
       real(wp) :: away(history%n_unmatched)
       integer :: order(history%n_unmatched)
       integer :: k, c, from
@@ -283,7 +283,7 @@ contains
       type(contacts_type), intent(in) :: new, old  !< lists
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
       integer, intent(in) :: c                     !< new contact
-      logical, intent(in) :: same_edge             !< only from the same edge, else from others
+      logical, intent(in) :: same_edge  !< only from the same edge; .false.: from other edges
       integer :: k, link, o
 
       found = 0
@@ -336,7 +336,7 @@ contains
    !> It is the offset of that contact, unless the spring would at once be compressed much more.
    pure real(wp) function transferred_offset(distance, pressed, offset) result(transferred)
       real(wp), intent(in) :: distance  !< of the new contact, m
-      real(wp), intent(in) :: pressed   !< gap of the old one if in compression, else 0, m
+      real(wp), intent(in) :: pressed   !< gap of the old contact if in compression, else 0, m
       real(wp), intent(in) :: offset    !< of the old one, m
 
       transferred = offset

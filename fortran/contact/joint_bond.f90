@@ -44,11 +44,11 @@ contains
 
    !> Add the bond to the response of the unbonded contact, which has the weight D*.
    pure subroutine add_bond(contacts, law, c, theta, gap, stretch, response)
-      type(contacts_type), intent(in) :: contacts     !< this step's list
+      type(contacts_type), intent(in) :: contacts     !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< of the contact
       integer, intent(in) :: c                        !< number of the contact
       real(wp), intent(in) :: theta                 !< instant of the step at which bonds act, 0 … 1
-      real(wp), intent(in) :: gap, stretch            !< at the end of the step if nothing slips, m
+      real(wp), intent(in) :: gap, stretch !< gap and stretch at the end of the step without slip, m
       type(response_type), intent(inout) :: response  !< of the contact alone
       real(wp) :: forces(2)
 
@@ -62,7 +62,7 @@ contains
 
    !> Add the bond to the springs of the unbonded contact and to its forces at d = 0.
    pure subroutine add_bond_terms(contacts, law, c, theta, springs, forces)
-      type(contacts_type), intent(in) :: contacts   !< this step's list
+      type(contacts_type), intent(in) :: contacts   !< contacts of this step
       class(joint_law_type), intent(in) :: law      !< of the contact
       integer, intent(in) :: c                      !< number of the contact
       real(wp), intent(in) :: theta                 !< instant of the step at which bonds act, 0 … 1
@@ -77,7 +77,7 @@ contains
 
    !> Stretch of the shear spring of contact c without the bond after the converged step, m.
    pure real(wp) function slider_stretch(contacts, law, c) result(stretch)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
@@ -86,7 +86,7 @@ contains
 
    !> Slip of the bond at the end of the step, m.
    pure real(wp) function new_slip(contacts, law, c) result(slip)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
@@ -96,7 +96,7 @@ contains
 
    !> Damage of contact c at the end of the step.
    pure real(wp) function new_damage(contacts, law, c) result(damage)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
@@ -106,7 +106,7 @@ contains
 
    !> Find the damage D* of contact c that corresponds to the solution.
    pure real(wp) function fitting_damage(contacts, law, c) result(fitting)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp) :: damage, slip, energy(2), surplus
@@ -126,7 +126,7 @@ contains
 
    !> Dissipation of contact c in the converged step by friction and by fracture, J/m.
    pure function bond_losses(contacts, law, c) result(losses)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp) :: losses(2), springs(2), slip, rise(2)
@@ -144,7 +144,7 @@ contains
 
    !> State of contact c after the converged step.
    pure type(joint_state_type) function bond_after(contacts, law, c) result(state)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 

@@ -16,8 +16,8 @@ module dda_joint_contact
       touch_shear, line_of, tilt_line, joint_bound, joint_slide, bound_friction, joint_energy, &
       centre_shift, opens_at_centre, slip_lifts, most_closings
 
-   integer, parameter :: most_closings = 8 !< closings in a step, after which a contact slides first
-   real(wp), parameter :: first_share = 0.5_wp  !< of the force at closing: start of a line
+   integer, parameter :: most_closings = 8 !< closings in a step after which a contact first slides
+   real(wp), parameter :: first_share = 0.5_wp  !< fraction of the force at closing: start of a line
 
 contains
 
@@ -95,7 +95,7 @@ contains
    !> .true. if slip in this step lifts contact c.
    !> Slip in the step in which it closes does not, because its normal force would jump.
    pure logical function slip_lifts(contacts, law, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
@@ -105,7 +105,7 @@ contains
 
    !> .true. if contact c has opened in this step while slip returns to its centre.
    pure logical function opens_at_centre(contacts, law, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, solved
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, solved
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
@@ -116,7 +116,7 @@ contains
    !> Compute the forces for a gap and a trial stretch at the instant at which the contact acts.
    pure type(response_type) function joint_response(contacts, law, c, gap, stretch) &
       result(response)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp), intent(in) :: gap, stretch         !< m
@@ -143,7 +143,7 @@ contains
 
    !> Largest friction, N/m, for a gap and a trial stretch, without rise and frozen bound.
    pure real(wp) function joint_bound(contacts, law, c, at) result(bound)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp), intent(in) :: at(2)                !< gap, stretch, m
@@ -160,11 +160,11 @@ contains
 
    !> Rise of contact c per unit of slip, in the direction of the trial stretch.
    pure real(wp) function rise_of(contacts, law, c, past_centre, stretch, bound) result(rise)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
-      logical, intent(in) :: past_centre           !< slip has come back to its centre
-      real(wp), intent(in) :: stretch              !< of the shear spring if nothing slips, m
+      logical, intent(in) :: past_centre           !< slip has returned to its centre
+      real(wp), intent(in) :: stretch              !< stretch of the shear spring without slip, m
       real(wp), intent(in) :: bound                !< friction, N/m
       type(joint_state_type) :: state
 
@@ -181,7 +181,7 @@ contains
       class(joint_law_type), intent(in) :: law        !< of the contact
       type(joint_state_type), intent(in) :: state     !< of the contact
       real(wp), intent(in) :: normal_force            !< of this iteration or frozen, N/m
-      real(wp), intent(in) :: stretch                 !< of the shear spring if nothing slips, m
+      real(wp), intent(in) :: stretch                 !< stretch of the shear spring without slip, m
       type(response_type), intent(inout) :: response  !< gets the shear force
       real(wp) :: tangent
 
@@ -193,7 +193,7 @@ contains
    pure subroutine bound_friction(response, bound, trial)
       type(response_type), intent(inout) :: response  !< with the normal force
       real(wp), intent(in) :: bound  !< N/m
-      real(wp), intent(in) :: trial  !< shear force if nothing slips, N/m
+      real(wp), intent(in) :: trial  !< shear force without slip, N/m
 
       response%bound = bound
       response%shear_force = sign(min(bound, abs(trial)), trial)
@@ -204,12 +204,12 @@ contains
 
    !> Forces of a contact whose friction depends on its normal force, or on a frozen bound.
    pure subroutine respond_at(contacts, law, c, state, gap, stretch, intact, response)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: gap, stretch         !< m
-      logical, intent(out) :: intact               !< it breaks rather than slips
+      logical, intent(out) :: intact               !< it breaks before it slips
       type(response_type), intent(out) :: response !< state and forces
       real(wp) :: closure
       logical :: lifts
@@ -240,7 +240,7 @@ contains
       class(joint_law_type), intent(in) :: law         !< of the contact
       type(joint_state_type), intent(in) :: state      !< of the contact
       real(wp), intent(in) :: closure, stretch         !< m
-      logical, intent(in) :: intact                    !< it breaks rather than slips
+      logical, intent(in) :: intact                    !< it breaks before it slips
       logical, intent(in) :: lifts                     !< slip does
       type(response_type), intent(inout) :: response   !< gets state and forces
       real(wp) :: trial
@@ -300,7 +300,7 @@ contains
       class(joint_law_type), intent(in) :: law        !< of the contact
       type(joint_state_type), intent(in) :: state     !< of the contact
       real(wp), intent(in) :: closure, stretch        !< m
-      type(response_type), intent(inout) :: response !< of slip in one direction; changed if it ends
+      type(response_type), intent(inout) :: response !< response for one direction of slip
       type(joint_state_type) :: centre
       real(wp) :: slip
 
@@ -317,12 +317,12 @@ contains
 
    !> Force in excess of the strength that a contact loses by failure, over that strength.
    pure real(wp) function excess(contacts, law, c, state, response, intact)
-      type(contacts_type), intent(in) :: contacts     !< this step's list
+      type(contacts_type), intent(in) :: contacts     !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< of the contact
       integer, intent(in) :: c                        !< number of the contact
       type(joint_state_type), intent(in) :: state     !< of the contact
       type(response_type), intent(in) :: response     !< its forces
-      logical, intent(in) :: intact                   !< it breaks rather than slips
+      logical, intent(in) :: intact                   !< it breaks before it slips
       real(wp) :: tension
 
       excess = 0.0_wp
@@ -335,7 +335,7 @@ contains
    !> Friction, N/m, of a contact that slides as assumed in a given direction, without the rise.
    !> Its normal force is that of its line, or of the law with the lift of the slip.
    pure real(wp) function joint_slide(contacts, law, c, gap, stretch) result(friction)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp), intent(in) :: gap, stretch         !< at the end of the step, m
@@ -355,7 +355,7 @@ contains
    !> Tilt the line of contact c, which slides and is lifted by slip, at a response of the law.
    !> Its normal spring acts along gap − rise × slip, in series with the shear spring.
    pure subroutine tilt_line(contacts, law, c, at, response)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, gets tilt and line
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step; get tilt and line
       class(joint_law_type), intent(in) :: law        !< of the contact
       integer, intent(in) :: c                        !< number of the contact
       real(wp), intent(in) :: at(2)                   !< gap, stretch, m
@@ -376,7 +376,7 @@ contains
 
    !> Set the line to the tangent of the law at a closure, with the lift at the start of the step.
    pure subroutine touch_law(contacts, law, c, closure, tangent, normal_free)
-      type(contacts_type), intent(in) :: contacts        !< this step's list
+      type(contacts_type), intent(in) :: contacts        !< contacts of this step
       class(joint_law_type), intent(in) :: law           !< of the contact
       integer, intent(in) :: c                           !< number of the contact
       real(wp), intent(in) :: closure                    !< m
@@ -390,10 +390,10 @@ contains
 
    !> Set the shear spring of a sticking contact to the tangent of the law at a stretch.
    pure subroutine touch_shear(contacts, law, c, normal_force, stretch)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< of the contact
       integer, intent(in) :: c                        !< number of the contact
-      real(wp), intent(in) :: normal_force            !< that bounds friction, N/m
+      real(wp), intent(in) :: normal_force            !< normal force that bounds friction, N/m
       real(wp), intent(in) :: stretch                 !< m
       type(joint_state_type) :: state
       real(wp) :: force
@@ -408,10 +408,10 @@ contains
 
    !> Line of the next iteration, from the response of the law at a solution.
    pure subroutine line_of(contacts, law, c, gap, response, tangent, normal_free)
-      type(contacts_type), intent(in) :: contacts        !< this step's list
+      type(contacts_type), intent(in) :: contacts        !< contacts of this step
       class(joint_law_type), intent(in) :: law           !< of the contact
       integer, intent(in) :: c                           !< number of the contact
-      real(wp), intent(in) :: gap                        !< at which the contact acts, m
+      real(wp), intent(in) :: gap                        !< gap at which the contact acts, m
       type(response_type), intent(in) :: response        !< of the law
       real(wp), intent(out) :: tangent, normal_free      !< N/m; N = normal_free − tangent × gap
       real(wp) :: closure, expected

@@ -17,7 +17,7 @@ module dda_joint_law
 
    real(wp), parameter :: steepest = 89.0_wp  !< largest friction angle of an input, degrees
 
-   integer, parameter :: most_own = 4         !< columns of a law beyond the shared ones
+   integer, parameter :: most_own = 4         !< columns of a law in addition to the shared ones
    ! Columns that every law has, and one of laws that depend on the direction of slip
    integer, parameter :: slip_path = 1, weakened = 2, net_slip = 3
 
@@ -26,8 +26,8 @@ module dda_joint_law
    type :: column_type
       character(len=24) :: name            !< in the output, after `contact_`
       real(wp) :: initial = 0.0_wp         !< of a contact without a history
-      logical :: of_contact = .false.      !< a new point of an overlap does not copy it
-      real(wp) :: limit = huge(1.0_wp)     !< beyond which results are in doubt
+      logical :: of_contact = .false.  !< the value belongs to a contact; new points do not copy it
+      real(wp) :: limit = huge(1.0_wp)     !< limit above which results are uncertain
       character(len=96) :: advice = ''     !< why, and what to do
    end type column_type
 
@@ -38,13 +38,13 @@ module dda_joint_law
    type :: joint_state_type
       real(wp) :: length     !< tributary length, m
       real(wp) :: share = 1.0_wp  !< fraction of the stiffness of a contact
-      real(wp) :: way = 1.0_wp    !< sign of the shear force in question
+      real(wp) :: way = 1.0_wp    !< sign of the considered shear force
       real(wp) :: frozen = -1.0_wp !< frozen friction beyond the rise, N/m
       real(wp) :: memory(most_own + 3) = 0.0_wp  !< columns of its law
       real(wp) :: stretch = 0.0_wp       !< of the shear spring at the start of the step, m
       real(wp) :: time_step = 0.0_wp     !< s; 0: at rest
       real(wp) :: normal_force = 0.0_wp  !< at the end of a solved step, N/m
-      real(wp) :: closure = 0.0_wp       !< likewise, without the lift, m
+      real(wp) :: closure = 0.0_wp       !< closure at the end of a solved step, without the lift, m
    end type joint_state_type
 
    !> State and forces at a gap and a slip.
@@ -55,7 +55,7 @@ module dda_joint_law
       real(wp) :: bound = 0.0_wp            !< largest shear force, N/m
       !> (force − strength)/strength of a bond; ≤ 0: intact
       real(wp) :: strength_ratio = 0.0_wp
-      real(wp) :: slider = 0.0_wp      !< shear force of friction, without the bond, N/m
+      real(wp) :: slider = 0.0_wp      !< friction force without the bond, N/m
       logical :: past_centre = .false. !< slip has returned to the centre and continues beyond it
    end type response_type
 
@@ -75,16 +75,16 @@ module dda_joint_law
       logical :: curved = .false.            !< the normal force is not linear in the closure
       logical :: dilates = .false.           !< slip lifts the contact
       logical :: crushes = .false.           !< plastic closure lowers the contact
-      logical :: has_centre = .false.        !< slip away from a centre and back to it differ
+      logical :: has_centre = .false.        !< slip away from a centre differs from slip towards it
       !> with frozen friction bounds, its forces have a convex potential
       logical :: convex = .true.
       logical :: flows = .false.             !< the shear force is a curve of slip, see `flow`
-      logical :: cohesive = .false.   !< a bond in parallel with the contact is damaged step by step
+      logical :: cohesive = .false.   !< a bond parallel to the contact is damaged gradually
       integer :: points = 2                  !< contact points of an overlap, if not given
       !> memory beyond the shared columns; without a name: none
       type(column_type) :: own(most_own) = column_type('')
       integer :: columns = 0                     !< of its memory, with the shared ones
-      integer :: row(most_own + 3) = 0           !< of these in the memory of contacts
+      integer :: row(most_own + 3) = 0  !< position of these columns in the memory of contacts
    contains
       procedure :: follows_way
       procedure :: initial_spring
@@ -156,7 +156,7 @@ contains
    pure subroutine complete_nothing(law, joint, shear_ratio, wrong)
       class(joint_law_type), intent(in) :: law       !< of the joint
       type(joint_type), intent(inout) :: joint       !< input with the variables that the law needs
-      real(wp), intent(in) :: shear_ratio           !< k_n/k_s, if the joint has no value of its own
+      real(wp), intent(in) :: shear_ratio           !< k_n/k_s, if the joint does not set its own
       character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
 
       wrong = ''
@@ -235,7 +235,7 @@ contains
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
       real(wp), intent(in) :: slip                 !< with its sign, m
-      real(wp), intent(in) :: shear_force          !< under which it slips, N/m
+      real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
       after = state
       after%memory(slip_path) = state%memory(slip_path) + abs(slip)
@@ -253,7 +253,7 @@ contains
    pure real(wp) function no_rise(law, state, slip) result(rise)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step
-      real(wp), intent(in) :: slip                 !< beyond the elastic one, ≥ 0, m
+      real(wp), intent(in) :: slip                 !< slip in addition to the elastic one, ≥ 0, m
 
       rise = 0.0_wp
    end function no_rise
@@ -262,8 +262,8 @@ contains
    pure real(wp) function force_without_lift(law, state, closure, stretch) result(force)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step
-      real(wp), intent(in) :: closure              !< at the end, without the lift of this step, m
-      real(wp), intent(in) :: stretch              !< of the shear spring if nothing slipped, ≥ 0, m
+      real(wp), intent(in) :: closure  !< closure at the end, without the lift of this step, m
+      real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, ≥ 0, m
 
       force = law%normal_force(state, closure)
    end function force_without_lift
@@ -273,7 +273,7 @@ contains
       class(joint_law_type), intent(in) :: law            !< of the joint
       type(joint_state_type), intent(in) :: state         !< at the start of the step
       real(wp), intent(in) :: normal_force                !< ≥ 0, N/m
-      real(wp), intent(in) :: stretch                     !< of its spring if nothing slips, m
+      real(wp), intent(in) :: stretch                     !< stretch of its spring without slip, m
       real(wp), intent(out) :: shear_force, tangent       !< N/m; ≥ 0, N/m per m
 
       tangent = law%shear_spring(state)

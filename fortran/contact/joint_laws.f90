@@ -25,7 +25,7 @@ contains
 
    !> Create the law of a joint material.  New laws are registered here.
    subroutine new_joint_law(slot, joint, normal_stiffness, shear_ratio)
-      type(law_slot_type), intent(out) :: slot  !< gets the law; empty if the name is unknown
+      type(law_slot_type), intent(out) :: slot  !< receives the law; empty if the name is unknown
       type(joint_type), intent(in) :: joint     !< checked input
       real(wp), intent(in) :: normal_stiffness  !< default k_n of contacts, N/m
       real(wp), intent(in) :: shear_ratio       !< k_n/k_s, likewise

@@ -133,7 +133,7 @@ contains
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
       real(wp), intent(in) :: slip                 !< with its sign, m
-      real(wp), intent(in) :: shear_force          !< under which it slips, N/m
+      real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
       after = state
       after%memory(slip_path) = state%memory(slip_path) + abs(slip)
@@ -162,8 +162,8 @@ contains
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step
-      real(wp), intent(in) :: closure              !< at the end, without the lift of this step, m
-      real(wp), intent(in) :: stretch              !< of the shear spring if nothing slipped, ≥ 0, m
+      real(wp), intent(in) :: closure  !< closure at the end, without the lift of this step, m
+      real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, ≥ 0, m
       real(wp) :: k_n, k_s, left
 
       k_n = law%initial_spring(state)

@@ -26,13 +26,13 @@ module dda_neighbours
       integer, allocatable :: pair(:,:)      !< [2, pairs] near blocks, first < second
       integer, allocatable :: probe(:,:)     !< [2, probes] vertex, pair
       integer, allocatable :: first_edge(:)  !< [probes+1] first of a probe's edges
-      integer, allocatable :: edge(:)        !< edges of the probes, named by first vertex
+      integer, allocatable :: edge(:)        !< edges of the probes, given by their first vertices
       integer, allocatable :: first_corner(:) !< [probes+1] first of a probe's corners
       !> convex ends of a probe's edges that its vertex can reach before the next search
       integer, allocatable :: corner(:)
       !> too many pairs; the list is incomplete
       logical :: crowded = .false.
-      logical, allocatable :: convex(:)      !< [vertices] angle below 180°
+      logical, allocatable :: convex(:)      !< [vertices] the angle is below 180°
       logical, allocatable :: convex_block(:) !< [n] all its angles are below 180°
       real(wp) :: reach = 0.0_wp             !< distance searched, m
       real(wp) :: travel = 0.0_wp            !< bound on the displacement of vertices since, m
@@ -66,7 +66,7 @@ contains
 
    !> Find pairs of blocks whose boxes are closer than a distance.
    subroutine find_near_pairs(neighbours, blocks, reach)
-      type(neighbours_type), intent(inout) :: neighbours  !< pairs, or `crowded` if too many
+      type(neighbours_type), intent(inout) :: neighbours !< receives pairs, or `crowded` if too many
       type(blocks_type), intent(in) :: blocks             !< present geometry
       real(wp), intent(in) :: reach                       !< m
       real(wp), allocatable :: box(:,:)
@@ -161,7 +161,7 @@ contains
    !> Find pairs of overlapping boxes; each is listed in one cell.
    !> This is the cell of the lower left corner of the overlap.
    subroutine find_pairs(neighbours, n, box)
-      type(neighbours_type), intent(inout) :: neighbours  !< pairs, or `crowded` if too many
+      type(neighbours_type), intent(inout) :: neighbours !< receives pairs, or `crowded` if too many
       integer, intent(in) :: n                            !< blocks
       real(wp), intent(in) :: box(:,:)                    !< [4, n] xmin, ymin, xmax, ymax, m
       type(grid_type) :: grid
@@ -354,7 +354,7 @@ contains
    !> Distance from vertex v to the nearest point of edge e, m.
    pure real(wp) function distance_to_edge(blocks, v, e)
       type(blocks_type), intent(in) :: blocks  !< present geometry
-      integer, intent(in) :: v, e              !< an edge is named by its first vertex
+      integer, intent(in) :: v, e              !< vertex, and edge given by its first vertex
       real(wp) :: from(2), along(2), ratio
 
       from = blocks%vertex(:, v) - blocks%vertex(:, e)

@@ -16,7 +16,7 @@ module dda_outline
    character(len=*), parameter :: sides(5) = [character(len=7) :: 'left', 'right', 'bottom', &
       'top', 'surface']
 
-   real(wp), parameter :: touching = 1.0e-6_wp  !< of half the model size: no gap
+   real(wp), parameter :: touching = 1.0e-6_wp  !< fraction of half the model size: no gap
    real(wp), parameter :: parallel = 0.0523_wp  !< sine of 3°
    real(wp), parameter :: least = 1.0e-6_wp     !< smallest fraction of an edge that is listed
 
@@ -75,7 +75,7 @@ contains
    !> Append the parts of edge e along which no edge of another block runs.
    pure subroutine add_free_pieces(blocks, e, others, pieces, n)
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      integer, intent(in) :: e                 !< edge, named by its first vertex
+      integer, intent(in) :: e                 !< edge, given by its first vertex
       integer, intent(in) :: others(:)         !< near blocks
       type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
       integer, intent(inout) :: n              !< number of its entries
@@ -100,7 +100,7 @@ contains
    !> Select, of the intervals that extend beyond a position, the one that begins first.
    pure subroutine choose_first(new, free, span)
       real(wp), intent(in) :: new(2)       !< fractions of an edge; empty if the first is larger
-      real(wp), intent(in) :: free         !< fraction of the edge already treated
+      real(wp), intent(in) :: free         !< fraction of the edge that is already treated
       real(wp), intent(inout) :: span(2)   !< the best so far
 
       if (new(2) - max(new(1), free) <= least) return
@@ -112,7 +112,7 @@ contains
    !> The segment runs in the same (1), the opposite (−1) or any direction (0); none: first > last.
    pure function common_span(blocks, e, from, to, sense) result(span)
       type(blocks_type), intent(in) :: blocks   !< in their present state
-      integer, intent(in) :: e                  !< edge, named by its first vertex
+      integer, intent(in) :: e                  !< edge, given by its first vertex
       real(wp), intent(in) :: from(2), to(2)    !< m, ends of the segment
       real(wp), intent(in) :: sense             !< 1, −1 or 0
       real(wp) :: span(2)

@@ -11,7 +11,7 @@ module dda_overlap
    private
    public :: overlap_type, overlap_of, has_points, node, weight, narrow, wide
 
-   real(wp), parameter :: touching = 1.0e-6_wp  !< of the edge's length: no gap
+   real(wp), parameter :: touching = 1.0e-6_wp  !< fraction of the edge length: no gap
    real(wp), parameter :: narrow = 0.0523_wp    !< sine of 3°
    real(wp), parameter :: wide = 0.2588_wp      !< sine of 15°
    !> fraction of the shorter edge: shorter overlaps have no points between corners
@@ -42,7 +42,7 @@ contains
    pure type(overlap_type) function overlap_of(blocks, e, f, sine) result(overlap)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges
-      real(wp), intent(in) :: sine             !< of the largest angle between them
+      real(wp), intent(in) :: sine             !< sine of the largest angle between the edges
       real(wp) :: start(2), along(2), other(2), length, first, last, small
 
       start = blocks%vertex(:, e)
@@ -112,7 +112,7 @@ contains
    !> Vector from the first to the last vertex of edge e, m.
    pure function edge_vector(blocks, e) result(vector)
       type(blocks_type), intent(in) :: blocks  !< present geometry
-      integer, intent(in) :: e                 !< edge, named by its first vertex
+      integer, intent(in) :: e                 !< edge, given by its first vertex
       real(wp) :: vector(2)
 
       vector = blocks%vertex(:, blocks%next(e)) - blocks%vertex(:, e)

@@ -55,7 +55,7 @@ contains
    pure subroutine complete(law, joint, shear_ratio, wrong)
       class(plesha_type), intent(in) :: law     !< of the joint
       type(joint_type), intent(inout) :: joint  !< input of the law
-      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, if the joint has no value of its own
+      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, if the joint does not set its own
       character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
       real(wp) :: ratio
 
@@ -131,7 +131,7 @@ contains
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
       real(wp), intent(in) :: slip                 !< with its sign, m
-      real(wp), intent(in) :: shear_force          !< under which it slips, N/m
+      real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
       after = state
       after%memory(slip_path) = state%memory(slip_path) + abs(slip)
@@ -164,8 +164,8 @@ contains
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< at the start of the step
-      real(wp), intent(in) :: closure              !< at the end, without the lift of this step, m
-      real(wp), intent(in) :: stretch              !< of the shear spring if nothing slipped, ≥ 0, m
+      real(wp), intent(in) :: closure  !< closure at the end, without the lift of this step, m
+      real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, ≥ 0, m
       real(wp) :: k_n, slope
 
       k_n = law%initial_spring(state)

@@ -19,8 +19,8 @@ module dda_rate_state
 
    !> columns: θ, s; v with its sign, m/s; largest slip of a step over L
    integer, parameter :: age = 3, slip_rate = 4, slip_share = 5
-   real(wp), parameter :: most_slip = 0.2_wp     !< of L in a step: θ is followed within 10 %
-   integer, parameter :: most_steps = 60         !< of Newton's method, which is monotone
+   real(wp), parameter :: most_slip = 0.2_wp     !< fraction of L per step: θ within 10 %
+   integer, parameter :: most_steps = 60         !< iterations of Newton's method, which is monotone
 
    !> Friction and its parameters.
    type, extends(joint_law_type) :: rate_state_type
@@ -121,7 +121,7 @@ contains
       class(rate_state_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state    !< at the start of the step
       real(wp), intent(in) :: normal_force           !< ≥ 0, N/m
-      real(wp), intent(in) :: stretch                !< of its spring if nothing slips, m
+      real(wp), intent(in) :: stretch                !< stretch of its spring without slip, m
       real(wp), intent(out) :: shear_force, tangent  !< N/m; ≥ 0, N/m per m
       real(wp) :: k_s, sticking, direct, slow, u, slope
 
@@ -173,7 +173,7 @@ contains
       class(rate_state_type), intent(in) :: law    !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
       real(wp), intent(in) :: slip                 !< with its sign, m
-      real(wp), intent(in) :: shear_force          !< under which it slips, N/m
+      real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
       real(wp) :: x, theta, decay
 
       after = state

@@ -17,17 +17,17 @@ module dda_tributary
    private
    public :: contact_overlap, set_lengths
 
-   real(wp), parameter :: same = 1.0e-2_wp        !< of a length: smaller changes are ignored
-   real(wp), parameter :: least = 1.0e-9_wp       !< of the edge's length, of a contact
+   real(wp), parameter :: same = 1.0e-2_wp  !< fraction of a length: smaller changes are ignored
+   real(wp), parameter :: least = 1.0e-9_wp       !< shortest contact over the edge length
 
 contains
 
    !> Set the lengths of the contacts of a new list, with joints and history.
    pure subroutine set_lengths(contacts, blocks, laws, gained)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(blocks_type), intent(in) :: blocks         !< present geometry
       type(laws_type), intent(in) :: laws             !< joint laws
-      real(wp), intent(out) :: gained                 !< by the springs, J per metre of thickness
+      real(wp), intent(out) :: gained  !< energy gained by the springs, J per metre of thickness
       real(wp) :: length, share, before
       integer :: c
 
@@ -72,7 +72,7 @@ contains
 
    !> Energy of the springs of contact c in the present geometry, J per metre of thickness.
    pure real(wp) function energy_of(contacts, laws, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws          !< joint laws
       integer, intent(in) :: c                     !< number of the contact
 
@@ -116,7 +116,7 @@ contains
    !> Part, m, of a contact of vertex v and edge e in the overlaps of e with both edges at v.
    pure real(wp) function contact_overlap(blocks, e, v) result(length)
       type(blocks_type), intent(in) :: blocks  !< present geometry
-      integer, intent(in) :: e, v              !< edge touched, vertex that touches
+      integer, intent(in) :: e, v              !< touched edge, touching vertex
 
       length = common_length(blocks, e, v) + common_length(blocks, e, blocks%previous(v))
    end function contact_overlap

@@ -75,7 +75,7 @@ contains
    !> Extend the present stage to the largest number of steps that an input can have.
    pure subroutine end_stage(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp), parameter :: rounding = 1.0e-9_wp  !< of Δt, as for the end of a stage
+      real(wp), parameter :: rounding = 1.0e-9_wp  !< relative to Δt, as for the end of a stage
       integer(long) :: steps
 
       associate (control => simulation%model%control)

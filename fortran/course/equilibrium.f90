@@ -63,7 +63,7 @@ module dda_equilibrium
       integer :: doubtful = 0                   !< that unsupported block
       integer :: unexplained = 0                !< contact deeper than its force explains, else 0
       integer :: releases = 0                   !< releases of such penetrations
-      integer :: falling = 0                    !< number of blocks that fall for ever
+      integer :: falling = 0                    !< number of blocks that fall without limit
       integer :: falls = 0                      !< the first of them
       character(len=:), allocatable :: words
    end type equilibrium_type
@@ -76,8 +76,8 @@ module dda_equilibrium
       work_of_yield = 20000
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the weight
    real(wp), parameter :: together = 4.0_wp        !< tolerances of contact forces on a block
-   real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< of the weight: largest unbalanced force
-   real(wp), parameter :: rounding = 4.0_wp        !< of the last bit of coordinates
+   real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< largest unbalanced force over the weight
+   real(wp), parameter :: rounding = 4.0_wp        !< multiple of the last bit of coordinates
    real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
    real(wp), parameter :: growth = 10.0_wp         !< factor of Δt after an easy step
    real(wp), parameter :: slow_growth = 2.0_wp     !< factor of Δt after another step
@@ -176,7 +176,7 @@ contains
    !> Perform static steps until forces balance and explain all penetrations.
    subroutine step_to_rest(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
+      type(equilibrium_type), intent(inout) :: equilibrium  !< static equilibrium under gravity
       type(error_type), allocatable, intent(out) :: error  !< of a step at the shortest Δt
       real(wp) :: first, way, least
       integer(long) :: iterations, gained
@@ -272,7 +272,7 @@ contains
    !> Forces of contacts, stresses and elements are included; moments are divided by the radius.
    subroutine find_unbalanced(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< its contacts are listed again
-      type(equilibrium_type), intent(inout) :: equilibrium  !< gets the largest and the worst
+      type(equilibrium_type), intent(inout) :: equilibrium  !< gets largest force, worst block
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(rows_type) :: rows
       integer :: c
@@ -304,7 +304,7 @@ contains
    !> The block with too large a tolerance is found too.
    subroutine compare_with_allowed(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< with the unbalanced forces in `system%rhs`
-      type(equilibrium_type), intent(inout) :: equilibrium  !< gets the largest and the worst
+      type(equilibrium_type), intent(inout) :: equilibrium  !< gets largest force, worst block
       real(wp) :: force(6), size_of, allowed, weight
       logical :: is_worse
       integer :: b
@@ -362,7 +362,7 @@ contains
    !> The forces balance, but for another position of the blocks.
    subroutine doubt_contacts(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< with the contacts at rest
-      type(equilibrium_type), intent(inout) :: equilibrium  !< no rest if there is such a contact
+      type(equilibrium_type), intent(inout) :: equilibrium  !< gets such a contact: no equilibrium
       integer :: c
       real(wp) :: most
 
@@ -383,7 +383,7 @@ contains
    !> Record blocks that no contact forces can support, and that nothing can stop.
    subroutine record_falling(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< with its loads and contacts
-      type(equilibrium_type), intent(inout) :: equilibrium  !< gets their number, and the first one
+      type(equilibrium_type), intent(inout) :: equilibrium  !< gets number and first block
       logical :: falls(simulation%blocks%n)
 
       call find_falling(simulation%blocks, simulation%contacts(simulation%now), simulation%laws, &
@@ -397,7 +397,7 @@ contains
    !> force, because otherwise they would gain energy.
    subroutine release_depths(simulation, equilibrium)
       type(simulation_type), intent(inout) :: simulation  !< its contacts are evaluated
-      type(equilibrium_type), intent(inout) :: equilibrium  !< the contact is reset, releases count
+      type(equilibrium_type), intent(inout) :: equilibrium  !< contact is reset, releases counted
 
       associate (contacts => simulation%contacts(simulation%now))
          contacts%new_gap(:contacts%n) = contacts%new_gap(:contacts%n) &
@@ -431,7 +431,7 @@ contains
    !> Write the outcome of the search: an error if there is no equilibrium.
    subroutine put_in_words(simulation, equilibrium, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
+      type(equilibrium_type), intent(inout) :: equilibrium  !< static equilibrium under gravity
       type(error_type), allocatable, intent(in) :: error  !< of the last step, if it failed
 
       if (equilibrium%at_rest) then

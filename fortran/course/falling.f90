@@ -18,8 +18,8 @@ module dda_falling
    private
    public :: find_falling
 
-   real(wp), parameter :: rounding = 1.0e-9_wp  !< of half the model size: rounding of positions
-   real(wp), parameter :: parallel = 1.0e-6_wp  !< of loads, and of directions in radians
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of positions over half the size
+   real(wp), parameter :: parallel = 1.0e-6_wp  !< difference of equal directions, rad
 
    !> Extent of blocks along and across the loads.
    type :: extents_type
@@ -98,8 +98,8 @@ contains
    subroutine find_resting(extents, removed, stands)
       type(extents_type), intent(in) :: extents   !< of all blocks
       logical, intent(in) :: removed(:)           !< [blocks]
-      logical, intent(inout) :: stands(:)         !< [blocks] in: elements act on them
-      real(wp) :: deepest(extents%cells)          ! of standing blocks, over each cell
+      logical, intent(inout) :: stands(:)         !< [blocks] on entry: elements act on the block
+      real(wp) :: deepest(extents%cells)          ! position of resting blocks above each cell
       integer :: order(size(stands)), b, k
       logical :: changed
 

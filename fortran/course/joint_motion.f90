@@ -42,7 +42,7 @@ contains
             cycle
          moved = foot_movement(first, blocks, c)
          n = n + 1
-         slip = slip - moved(1)  ! edges run counter-clockwise: leftwards on top of a block
+         slip = slip - moved(1)  ! edges run counter-clockwise: to the left on top of a block
          opening = max(opening, moved(2))
       end do
       values(:2) = ieee_value(slip, ieee_quiet_nan)

@@ -13,8 +13,8 @@ module dda_output_times
    !> A step that is shortened to end at an output time.
    type :: aim_type
       real(wp) :: time = 0.0_wp      !< time of the output at which the step must end, s
-      real(wp) :: planned = 0.0_wp   !< Δt before it was shortened, s; 0: it was not
-      real(wp) :: taken = 0.0_wp     !< Δt after it was, s
+      real(wp) :: planned = 0.0_wp   !< Δt before it was shortened, s; 0: not shortened
+      real(wp) :: taken = 0.0_wp     !< Δt after it was shortened, s
       logical :: lands = .false.     !< the step ends at that time
    end type aim_type
 

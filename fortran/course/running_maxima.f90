@@ -23,9 +23,9 @@ module dda_running_maxima
    public :: begin_maxima, reserve_maxima, count_step, count_rest, change_base, restart_points, &
       take_residuals, least_movement
 
-   real(wp), parameter :: least_share = 1.0e-5_wp  !< of the model size: smaller moves are ignored
+   real(wp), parameter :: least_share = 1.0e-5_wp  !< over the model size: smaller moves are ignored
 
-   real(wp), parameter :: least_recorded = 1.0e-7_wp  !< of it: smaller slip is not recorded at once
+   real(wp), parameter :: least_recorded = 1.0e-7_wp  !< over the size: least slip recorded at once
 
 contains
 

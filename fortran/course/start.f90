@@ -30,7 +30,7 @@ module dda_start
    private
    public :: start, set_rates
 
-   real(wp), parameter :: touching = 1.0e-12_wp    !< of half the model size: no gap
+   real(wp), parameter :: touching = 1.0e-12_wp    !< fraction of half the model size: no gap
 
 contains
 

@@ -93,7 +93,7 @@ contains
 
    !> .true. if a block is counted; of a body only its first cell is.
    pure logical function first_of_body(body, b)
-      integer, intent(in) :: body(:)  !< [blocks] that a cell is part of; 0: none
+      integer, intent(in) :: body(:)  !< [blocks] body of a cell; 0: none
       integer, intent(in) :: b        !< block
 
       first_of_body = body(b) == 0

@@ -25,8 +25,8 @@ module dda_base_motion
    integer, parameter :: base_outcrop = 4   !< an outcrop of the half-space below
    integer, parameter :: base_kinds = base_outcrop  !< the last kind
 
-   real(wp), parameter :: surface_factor = 2.0_wp  !< motion of a free surface over the upward wave
-   real(wp), parameter :: same = 1.0e-9_wp  !< of a motion: rounding of directions
+   real(wp), parameter :: surface_factor = 2.0_wp !< ratio of free-surface motion to the upward wave
+   real(wp), parameter :: same = 1.0e-9_wp  !< fraction of a motion: rounding of directions
 
    !> The base and its motion at the present time.
    type :: base_type

@@ -21,7 +21,7 @@ module dda_body_drift
    private
    public :: begin_drift, solve_step_for
 
-   real(wp), parameter :: least_drift = 1.0e-6_wp  !< of half the model: less displacement is rest
+   real(wp), parameter :: least_drift = 1.0e-6_wp  !< smallest drift over half the model
    !> fraction of loads, which scale residuals: forces of moving supports and contacts far exceed
    !> those between bodies
    real(wp), parameter :: share_of_rounding = 1.0e-3_wp
@@ -95,9 +95,9 @@ contains
    subroutine solve_step_for(system, solver, contacts, error, reduction, change)
       type(system_type), intent(inout) :: system   !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver   !< linear solver
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp), intent(in) :: reduction            !< tolerance, as a fraction of the first residual
+      real(wp), intent(in) :: reduction            !< tolerance as a fraction of the first residual
       real(wp), intent(in), optional :: change(:,:)  !< [6,n] change of f̂ since the last solve, N
 
       if (.not. system%drifts) then
@@ -130,7 +130,7 @@ contains
    pure subroutine subtract_contacts(b, drift, contacts)
       real(wp), intent(inout) :: b(:,:)            !< [6,n] right-hand side, N
       real(wp), intent(in) :: drift(:,:)           !< [6,n] d₀, m
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(rows_type) :: rows
       real(wp) :: force(2), motion(2)
       integer :: c

@@ -28,7 +28,7 @@ contains
    !> Assemble what has changed since the last assembly, or everything in a new step.
    subroutine assemble_contacts(system, contacts, laws)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: n, first, last
 
@@ -53,7 +53,7 @@ contains
    !> Index the contacts of each near pair in the list, which has the order of the pairs.
    pure subroutine index_contacts(system, contacts)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer :: c, pair
 
       pair = 0
@@ -69,7 +69,7 @@ contains
    !> A pair with both blocks in the range is read once; other pairs are read twice.
    subroutine assemble_rows(system, contacts, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: first, last  !< of the range
       integer :: i, k
 
@@ -94,9 +94,9 @@ contains
    !> Assemble the terms of a near pair of blocks i > j in K̂ and f̂.
    subroutine assemble_pair(system, contacts, i, j, entry, row_too, column_too)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: i, j, entry
-      logical, intent(in) :: row_too, column_too  !< block i, with the coupling; block j
+      logical, intent(in) :: row_too, column_too  !< rows of block i (with coupling) and of block j
       type(rows_type) :: rows
       integer :: c, dirty_i, dirty_j
       logical :: coupled
@@ -217,7 +217,7 @@ contains
    !> Its assumed state has not changed; if states change, the blocks are dirty.
    pure subroutine add_to_rows(system, contacts, c, more, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c            !< number of the contact
       real(wp), intent(in) :: more(2)     !< compression and resistance to slip, N/m
       integer, intent(in) :: first, last  !< of the range

@@ -17,7 +17,7 @@ contains
 
    !> Compute gap and slip of all contacts at d.
    subroutine measure_contacts(contacts, d)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: p
 
@@ -33,7 +33,7 @@ contains
 
    !> Compute gap and slip of contacts first … last.
    pure subroutine measure_range(contacts, d, first, last)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
       real(wp) :: change(2)
@@ -48,7 +48,7 @@ contains
 
    !> Compute forces and states of all contacts by their laws at d.
    subroutine evaluate_contacts(contacts, laws, d, largest, residual)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: largest   !< largest force so far, N/m
@@ -71,7 +71,7 @@ contains
 
    !> Evaluate contacts first … last; update the largest force and the largest difference.
    pure subroutine evaluate_range(contacts, laws, first, last, largest, residual)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
       real(wp), intent(inout) :: largest, residual  !< force, N/m; N/m
@@ -101,7 +101,7 @@ contains
    !> A contact whose slip reverses sticks first, to prevent jumps between the two bounds.  A
    !> contact that closes repeatedly slides first, because its shear force would otherwise open it.
    pure integer function next_state(contacts, laws, response, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(response_type), intent(in) :: response  !< response of the law
       integer, intent(in) :: c  !< number of the contact
@@ -121,7 +121,7 @@ contains
 
    !> Normal force that the solve assumed in contact c, N/m.
    pure real(wp) function assumed_normal(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: opening
 
@@ -132,7 +132,7 @@ contains
 
    !> Shear force that the solve assumed in contact c, N/m.
    pure real(wp) function assumed_shear(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
 
       assumed_shear = contacts%free_force(2, c) + contacts%spring(2, c)*contacts%slip(c)

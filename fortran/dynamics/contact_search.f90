@@ -28,7 +28,7 @@ module dda_contact_search
    public :: find_contacts
 
    real(wp), parameter :: least_rounding = 1.0e-5_wp  !< fraction of the noise of contact forces
-   real(wp), parameter :: search_margin = 1.0_wp   !< of the contact distance: margin of the search
+   real(wp), parameter :: search_margin = 1.0_wp   !< search margin over the contact distance
 
 contains
 

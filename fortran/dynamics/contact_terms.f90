@@ -35,9 +35,9 @@ module dda_contact_terms
    !> Terms of the contacts that must be assembled, or passed to the solver.
    type :: contact_terms_type
       logical :: rebuild = .true.             !< the contacts or the linear part are new
-      logical :: other_matrix = .true.        !< K̂ is not that of the last call
-      integer, allocatable :: dirty(:)        !< [blocks] parts to be assembled again
-      integer, allocatable :: changed(:)      !< [contacts] parts that cause it
+      logical :: other_matrix = .true.        !< K̂ differs from that of the last call
+      integer, allocatable :: dirty(:)        !< [blocks] parts that must be assembled again
+      integer, allocatable :: changed(:)      !< [contacts] parts that require this
       !> springs and forces of contacts that neither slide nor are bonded follow from their states
       !> alone
       logical :: by_state = .false.
@@ -51,7 +51,7 @@ contains
    !> Update the terms of contacts in their assumed states; blocks with changes become dirty.
    subroutine update_contact_terms(terms, contacts, laws)
       type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: p, c
 
@@ -84,7 +84,7 @@ contains
    !> Compare forces at d = 0 of contacts first … last; in a new list all are new.
    pure subroutine compare_range(terms, contacts, laws, first, last)
       type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
       real(wp) :: springs(2), forces(2)
@@ -111,7 +111,7 @@ contains
    !> Record a change of the springs of contact c for the solver.
    pure subroutine renew_springs(terms, contacts, laws, c)
       type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       type(rows_type) :: rows
@@ -119,7 +119,7 @@ contains
       logical :: matters(2)
 
       call find_terms(contacts, laws, c, springs, forces)
-      if (tilts(contacts, c)) then  ! the normal spring is removed, and added along other rows
+      if (tilts(contacts, c)) then  ! the normal spring is removed and added along other rows
          call acting_rows(contacts, c, rows)
          call add_change(terms%spring_changes, contacts%block_v(c), rows%normal_v, &
             contacts%block_e(c), rows%normal_e, -contacts%spring(1, c))
@@ -138,7 +138,7 @@ contains
 
    !> .true. if the assumed rise of contact c by slip differs from that in K̂.
    pure logical function tilts(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
 
       tilts = contacts%with_laws
@@ -154,7 +154,7 @@ contains
 
    !> .true. if contact c has no force and retains no spring.
    elemental logical function is_free(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
 
       is_free = contacts%state(c) == contact_open .and. .not. contacts%retained(c) > 0.0_wp
@@ -164,7 +164,7 @@ contains
 
    !> .true. if contact c is open but has friction at a frozen bound.
    elemental logical function rubs_open(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
 
       rubs_open = .false.
@@ -174,7 +174,7 @@ contains
 
    !> Find stiffness of contact c in K̂ and its forces at d = 0, in its assumed state.
    pure subroutine find_terms(contacts, laws, c, springs, forces)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(out) :: springs(2), forces(2)  !< N/m
@@ -197,7 +197,7 @@ contains
 
    !> Find stiffness and forces of a contact with force, without a damaged bond.
    pure subroutine find_own_terms(contacts, laws, c, springs, forces)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(out) :: springs(2), forces(2)  !< N/m

@@ -14,14 +14,14 @@ module dda_damage_passes
    private
    public :: begin_damage, renew_damage, most_passes
 
-   integer, parameter :: most_passes = 40      !< of a step; brittle ones need more, and jump
+   integer, parameter :: most_passes = 40  !< passes of a step; brittle bonds need more, and jump
    real(wp), parameter :: same = 1.0e-6_wp     !< smaller differences of damage are ignored
 
 contains
 
    !> Set bonds to their present damage, and other contacts to full action.
    pure subroutine begin_damage(contacts, laws)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: c
 
@@ -35,10 +35,10 @@ contains
    !> Set the damage that corresponds to the solution.
    !> `passes` counts changes; it exceeds `most_passes` if the step is accepted without convergence.
    pure subroutine renew_damage(contacts, laws, passes, settled)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(inout) :: passes  !< of this step
-      logical, intent(out) :: settled   !< it equals the damage at which the bonds have acted
+      logical, intent(out) :: settled   !< it equals the damage for which the step was solved
       real(wp) :: fitting
       integer :: c
 

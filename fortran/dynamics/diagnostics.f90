@@ -19,7 +19,7 @@ module dda_diagnostics
    !> fraction of the gross energy exchanged: tolerance of the audit
    real(wp), parameter :: most_unexplained = 1.0e-6_wp
    real(wp), parameter :: most_strain = 0.02_wp  !< that counts as small
-   real(wp), parameter :: deepest = 0.05_wp      !< contact, of the smaller block's size
+   real(wp), parameter :: deepest = 0.05_wp      !< penetration over the size of the smaller block
    !> fraction of the same energy, gained by springs between steps
    real(wp), parameter :: most_geometric = 1.0e-2_wp
 

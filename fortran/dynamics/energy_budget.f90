@@ -28,7 +28,7 @@ contains
    subroutine start_energy_budget(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(out) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(elements_type), intent(in) :: elements  !< of the model
       type(step_type), intent(in) :: step  !< the first one
@@ -44,7 +44,7 @@ contains
    subroutine update_geometric(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(elements_type), intent(in) :: elements  !< of the model
       type(step_type), intent(in) :: step  !< the next step
@@ -68,7 +68,7 @@ contains
    subroutine update_step(energy, blocks, contacts, laws, elements, step, d)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(elements_type), intent(in) :: elements  !< of the model
       type(step_type), intent(in) :: step  !< the present step
@@ -145,7 +145,7 @@ contains
    !> Set the stored energy at the end of the step and add the losses of all contacts.
    subroutine update_contacts(energy, contacts, laws, step)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
       real(wp) :: part(7, most_pieces), total(7)
@@ -173,7 +173,7 @@ contains
    !> Sum stored energy, losses and gains of contacts first … last.
    !> Losses: slip, fracture, scheme, dashpots and impacts; gain: dilation.
    pure function contact_range(contacts, laws, step, first, last) result(total)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: first, last  !< of the range
@@ -199,7 +199,7 @@ contains
 
    !> .true. if the contact has dashpots or impacts.
    pure logical function is_damped(contacts, laws, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
@@ -210,7 +210,7 @@ contains
    !> Add stored energy, and losses by slip, by fracture and by the scheme, of one contact.
    pure subroutine add_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: before, after, work, stretched, slipped, loss
@@ -237,7 +237,7 @@ contains
    !> Slip recovers the work of lifting, so friction includes all work of the shear force.  Plastic
    pure subroutine add_joint_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       type(joint_state_type) :: state
@@ -278,7 +278,7 @@ contains
 
    !> .true. if contact c has a bond with gradual damage.
    pure logical function has_bond(contacts, laws, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
@@ -289,7 +289,7 @@ contains
    !> Add the energies of one contact with such a bond.
    pure subroutine add_bond(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: before, after, losses(2), loss
@@ -313,7 +313,7 @@ contains
    pure real(wp) function stored(laws, gap, closed, bonded, stretch)
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: gap, stretch  !< at the end of the step; of the spring, m
-      logical, intent(in) :: closed, bonded  !< the step is accepted; the contact is bonded
+      logical, intent(in) :: closed, bonded  !< closed after the step; bonded contact
 
       stored = 0.5_wp*laws%shear_stiffness*stretch**2
       if (bonded .or. (closed .and. .not. laws%augmented)) &
@@ -322,7 +322,7 @@ contains
 
    !> Energy in the springs of all contacts in the present geometry, J per metre of thickness.
    real(wp) function contact_energy(contacts, laws)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: part(most_pieces)
       integer :: p
@@ -340,7 +340,7 @@ contains
 
    !> Sum the energies of contacts first … last.
    pure real(wp) function stored_range(contacts, laws, first, last)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
       integer :: c

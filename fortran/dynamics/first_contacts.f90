@@ -27,11 +27,11 @@ module dda_first_contacts
       ! unsaved, found before it is used: pressed
       integer, allocatable :: vertex(:), edge(:)  !< [contacts]
       real(wp), allocatable :: share(:)           !< [contacts] fraction of the edge before the foot
-      real(wp), allocatable :: gap(:)             !< [contacts] first distance, of overlaps 0, m
-      integer, allocatable :: pressed(:)        !< [vertices] edge that each vertex presses on, or 0
+      real(wp), allocatable :: gap(:)             !< [contacts] initial distance, m; 0 for overlaps
+      integer, allocatable :: pressed(:)  !< [vertices] edge on which each vertex presses, or 0
       real(wp) :: shortest = 0.0_wp               !< of all edges, m
       real(wp) :: found(3) = 0.0_wp               !< at the last scan, see `scan`
-      real(wp) :: path = 0.0_wp                   !< displacement of the blocks at that time, m
+      real(wp) :: path = 0.0_wp                   !< displacement of the blocks at the last scan, m
    end type first_contacts_type
 
 contains
@@ -51,7 +51,7 @@ contains
       type(first_contacts_type), intent(out) :: first  !< the contacts
       type(contacts_type), intent(in) :: contacts      !< of the present state
       type(blocks_type), intent(in) :: blocks          !< in their present state
-      real(wp), intent(in) :: touching                 !< distance up to which contacts touch, m
+      real(wp), intent(in) :: touching                 !< distance below which contacts touch, m
       real(wp) :: apart(2)
       logical :: touch(contacts%n)
       integer :: c

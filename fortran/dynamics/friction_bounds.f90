@@ -19,8 +19,8 @@ module dda_friction_bounds
    public :: bounds_type, hold_bounds, release_bounds, renew_bounds
 
    real(wp), parameter :: same_way = 0.99_wp !< cosine between differences that keep their direction
-   real(wp), parameter :: stretch = 4.0_wp    !< factor of such a difference, over the last one
-   real(wp), parameter :: shorter = 0.5_wp    !< factor of others that do not decrease
+   real(wp), parameter :: stretch = 4.0_wp  !< factor of such a difference, relative to the last one
+   real(wp), parameter :: shorter = 0.5_wp    !< factor of other differences that do not decrease
    real(wp), parameter :: longer = 1.2_wp     !< factor of those that decrease
 
    !> Differences of the bounds.
@@ -38,7 +38,7 @@ contains
    !> Freeze the friction bounds of the contacts at their present normal forces.
    pure subroutine hold_bounds(bounds, contacts, laws)
       type(bounds_type), intent(out) :: bounds  !< no differences yet
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: c
 
@@ -48,7 +48,7 @@ contains
 
    !> Release the friction bounds, so that they depend on the normal forces again.
    pure subroutine release_bounds(contacts)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
 
       if (allocated(contacts%held_bound)) deallocate (contacts%held_bound)
    end subroutine release_bounds
@@ -56,7 +56,7 @@ contains
    !> Set the next bounds from the normal forces at the frozen ones.
    pure subroutine renew_bounds(bounds, contacts, laws)
       type(bounds_type), intent(inout) :: bounds  !< of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: change(contacts%n), length, along
       logical :: keeps_direction

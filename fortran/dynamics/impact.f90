@@ -35,25 +35,25 @@ module dda_impact
 
    !> fraction of the velocity that gravity causes in a step: dashpots stop slower contacts
    real(wp), parameter :: slow = 2.0_wp
-   real(wp), parameter :: short_way = 0.01_wp   !< of a step's path: smallest gap closed first
-   real(wp), parameter :: rigid = 1.0e8_wp  !< stiffness of strains of a struck block, over their K̂
+   real(wp), parameter :: short_way = 0.01_wp   !< smallest gap closed first, over the path
+   real(wp), parameter :: rigid = 1.0e8_wp  !< stiffness of strains of a struck block over K̂
    real(wp), parameter :: unyielding = 1.0e5_wp !< stiffness of its supports, over the inertia in K̂
    integer, parameter :: most_rounds = 20       !< rounds in which further contacts are struck
-   real(wp), parameter :: gain_allowed = 1.0e-6_wp  !< of the energies in play: rounding
+   real(wp), parameter :: gain_allowed = 1.0e-6_wp  !< fraction of the exchanged energy: rounding
 
    !> Impacts of a step, and their counts.
    type :: impacts_type
       logical, allocatable :: hit(:)      !< [blocks] struck in this step
-      logical, allocatable :: stiff(:)    !< [blocks] their part of K̂ has been made rigid
+      logical, allocatable :: stiff(:)    !< [blocks] made rigid in K̂
       real(wp), allocatable :: before(:)  !< [blocks] fraction of the step before the impact
-      logical :: lifting = .true.         !< contacts that open keep their force until the impact
+      logical :: lifting = .true.         !< contacts that open retain their force until the impact
       real(wp) :: share = 1.0_wp          !< factor of the restitution that gains no energy
       real(wp) :: work = 0.0_wp           !< work of rigid supports, J per metre
-      real(wp) :: lost = 0.0_wp           !< energy of keeping strains, J per metre
+      real(wp) :: lost = 0.0_wp           !< energy lost by rigid strains, J per metre
       integer :: struck = 0               !< contacts, in this step
       integer(long) :: steps = 0          !< accepted ones with impacts
       integer(long) :: contacts = 0       !< struck in them
-      integer(long) :: reduced = 0        !< those whose restitution would have gained energy
+      integer(long) :: reduced = 0  !< impacts with reduced restitution, to prevent a gain of energy
    end type impacts_type
 
 contains
@@ -74,7 +74,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the present step
@@ -125,12 +125,12 @@ contains
       first, found)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(open_close_type), intent(in) :: iteration  !< converged
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: slowest  !< velocity of an impact, m/s
-      logical, intent(in) :: first  !< nothing has been struck in this step
+      logical, intent(in) :: first  !< no contact has been struck in this step
       integer, intent(out) :: found  !< contacts struck
       integer :: c
 
@@ -161,7 +161,7 @@ contains
 
    !> Fraction of the step before contact c touches at its present velocity; 0 if already touching.
    pure real(wp) function share_before(contacts, step, c) result(share)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
 
@@ -174,7 +174,7 @@ contains
    !> Lift contacts that open in the solution: they retain their force until the impact.
    pure subroutine lift_opened(impacts, contacts, laws, lifted)
       type(impacts_type), intent(in) :: impacts  !< of this step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(out) :: lifted  !< contacts
       real(wp) :: share
@@ -196,7 +196,7 @@ contains
    !> Velocity at which a struck contact opens, m/s.
    pure real(wp) function target_of(impacts, contacts, laws, step, c) result(target)
       type(impacts_type), intent(in) :: impacts  !< of this step
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
@@ -211,7 +211,7 @@ contains
    !> Make the other closed contacts of struck blocks rigid.
    pure subroutine stiffen_neighbours(impacts, contacts, laws, blocks, step)
       type(impacts_type), intent(in) :: impacts  !< of this step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the present step
@@ -326,7 +326,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -350,7 +350,7 @@ contains
 
    !> .true. if the impacts of the solution gain energy, as Newton's law with friction permits.
    pure logical function gains_energy(contacts, laws, step)  ! total
-      type(contacts_type), intent(in) :: contacts  !< this step's list, solved
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
       type(losses_type) :: losses
@@ -373,7 +373,7 @@ contains
    !> The restitution of all struck contacts is finally set to zero.
    pure subroutine reduce(impacts, contacts, laws, blocks, step)
       type(impacts_type), intent(inout) :: impacts  !< of this step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the present step

@@ -17,8 +17,8 @@ module dda_joint_ends
 
    character(len=*), parameter :: bending_topic = 'bending'  !< of doubts
 
-   real(wp), parameter :: most_bending = 0.2_wp   !< of the mean: smallest reported difference
-   real(wp), parameter :: least_bending = 0.01_wp !< of the strength: less is rounding
+   real(wp), parameter :: most_bending = 0.2_wp   !< smallest reported difference over the mean
+   real(wp), parameter :: least_bending = 0.01_wp !< fraction of the strength: less is rounding
    real(wp), parameter :: linear = 3.0_wp         !< end stress over that of two contacts
 
 contains
@@ -101,7 +101,7 @@ contains
    pure function words(simulation, c, found) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< bonded contact
-      real(wp), intent(in) :: found(2)                 !< mean, and difference at an end, Pa
+      real(wp), intent(in) :: found(2)  !< mean stress, and its difference at an end, Pa
       character(len=:), allocatable :: text, share
 
       share = ''

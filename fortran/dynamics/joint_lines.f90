@@ -16,7 +16,7 @@ contains
 
    !> Set lines tangent to the laws at the closures at the start of the step.
    pure subroutine begin_lines(contacts, laws)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: slip
       integer :: c
@@ -38,7 +38,7 @@ contains
 
    !> Set the rise of a contact that slid in the last step, in the same direction.
    pure subroutine begin_rise(contacts, law, c)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< of the contact
       integer, intent(in) :: c                        !< number of the contact
       type(joint_state_type) :: state
@@ -59,7 +59,7 @@ contains
 
    !> Set lines for the next iteration of contacts whose law differs too much from the present line.
    pure subroutine renew_lines(contacts, laws, allowed)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: allowed  !< difference of normal forces, N/m
       type(response_type) :: response
@@ -86,7 +86,7 @@ contains
 
    !> Set lines of contacts that rise, without their assumed friction; contact c does not rise.
    pure subroutine drop_friction(contacts, laws, c)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
@@ -102,7 +102,7 @@ contains
 
    !> .true. if contact c slips from its centre or back to it, contrary to the assumption.
    pure logical function passes_centre(contacts, c)  ! total
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       integer, intent(in) :: c  !< number of the contact
 
       passes_centre = contacts%with_net_slip
@@ -112,7 +112,7 @@ contains
 
    !> .true. if contact c can resist shear or tension without a normal force.
    pure logical function has_bond(contacts, laws, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
@@ -127,7 +127,7 @@ contains
 
    !> Remove the peak strength of a contact; its bond remains only with enough residual tension.
    pure subroutine break_joint(contacts, laws, c)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: tension

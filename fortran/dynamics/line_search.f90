@@ -52,10 +52,10 @@ contains
    !> move (Illinois) makes convergence superlinear.
    subroutine descend(system, contacts, laws, alpha, other)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(out) :: alpha  !< fraction of the step
-      class(other_slope_type), intent(in), optional :: other  !< forces that are not linear
+      class(other_slope_type), intent(in), optional :: other  !< forces that are nonlinear
       real(wp) :: start, growth, slope_lo, slope_hi, alpha_lo, alpha_hi, slope, first, linear(2)
       integer :: i
 
@@ -162,7 +162,7 @@ contains
    !> The slope of all contacts at the new d is summed too.
    subroutine measure_changes(system, contacts, slope)
       type(system_type), intent(in) :: system  !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       real(wp), intent(out) :: slope  !< J/m
       real(wp) :: piece(most_pieces)
       integer :: p
@@ -184,7 +184,7 @@ contains
    !> Measure the changes of contacts first … last.
    pure subroutine change_range(system, contacts, first, last, slope)
       type(system_type), intent(in) :: system  !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       integer, intent(in) :: first, last  !< of the range
       real(wp), intent(out) :: slope  !< J/m
       real(wp) :: change_v(6), change_e(6), change(2)
@@ -204,7 +204,7 @@ contains
 
    !> Sum, once, the contacts whose slope is linear between the ends.
    subroutine sum_linear(contacts, laws, linear)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, with its changes
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(out) :: linear(2)  !< slope at the previous d and its increase, J/m
       real(wp) :: piece(2, most_pieces)
@@ -226,7 +226,7 @@ contains
 
    !> Sum the linear slopes of contacts first … last.
    pure subroutine linear_range(contacts, laws, first, last, linear)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, with its changes
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
       real(wp), intent(out) :: linear(2)  !< slope at the previous d and its increase, J/m
@@ -248,7 +248,7 @@ contains
 
    !> Sum the slope of all contacts at a fraction of the step from the previous d to the new d.
    real(wp) function contact_slope(contacts, laws, alpha) result(slope)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: alpha  !< fraction of the step
       real(wp) :: piece(most_pieces)
@@ -268,7 +268,7 @@ contains
 
    !> Sum the slope of contacts first … last.
    pure real(wp) function slope_range(contacts, laws, alpha, first, last) result(slope)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: alpha  !< fraction of the step
       integer, intent(in) :: first, last  !< of the range
@@ -285,7 +285,7 @@ contains
 
    !> Forces of contact c at a fraction of the step.
    pure subroutine respond_at(contacts, laws, c, alpha, response)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(in) :: alpha  !< fraction of the step
@@ -299,7 +299,7 @@ contains
 
    !> Slope of contact c, J/m.
    pure real(wp) function slope_of(contacts, c, response) result(slope)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with its changes
       integer, intent(in) :: c  !< number of the contact
       type(response_type), intent(in) :: response  !< its forces
 

@@ -15,7 +15,7 @@ submodule(dda_open_close) dda_local_iteration
    implicit none
 
    integer, parameter :: reach = 2               !< contacts between a changing one and fixed blocks
-   real(wp), parameter :: most_blocks = 0.4_wp     !< of all blocks; larger regions are not iterated
+   real(wp), parameter :: most_blocks = 0.4_wp     !< largest region over the number of blocks
    !> stiffness of fixed blocks, N/m: contact stiffness is below its rounding, and the product of
    !> their square roots does not overflow in single precision
    real(wp), parameter :: immovable = 1.0e30_wp
@@ -26,7 +26,7 @@ contains
    recursive module subroutine iterate_regions(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, allocatable :: blocks(:), list(:), block_start(:), start(:)
       integer :: region(system%matrix%n), position(system%matrix%n), regions, i
@@ -58,7 +58,7 @@ contains
    pure logical function can_be_divided(iteration, system, contacts, laws)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: changes
 
@@ -74,7 +74,7 @@ contains
 
    !> Find the connected regions of the blocks near a changing contact, and number them.
    pure subroutine find_regions(contacts, tolerance, region, regions)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       real(wp), intent(in) :: tolerance  !< tolerance of the force difference, N/m
       integer, intent(out) :: region(:)  !< [blocks] region of each block, 0 if fixed
       integer, intent(out) :: regions  !< their number
@@ -154,10 +154,10 @@ contains
    !> Iterate one region; leave it unchanged if the iteration does not converge.
    recursive subroutine iterate_region(iteration, system, contacts, laws, blocks, list, v, e)
       type(open_close_type), intent(in) :: iteration  !< of the whole
-      type(system_type), intent(inout) :: system  !< of the whole; gets d of the region
-      type(contacts_type), intent(inout) :: contacts  !< of the whole; get states
+      type(system_type), intent(inout) :: system  !< whole system; gets d of the region
+      type(contacts_type), intent(inout) :: contacts  !< contacts of the whole model; receive states
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: blocks(:), list(:)  !< blocks of the region, and contacts that touch it
+      integer, intent(in) :: blocks(:), list(:)  !< blocks of the region, and their contacts
       integer, intent(in) :: v(:), e(:)  !< [contacts] their blocks, numbered in the region
       type(open_close_type) :: part_iteration
       type(system_type) :: part
@@ -223,7 +223,7 @@ contains
       integer, intent(in) :: v(:), e(:)  !< [contacts] their blocks, numbered in the region
       type(system_type), intent(inout) :: part  !< of the region, gets its pattern
       type(contacts_type), intent(out) :: own  !< of the region
-      integer, allocatable, intent(out) :: order(:)  !< number of each in the whole
+      integer, allocatable, intent(out) :: order(:)  !< number of each in the whole model
       integer, allocatable :: start(:), sorted(:), key(:)
       integer :: i, held
 
@@ -246,7 +246,7 @@ contains
       type(system_type), intent(in) :: system  !< of the whole
       type(contacts_type), intent(in) :: contacts  !< of the whole
       integer, intent(in) :: c  !< number of the contact
-      logical, intent(in) :: holds_v, holds_e  !< the block of the vertex or of the edge is fixed
+      logical, intent(in) :: holds_v, holds_e  !< block of the vertex, of the edge is fixed
       real(wp), intent(inout) :: gap, stretch  !< m
       real(wp) :: change(2)
 
@@ -285,7 +285,7 @@ contains
    !> Number the pairs of blocks in contact, and allocate K̂ for them.
    subroutine lay_out(part, own, held)
       type(system_type), intent(inout) :: part  !< gets its pattern
-      type(contacts_type), intent(inout) :: own  !< contacts pair by pair, get the numbers of pairs
+      type(contacts_type), intent(inout) :: own  !< contacts by pairs; get pair numbers
       integer, intent(in) :: held  !< block that represents the fixed ones
       integer :: pairs(2, own%n), n, i
 

@@ -169,7 +169,7 @@ contains
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: d(6)             !< increments of its coordinates
       real(wp), intent(inout) :: material      !< loss by damping, J per metre of thickness
-      real(wp), intent(inout) :: scheme        !< Δσ·Δε beyond that of elasticity, the same
+      real(wp), intent(inout) :: scheme        !< loss of the scheme, Δσ·Δε of damping, J per metre
       real(wp) :: change(3), total(3)
       integer :: l
 

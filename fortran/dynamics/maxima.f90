@@ -128,7 +128,7 @@ contains
    subroutine add_contacts(largest, contacts, size_of, least_size, time)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
       type(contacts_type), intent(in) :: contacts      !< of the last step
-      real(wp), intent(in) :: size_of(:)   !< [blocks] root of the area, m
+      real(wp), intent(in) :: size_of(:)   !< [blocks] square root of the area, m
       real(wp), intent(in) :: least_size   !< of all blocks, m
       real(wp), intent(in) :: time         !< s
       real(wp) :: most(3, most_pieces), bound
@@ -165,7 +165,7 @@ contains
    !> Also the largest penetration over the size of a block if one exceeds a bound, else 0.
    pure subroutine scan_contacts(contacts, size_of, first, last, bound, most)
       type(contacts_type), intent(in) :: contacts  !< of the last step
-      real(wp), intent(in) :: size_of(:)           !< [blocks] root of the area, m
+      real(wp), intent(in) :: size_of(:)           !< [blocks] square root of the area, m
       integer, intent(in) :: first, last           !< of the range
       real(wp), intent(in) :: bound       !< smallest penetration that may have the largest ratio, m
       real(wp), intent(out) :: most(3)             !< m; (N/m)²; 1
@@ -192,7 +192,7 @@ contains
    pure subroutine take_contacts(largest, contacts, size_of, time)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
       type(contacts_type), intent(in) :: contacts      !< of the last step
-      real(wp), intent(in) :: size_of(:)   !< [blocks] root of the area, m
+      real(wp), intent(in) :: size_of(:)   !< [blocks] square root of the area, m
       real(wp), intent(in) :: time         !< s
       real(wp) :: depth
       integer :: c

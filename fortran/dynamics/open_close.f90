@@ -32,9 +32,9 @@ module dda_open_close
       add_counts, iterate, evaluate, check_strength, take_states, fail_if_given_up, loose, &
       retained_share
 
-   real(wp), parameter :: short_step = 0.5_wp        !< step length α of a step that overshot
+   real(wp), parameter :: short_step = 0.5_wp  !< step length α below which a step has overshot
    real(wp), parameter :: very_short_step = 0.1_wp
-   integer, parameter :: most_short_steps = 6        !< short steps before a whole one
+   integer, parameter :: most_short_steps = 6        !< successive short steps before a whole one
    integer, parameter :: few_solves = 45            !< solves in which noise of positions is reduced
    !> rounds, free and then frozen, if Δt cannot be reduced: each may converge if the other does
    !> not
@@ -42,19 +42,19 @@ module dda_open_close
    !> fraction of the iterations of a free round: with frozen bounds each iteration lowers the
    !> energy, some 200 times in a wall of 120 bricks at 20 ms
    integer, parameter :: patience = 8
-   real(wp), parameter :: least_share = 0.1_wp  !< of the tolerance: smaller differences keep a line
+   real(wp), parameter :: least_share = 0.1_wp  !< over the tolerance: lines are kept below
    integer, parameter :: most_friction_solves = 60   !< solves at fixed states
-   real(wp), parameter :: loose = 1.0e-2_wp         !< of the first residual, before the final solve
-   real(wp), parameter :: friction_share = 0.2_wp !< of the first difference, before the final solve
+   real(wp), parameter :: loose = 1.0e-2_wp         !< relative residual before the final solve
+   real(wp), parameter :: friction_share = 0.2_wp !< relative difference before it
    !> successive short steps before all sliding contacts retain stiffness: with 2, walls under
    !> gravity need 1.3 times as many factors; with 8, static stages do not end
    integer, parameter :: most_overshoots = 4
-   real(wp), parameter :: near_whole = 0.9_wp       !< step length α of a step that has not overshot
-   real(wp), parameter :: many_changes = 0.05_wp     !< of the contacts: more changes will overshoot
+   real(wp), parameter :: near_whole = 0.9_wp  !< step length α above which a step has not overshot
+   real(wp), parameter :: many_changes = 0.05_wp     !< fraction of changes that will overshoot
    !> fraction of a secant shear stiffness, retained at first; later factor per iteration
    real(wp), parameter :: retained_share = 0.3_wp
-   real(wp), parameter :: first_retained = 0.01_wp   !< of the shear stiffness, if all retain it
-   real(wp), parameter :: least_retained = 0.03_wp   !< smallest fraction; normal, at first
+   real(wp), parameter :: first_retained = 0.01_wp   !< retained part of shear stiffness
+   real(wp), parameter :: least_retained = 0.03_wp   !< smallest retained fraction
 
    !> Settings and outcome of the iteration of one step.
    type :: open_close_type
@@ -68,7 +68,7 @@ module dda_open_close
       ! unsaved, listed in each iteration: slides
       ! unsaved, found in each iteration: reversed
       integer :: max_iterations = 400
-      integer :: most_changes = huge(1)   !< changes of the first iteration up to which it continues
+      integer :: most_changes = huge(1)   !< largest number of changes in the first iteration
       logical :: last_resort = .false.                !< no shorter step can be taken
       real(wp) :: relative_tolerance = 1.0e-9_wp      !< of the largest force
       real(wp) :: penetration_tolerance = 0.0_wp      !< m; > 0: augmented Lagrangian
@@ -84,18 +84,18 @@ module dda_open_close
       integer :: broken = 0                           !< bonds broken in this step
       real(wp) :: residual = 0.0_wp                   !< largest force difference, N/m
       real(wp) :: tolerance = 0.0_wp                  !< its tolerance, N/m
-      integer :: worst = 0                            !< its contact, 0 within the tolerance
-      integer :: short_steps = 0                      !< very short steps in a row
+      integer :: worst = 0  !< contact with the largest difference, 0 within the tolerance
+      integer :: short_steps = 0                      !< successive very short steps
       integer :: passes = 0                           !< passes of the damage of bonds
-      integer :: overshoots = 0                       !< short steps of sliding contacts in a row
+      integer :: overshoots = 0  !< successive short steps with sliding contacts
       logical :: shortened = .false.                  !< the last step was short
       logical, allocatable :: reversed(:)             !< [contacts] slip of the whole step reverses
       !> residual at the last iteration of regions, N/m: repeated only if it has decreased
       real(wp) :: region_residual = huge(1.0_wp)
-      logical :: keeps_states = .false.               !< work of forces within the tolerance
+      logical :: keeps_states = .false.  !< contacts within the tolerance retain their states
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
       logical :: relaxes = .false.                  !< static steps relax, see dda_static_relaxation
-      logical :: converged = .true.       !< the last relaxation has converged, as required for rest
+      logical :: converged = .true.  !< the last relaxation has converged, as equilibrium requires
       real(wp) :: unbalanced_work = 0.0_wp            !< work of its unbalanced forces, J/m
       real(wp) :: reduction = 0.0_wp                  !< `loose` except in a final solve
       type(slides_type) :: slides                     !< sliding contacts and their forces
@@ -106,7 +106,7 @@ module dda_open_close
       recursive module subroutine iterate_regions(iteration, system, contacts, laws)
          type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
          type(system_type), intent(inout) :: system  !< equations of the step; d changes
-         type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+         type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
          type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       end subroutine iterate_regions
    end interface
@@ -121,7 +121,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical :: converged, by_bounds
@@ -155,9 +155,9 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: limit  !< iterations with the same bounds; of all twice as many
+      integer, intent(in) :: limit  !< iterations with the same bounds; twice as many in total
       logical, intent(out) :: converged  !< the bounds and all contact forces have converged
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(bounds_type) :: bounds
@@ -187,7 +187,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(out) :: converged  !< converged
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -247,7 +247,7 @@ contains
    !> Reset the iteration for a new step.
    pure subroutine begin_iteration(iteration, contacts)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
 
       iteration%converged = .true.
       iteration%unbalanced_work = 0.0_wp
@@ -261,7 +261,7 @@ contains
       iteration%retained = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_steps = 0
-      iteration%worst = 0  ! of the last step's list
+      iteration%worst = 0  ! contact of the last step's list
       contacts%close_count(:contacts%n) = 0
       contacts%retained(:contacts%n) = 0.0_wp
    end subroutine begin_iteration
@@ -289,7 +289,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
@@ -312,9 +312,9 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in) :: exactly  !< to the tolerance from the first
+      logical, intent(in) :: exactly  !< to the tolerance from the first solve on
       integer, intent(out) :: diverged  !< as in `solve_friction`
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: pass
@@ -333,7 +333,7 @@ contains
 
    !> .true. if a state differs from that of the law, or a contact retains stiffness.
    pure logical function will_change(contacts)  ! total
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
 
       will_change = any(contacts%trial_state(:contacts%n) /= contacts%state(:contacts%n) &
          .or. contacts%retained(:contacts%n) > 0.0_wp)
@@ -343,7 +343,7 @@ contains
    subroutine evaluate(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step, solved
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: largest
 
@@ -362,7 +362,7 @@ contains
    pure real(wp) function tolerance_of(iteration, system, contacts, laws, largest) result(tolerance)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: largest  !< force of the iterate, N/m
       real(wp) :: noise
@@ -378,7 +378,7 @@ contains
    !> Applied forces of the step, N/m: loads and inertia of all blocks, and largest contact force.
    pure real(wp) function given_force(system, contacts, laws) result(given)
       type(system_type), intent(in) :: system  !< equations of the step
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: c
 
@@ -396,7 +396,7 @@ contains
    !> change alters the matrix, and many changes require a new factor in each iteration.
    pure subroutine keep_states(iteration, contacts)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       integer :: n
 
       n = contacts%n
@@ -421,7 +421,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
@@ -436,9 +436,9 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in) :: exactly !< to the tolerance, else to a fraction of the first difference
+      logical, intent(in) :: exactly !< to the tolerance; else to part of the first difference
       integer, intent(out) :: diverged !< contact whose friction force does not converge, else 0
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: difference, first, wanted, reduction
@@ -477,7 +477,7 @@ contains
    !> Sliding has no solution at the assumed states, which occurs if friction is high enough.
    pure subroutine force_to_stick(system, contacts, laws, diverged)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: diverged  !< number of the contact
 
@@ -496,7 +496,7 @@ contains
    subroutine globalise(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: alpha
       logical :: overshot, held
@@ -530,7 +530,7 @@ contains
    !> Accept a converged step unless a bond is overloaded or a penetration exceeds the tolerance.
    subroutine check_strength(iteration, contacts, laws, converged)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(out) :: converged  !< the step is accepted
       integer :: broken
@@ -545,7 +545,7 @@ contains
    !> Break the bonds that the converged solution overloads; the step continues without them.
    subroutine break_bonds(iteration, contacts, laws, broken)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(out) :: broken  !< contacts that lose their peak strength
       integer :: c
@@ -566,7 +566,7 @@ contains
    !> Augmented Lagrangian by Uzawa's iteration: the next solve starts with closed contacts.
    subroutine tighten(iteration, contacts, converged)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       logical, intent(out) :: converged  !< no multiplier has changed
       integer :: c
 
@@ -585,7 +585,7 @@ contains
    !> Assume the states given by the laws, and count the changes.
    subroutine adopt_states(iteration, contacts, laws, changed)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(out) :: changed  !< contacts that change
       logical :: by_contact
@@ -608,7 +608,7 @@ contains
    !> Assume the states given by the laws in contacts first … last.
    pure subroutine adopt_range(iteration, contacts, laws, by_contact, first, last)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: by_contact  !< the iteration overshoots, or is expected to
       integer, intent(in) :: first, last  !< of the range
@@ -624,7 +624,7 @@ contains
 
    !> Assume the states and slide forces of the last evaluation in contacts first … last.
    pure subroutine take_states(contacts, first, last)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       integer, intent(in) :: first, last  !< of the range
 
       contacts%state(first:last) = contacts%trial_state(first:last)
@@ -642,7 +642,7 @@ contains
    !> stiffness to its friction bound, which decreases while the iteration overshoots.
    pure subroutine retain(iteration, contacts, laws, by_contact, c)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: by_contact  !< the iteration overshoots, or is expected to
       integer, intent(in) :: c  !< number of the contact
@@ -667,7 +667,7 @@ contains
 
    !> Shear force of a sliding contact over that of its spring without slip.
    pure real(wp) function secant_share(contacts, laws, c) result(share)
-      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: at(2)

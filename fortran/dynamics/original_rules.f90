@@ -34,10 +34,10 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: half_size    !< w0, m
-      logical, intent(in) :: first_step    !< of the run: it has at least two iterations
+      logical, intent(in) :: first_step    !< first step of the run: it has at least two iterations
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: i, c, switched
 
@@ -71,7 +71,7 @@ contains
 
    !> Lock the touching contacts at the start of a run.
    pure subroutine lock_touching(contacts, half_size)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       real(wp), intent(in) :: half_size  !< of the model, m
 
       where (contacts%gap(:contacts%n) <= open_band*half_size) contacts%state(:contacts%n) = &
@@ -81,7 +81,7 @@ contains
 
    !> Next state of a contact by the transition table of the original rules.
    pure integer function next_state(contacts, laws, half_size, c) result(next)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: half_size  !< of the model, m
       integer, intent(in) :: c  !< number of the contact
@@ -111,7 +111,7 @@ contains
 
    !> Adopt the states; the friction of the next iteration follows from the present normal force.
    pure subroutine adopt(contacts, laws)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(coulomb_contact_type) :: law
       integer :: c
@@ -132,7 +132,7 @@ contains
    !> Remove cohesion and tension when a step first ends in another state than sticking.
    pure subroutine lose_bonds(iteration, contacts)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       integer :: c
 
       do c = 1, contacts%n

@@ -43,10 +43,10 @@ module dda_simulation
 
    !> State of the stop rule; if there is no &stop, only a blank reason.
    type :: stop_state_type
-      character(len=:), allocatable :: reason   !< why the run has ended early; blank if it has not
+      character(len=:), allocatable :: reason   !< reason for an early end of the run; blank if none
       real(wp), allocatable :: first(:,:)       !< [3, blocks] positions from which movement counts
-      real(wp), allocatable :: window(:,:)      !< [3, blocks] positions by which rest is judged
-      real(wp) :: since = 0.0_wp                !< time of the positions for rest, s
+      real(wp), allocatable :: window(:,:)      !< [3, blocks] positions for the test of equilibrium
+      real(wp) :: since = 0.0_wp                !< time at which the window began, s
    end type stop_state_type
 
    !> The largest values of all steps since counting began (`dda_running_maxima`).
@@ -56,13 +56,13 @@ module dda_simulation
       logical :: counting = .false.
       type(largest_type) :: largest(number_of_maxima)  !< so far
       type(largest_type) :: last(number_of_maxima)     !< of the present state, see `take_residuals`
-      integer :: moved(3) = 0                !< numbers of contacts that touched, slipped and opened
+      integer :: moved(3) = 0  !< numbers of initial contacts, slipped and opened contacts
       type(base_type) :: base                   !< base from which displacements and rates count
       type(first_contacts_type) :: contacts     !< contacts of slip and opening
       real(wp), allocatable :: first(:,:)     !< [3,blocks] positions from which displacements count
-      real(wp), allocatable :: size_of(:)       !< [blocks] root of the area, or of its body, m
+      real(wp), allocatable :: size_of(:)       !< [blocks] root of the area of block or body, m
       real(wp) :: least_size = 0.0_wp           !< of these
-      integer, allocatable :: below(:)          !< [points] the point below each, or 0
+      integer, allocatable :: below(:)          !< [points] point below each point, or 0
       !> displacement of the base when displacements of points began to count, m
       real(wp) :: points_from(2) = 0.0_wp
    end type maxima_type
@@ -81,7 +81,7 @@ module dda_simulation
       ! unsaved, set at the end of each round, before it is used: solution
       type(model_type) :: model                !< constant data
       type(blocks_type) :: blocks              !< coordinates, velocities, vertices
-      type(contacts_type) :: contacts(2)       !< this step's list and the last one's
+      type(contacts_type) :: contacts(2)       !< contacts of this step and of the last step
       integer :: now = 1                       !< index of this step's list
       type(neighbours_type) :: neighbours
       type(detection_type) :: detection
@@ -102,8 +102,8 @@ module dda_simulation
       type(maxima_type) :: maxima
       class(companions_type), allocatable :: columns  !< of free fields
       integer :: stage = 0                     !< present stage
-      integer(long) :: first_step = 0          !< steps done before it
-      real(wp) :: first_time = 0.0_wp          !< time at its beginning, s
+      integer(long) :: first_step = 0          !< steps before the present stage
+      real(wp) :: first_time = 0.0_wp          !< time at the start of the present stage, s
       integer(long) :: step = 0                !< steps done
       real(wp) :: time = 0.0_wp                !< s
       real(wp) :: time_step = 0.0_wp           !< Δt of the next step, s
@@ -112,7 +112,7 @@ module dda_simulation
       real(wp) :: speed = 0.0_wp
       real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
       logical :: resting = .false.             !< a static stage is running
-      character(len=:), allocatable :: statics  !< static stages so far in words; blank: none
+      character(len=:), allocatable :: statics  !< text on the static stages so far; blank: none
       !> warnings of the check and of static stages
       type(doubt_type), allocatable :: doubts(:)
       !> input including changes between steps, and their description; blank: none

@@ -20,7 +20,7 @@ module dda_slide_forces
    type :: slides_type
       integer :: n = 0
       integer, allocatable :: contact(:)   !< [n] which contacts slide
-      real(wp), allocatable :: force(:)    !< assumed forces, beyond the part of a rise, N/m
+      real(wp), allocatable :: force(:)    !< assumed forces, without the part of a rise, N/m
       real(wp), allocatable :: response(:) !< forces of the law, N/m
       real(wp), allocatable :: rhs_change(:,:)  !< [6,blocks] change of f̂, N
       type(anderson_type) :: memory
@@ -31,7 +31,7 @@ contains
    !> List the contacts that are assumed to slide.
    subroutine list_slides(slides, contacts)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer :: c
 
       call make_room(slides, contacts%n)
@@ -48,7 +48,7 @@ contains
 
    !> Fraction of contact c on which friction acts; the rest of the contact may be bonded.
    pure real(wp) function weight_of(contacts, c) result(weight)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
 
       weight = 1.0_wp
@@ -69,7 +69,7 @@ contains
    !> Evaluate the slide forces for the normal forces at d, in the assumed directions.
    subroutine evaluate_slides(slides, contacts, laws, d)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: p
@@ -88,7 +88,7 @@ contains
    !> Evaluate sliding contacts first … last.
    pure subroutine evaluate_range(slides, contacts, laws, d, first, last)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
@@ -121,7 +121,7 @@ contains
    !> Assume the next forces in the contacts and in the right-hand side.
    subroutine assume_next(slides, contacts, system)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(system_type), intent(inout) :: system  !< equations of the step
       real(wp) :: more(2)
       integer :: i, c, first, last, n
@@ -150,7 +150,7 @@ contains
    !> More friction reduces slip and lift.
    pure function more_of(slides, contacts, i) result(more)
       type(slides_type), intent(in) :: slides      !< sliding contacts, with the next forces
-      type(contacts_type), intent(in) :: contacts  !< this step's list, with the present ones
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with the present forces
       integer, intent(in) :: i                     !< of `slides`
       real(wp) :: more(2)
 
@@ -164,7 +164,7 @@ contains
    !> Add the increments to block rows first … last of the right-hand side.
    subroutine assume_rows(slides, contacts, system, first, last)
       type(slides_type), intent(inout) :: slides  !< sliding contacts, with the next forces
-      type(contacts_type), intent(in) :: contacts  !< this step's list, with the present ones
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with the present forces
       type(system_type), intent(inout) :: system  !< equations of the step
       integer, intent(in) :: first, last  !< of the range
       integer :: i, c

@@ -29,10 +29,10 @@ module dda_static_relaxation
    private
    public :: solve_statics, relax
 
-   integer, parameter :: many_changes = 2000     !< of the first iteration: the step is relaxed
+   integer, parameter :: many_changes = 2000     !< first changes that cause relaxation
    integer, parameter :: most_iterations = 21    !< of a relaxed step
-   real(wp), parameter :: ascent = 10.0_wp       !< correction of the last iterate over the best
-   real(wp), parameter :: nearly = 1.0e3_wp      !< tolerances: bonds are checked, rest is judged
+   real(wp), parameter :: ascent = 10.0_wp       !< correction of the last iterate over the best one
+   real(wp), parameter :: nearly = 1.0e3_wp      !< tolerances at which bonds are checked
 
    !> Iterates of a step, scaled by the square roots of the diagonal of S.
    type :: iterate_type
@@ -40,7 +40,7 @@ module dda_static_relaxation
       real(wp), allocatable :: scale(:)     !< [6n] those square roots
       real(wp), allocatable :: x(:)         !< [6n] the present d
       real(wp), allocatable :: image(:)     !< [6n] d'
-      real(wp), allocatable :: best(:,:)    !< [6,n] d of the smallest correction, not scaled
+      real(wp), allocatable :: best(:,:)    !< [6,n] d with the smallest correction, not scaled
       real(wp) :: correction = 0.0_wp       !< ‖image − x‖²; twice an energy, J/m
       real(wp) :: least = huge(1.0_wp)      !< the smallest so far
    end type iterate_type
@@ -53,7 +53,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< plain, not damped
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical :: converged
@@ -75,9 +75,9 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< plain, not damped
-      logical, intent(out) :: converged  !< else the contacts have their former states
+      logical, intent(out) :: converged  !< converged; otherwise contacts have their former states
       type(error_type), allocatable, intent(out) :: error  !< allocated if the step has failed
       integer, allocatable :: states(:)
 
@@ -97,7 +97,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< plain, not damped
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(iterate_type) :: iterates
@@ -129,7 +129,7 @@ contains
    !> The fraction of an open contact decreases with its gap, like its secant stiffness.
    subroutine impose_springs(iteration, contacts, laws)
       type(open_close_type), intent(in) :: iteration  !< of the step
-      type(contacts_type), intent(inout) :: contacts  !< gets springs; all count as assumed stuck
+      type(contacts_type), intent(inout) :: contacts  !< get springs; all are assumed to stick
       type(laws_type), intent(in) :: laws  !< plain, not damped
       real(wp) :: share(2), gap_force
       integer :: c
@@ -149,7 +149,7 @@ contains
 
    !> Assume the forces of the laws at the last evaluation, linear in d with the springs of S.
    subroutine impose_forces(contacts)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       integer :: c
 
       !$omp parallel do schedule(static) if (contacts%n >= parallel_from)
@@ -169,7 +169,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< its d becomes d'
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< plain, not damped
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: d(:,:)
@@ -211,7 +211,7 @@ contains
       type(iterate_type), intent(in) :: iterates  !< of the step
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< its right-hand side is overwritten
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< plain, not damped
       real(wp), allocatable :: internal(:,:)
       logical :: strong

@@ -54,7 +54,7 @@ module dda_system
       real(wp), allocatable :: load(:,:)           !< [6,n] f̂ without contacts
       real(wp), allocatable :: rhs(:,:)            !< [6,n] f̂
       real(wp), allocatable :: d(:,:)              !< [6,n] unknowns (paper eq. 2)
-      real(wp), allocatable :: previous_d(:,:)     !< [6,n] those of the iteration before
+      real(wp), allocatable :: previous_d(:,:)     !< [6,n] unknowns of the last iteration
       logical :: drifts = .false.                  !< moving bodies in this step
       !> [6,n] d₀ of moving bodies, K̂d₀ of the linear part, and work space, see dda_body_drift
       real(wp), allocatable :: drift(:,:), drift_load(:,:), reduced(:,:)
@@ -235,7 +235,7 @@ contains
       real(wp), intent(in) :: inertia(4), velocity(6)     !< as in `blocks_type`
       real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N/m; strains
       real(wp), intent(in) :: area, initial_stress(3)     !< m²; Pa
-      real(wp), intent(in) :: share                     !< fraction of the area that has this strain
+      real(wp), intent(in) :: share                     !< fraction of the area with this strain
       real(wp), intent(out) :: load(6)
 
       load = weight*momentum_of(inertia, velocity)

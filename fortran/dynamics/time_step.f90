@@ -37,8 +37,8 @@ module dda_time_step
 
    real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< factors of an adaptive Δt
    integer, parameter :: most_attempts = 40                  !< at one step
-   integer, parameter :: most_rounds = 60  !< of bolt states, or Newton, in a step
-   integer, parameter :: most_searches = 3                   !< at one step of the same Δt
+   integer, parameter :: most_rounds = 60  !< rounds of bolt states or of Newton's method in a step
+   integer, parameter :: most_searches = 3  !< searches in one step with the same Δt
 
 contains
 
@@ -130,7 +130,7 @@ contains
    subroutine solve_columns(simulation, again, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       logical, intent(in) :: again  !< another attempt at the same step
-      type(error_type), allocatable, intent(out) :: error  !< of the last column that fails
+      type(error_type), allocatable, intent(out) :: error  !< error of the last column that fails
       type(error_type), allocatable :: failure
       integer :: i
 

@@ -29,14 +29,14 @@ module dda_absorbing
 
    !> Gauss points of all absorbing boundaries.
    type, extends(element_type) :: absorbing_type
-      type(fixed_point_type), allocatable :: point(:)  !< [points] position, and support in statics
+      type(fixed_point_type), allocatable :: point(:)  !< [points] position; support in statics
       real(wp), allocatable :: axes(:,:,:)             !< [2,2,points] normal and edge, in columns
-      real(wp), allocatable :: dashpot(:,:)            !< [2,points] along these, N s/m per m
-      integer, allocatable :: motion(:,:)              !< [2,points] of the half-space; 0: none
+      real(wp), allocatable :: dashpot(:,:)  !< [2,points] dashpots along these axes, N s/m per m
+      integer, allocatable :: motion(:,:)  !< [2,points] motions of the half-space; 0: none
       real(wp), allocatable :: factor(:)               !< [points] of its motion
-      integer, allocatable :: block(:)                 !< [any] that the points are on, once each
-      real(wp), allocatable :: reaction(:,:)           !< [6,any] force on each that stays, N/m …
-      real(wp) :: stiffness = 0.0_wp                   !< of a static support, N/m per m
+      integer, allocatable :: block(:)  !< [any] blocks with points, without repetition
+      real(wp), allocatable :: reaction(:,:)  !< [6,any] constant force on each block, N/m …
+      real(wp) :: stiffness = 0.0_wp                   !< stiffness of a static support, N/m per m
       integer :: kind = term_boundary                  !< of its terms
       type(fixed_points_type), allocatable :: support  !< in static stages
    contains
@@ -56,7 +56,7 @@ contains
    !> Create the Gauss points of boundaries, without reactions.
    pure function new_absorbing_boundaries(boundaries, stiffness) result(self)
       type(boundary_type), intent(in) :: boundaries(:)  !< of the model
-      real(wp), intent(in) :: stiffness  !< of a support in static stages, N/m per m
+      real(wp), intent(in) :: stiffness  !< stiffness of a support in static stages, N/m per m
       type(absorbing_type) :: self
       integer :: n, i, g, at
 
@@ -229,7 +229,7 @@ contains
    !> Inherit the reactions of the former element, and add those of its static springs.
    subroutine inherit(self, before, blocks)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before     !< the former element, of the same type
+      class(element_type), intent(in) :: before     !< former element, of the same type
       type(blocks_type), intent(in) :: blocks       !< in their present state
       integer :: i, k
 
@@ -274,7 +274,7 @@ contains
       !> Force and moment about the origin.
       pure function moved_to_origin(b, force) result(moved)
          integer, intent(in) :: b           !< block
-         real(wp), intent(in) :: force(3)   !< on it, with the moment about its centroid
+         real(wp), intent(in) :: force(3)   !< force on a block, and its moment about the centroid
          real(wp) :: moved(3)
 
          associate (centre => blocks%position(1:2, b))

@@ -21,13 +21,13 @@ module dda_added_mass
    private
    public :: added_mass_type, new_added_mass
 
-   integer, parameter :: points = 4  !< of Gauss, on a straight face
+   integer, parameter :: points = 4  !< Gauss points on a straight face
    real(wp), parameter :: abscissa(points) = 0.5_wp + 0.5_wp*[-0.8611363115940526_wp, &
       -0.3399810435848563_wp, 0.3399810435848563_wp, 0.8611363115940526_wp]
    real(wp), parameter :: weight(points) = 0.5_wp*[0.3478548451374538_wp, 0.6521451548625461_wp, &
       0.6521451548625461_wp, 0.3478548451374538_wp]
    real(wp), parameter :: westergaard = 0.875_wp  !< 7/8
-   real(wp), parameter :: standard_gravity = 9.81_wp  !< m/s², unit weight over density
+   real(wp), parameter :: standard_gravity = 9.81_wp  !< m/s²: unit weight of water over its density
 
    !> A mass that moves with a point of a face, in the direction of the normal of the face.
    type :: wet_point_type

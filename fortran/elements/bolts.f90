@@ -33,7 +33,7 @@ module dda_bolts
    !> All bolts of a model and their state.
    type, extends(element_type) :: bolts_type
       type(bolt_type), allocatable :: bolt(:)
-      integer, allocatable :: mode(:,:)       !< [2,bolts] elastic, yielding, slack; of a component
+      integer, allocatable :: mode(:,:)       !< [2,bolts] elastic, yielding or slack component
       logical, allocatable :: in_place(:)     !< [bolts] it is installed
       real(wp), allocatable :: free(:,:)      !< [2,bolts] s_p, m
       real(wp), allocatable :: first(:,:)     !< [2,bolts] stretch at installation, m
@@ -130,7 +130,7 @@ contains
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(out) :: row(6, most_points)  !< those of its points count
+      real(wp), intent(out) :: row(6, most_points)  !< rows for its points
       real(wp) :: direction(2), leg(2)
       integer :: k
 
@@ -417,7 +417,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
       type(step_type), intent(in) :: step           !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer, intent(inout) :: changed  !< components that must be assumed otherwise
+      integer, intent(inout) :: changed  !< number of components with another mode
       real(wp) :: row(6, most_points)
       integer :: i, c, k, mode
 
@@ -461,7 +461,7 @@ contains
    !> Inherit the state of the former bolts, except of removed ones.
    subroutine inherit(self, before, blocks)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before  !< the former element, of the same type
+      class(element_type), intent(in) :: before  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks  !< in their present state
       integer :: i
 

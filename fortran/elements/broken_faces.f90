@@ -78,7 +78,7 @@ contains
    pure subroutine joint_damage(elements, i, damage, spent)
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: i                     !< broken face
-      real(wp), intent(out) :: damage              !< of its points by their weights
+      real(wp), intent(out) :: damage              !< damage of its points, with weights
       logical, intent(out) :: spent                !< no bond is left
       integer :: k
 

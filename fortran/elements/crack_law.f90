@@ -39,7 +39,7 @@ module dda_crack_law
    type :: motion_type
       real(wp) :: opening(2) = 0.0_wp   !< g at both ends, m
       real(wp) :: slip(2) = 0.0_wp      !< s at both ends, m
-      real(wp) :: slider(2) = 0.0_wp    !< of it by slip of the slider, m
+      real(wp) :: slider(2) = 0.0_wp    !< part by slip of the slider, m
       logical :: sticks = .true.        !< the slider does not slip
    end type motion_type
 
@@ -82,7 +82,7 @@ contains
    pure type(motion_type) function motion_of(self, point, state, strain, change) result(motion)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< at its position
-      real(wp), intent(in) :: state(:)              !< [any] at the start of the step
+      real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start, their change, m
       real(wp) :: elastic, most
 
@@ -99,7 +99,7 @@ contains
    pure real(wp) function acting_damage(self, point, state) result(share)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< at its position
-      real(wp), intent(in) :: state(:)              !< [any] at the start of the step
+      real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
 
       share = max(state(damaged), min(1.0_wp, point%bounding(2)/self%joint%strengths(1)))
    end function acting_damage
@@ -108,7 +108,7 @@ contains
    pure function frozen_stress(self, point, state, strain, change, step) result(stress)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< at its position
-      real(wp), intent(in) :: state(:)              !< [any] at the start of the step
+      real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start, their change, m
       type(step_type), intent(in) :: step           !< the present one
       real(wp) :: stress(3), energy(2), after, share, surplus
@@ -136,7 +136,7 @@ contains
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(crack_law_type), intent(in) :: self          !< law
       type(strain_point_type), intent(in) :: point       !< at its position
-      real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
+      real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)       !< g and s at the start, their change, m
       type(step_type), intent(in) :: step                !< the present one
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa; Pa/m
@@ -165,7 +165,7 @@ contains
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(crack_law_type), intent(in) :: self      !< law
       type(strain_point_type), intent(in) :: point   !< at its position
-      real(wp), intent(inout) :: state(:)            !< [any] at the start, then of the end
+      real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
       real(wp), intent(in) :: strain(3), change(3)   !< g and s at the start, their change, m
       type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(out) :: loss(losses)          !< J/m²

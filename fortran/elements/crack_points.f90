@@ -35,7 +35,7 @@ contains
 
    !> Number of welded faces.
    pure integer function faces_of(self, blocks) result(faces)
-      class(material_points_type), intent(in) :: self  !< with points of faces that can break
+      class(material_points_type), intent(in) :: self  !< elements with faces that can break
       type(blocks_type), intent(in) :: blocks        !< in any state
 
       faces = (self%n - self%first_crack)/crack_points
@@ -87,7 +87,7 @@ contains
    pure subroutine crack_damage(self, i, damage, spent)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                       !< broken face
-      real(wp), intent(out) :: damage                !< of its points by their weights
+      real(wp), intent(out) :: damage                !< damage of its points, with weights
       logical, intent(out) :: spent                  !< no bond is left
       integer :: k, p
 

@@ -20,12 +20,12 @@ module dda_edge_loads
    public :: edge_loads_type, new_edge_loads
 
    real(wp), parameter :: near = 0.5_wp - 0.5_wp/sqrt(3.0_wp)  !< first Gauss point
-   real(wp), parameter :: close = 1.0e-9_wp  !< of a length: the ends of a phreatic line include it
+   real(wp), parameter :: close = 1.0e-9_wp  !< tolerance at ends of a phreatic line, relative
 
    !> All loads on edges of a model.
    type, extends(element_type) :: edge_loads_type
       type(edge_load_type), allocatable :: load(:)
-      logical :: frozen = .false.       !< they stay as they are at `time`
+      logical :: frozen = .false.       !< loads are frozen at `time`
       real(wp) :: time = 0.0_wp         !< s
    contains
       procedure :: add_force
@@ -136,7 +136,7 @@ contains
       integer, intent(in) :: k  !< piece
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: ends(2, 2)  !< of the part, m
-      real(wp), intent(in) :: rise, factor  !< of the line, m; of the pressure
+      real(wp), intent(in) :: rise, factor  !< rise of the line, m; factor of the pressure
       real(wp) :: span(2), head(2), x(2), reach
       integer :: j
 
@@ -158,7 +158,7 @@ contains
 
    !> Fractions of an edge between two abscissae; first > last if there are none.
    pure function fractions_between(x, low, high) result(span)
-      real(wp), intent(in) :: x(2)       !< of the ends of the edge, m
+      real(wp), intent(in) :: x(2)       !< abscissae of the ends of the edge, m
       real(wp), intent(in) :: low, high  !< m
       real(wp) :: span(2)
 
@@ -174,7 +174,7 @@ contains
       type(edge_piece_type), intent(in) :: piece  !< of an edge
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: ends(2, 2)  !< of the part, m
-      real(wp), intent(in) :: span(2)  !< fractions of the part at which the stretch begins and ends
+      real(wp), intent(in) :: span(2)  !< fractions of the part at the start and end of the stretch
       real(wp), intent(in) :: pressure(2)  !< there, Pa
       real(wp), intent(in) :: factor  !< of the pressure
       real(wp) :: wet(2), dry
@@ -194,7 +194,7 @@ contains
       type(edge_piece_type), intent(in) :: piece  !< of an edge
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: ends(2, 2)  !< of the part, m
-      real(wp), intent(in) :: span(2)  !< fractions of the part at which the stretch begins and ends
+      real(wp), intent(in) :: span(2)  !< fractions of the part at the start and end of the stretch
       real(wp), intent(in) :: pressure(2)  !< there, Pa
       real(wp), intent(in) :: shear  !< in the counter-clockwise sense, Pa
       real(wp) :: along(2), at, p

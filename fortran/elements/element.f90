@@ -129,13 +129,13 @@ contains
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< in their present state
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
-      real(wp), intent(in) :: time          !< at which loads and prescribed positions are frozen, s
+      real(wp), intent(in) :: time  !< time at which loads and prescribed positions are frozen, s
    end subroutine freeze_nothing
 
    !> Inherit the state of the former element after a change of model or stage; default: none.
    subroutine inherit_nothing(self, before, blocks)
       class(element_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before     !< the former element, of the same type
+      class(element_type), intent(in) :: before     !< former element, of the same type
       type(blocks_type), intent(in) :: blocks       !< in their present state
    end subroutine inherit_nothing
 

@@ -46,17 +46,17 @@ module dda_elements
    type :: elements_type
       type(kind_type), allocatable :: kind(:)
       type(motion_type), allocatable :: motions(:)
-      logical :: nonlinear = .false.  !< some materials have laws of their own
+      logical :: nonlinear = .false.  !< some materials have their own laws
    end type elements_type
 
 contains
 
    !> Create the elements that a model requires.  New kinds are registered here.
    subroutine set_elements(elements, model, blocks, time)
-      type(elements_type), intent(inout) :: elements  !< replaced; states of their own stay
-      type(model_type), intent(in) :: model  !< as the stages up to now have changed it
+      type(elements_type), intent(inout) :: elements  !< replaced; their states are retained
+      type(model_type), intent(in) :: model  !< model with the changes of the stages so far
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(in) :: time  !< from which they act, s
+      real(wp), intent(in) :: time  !< time from which they act, s
       type(kind_type), allocatable :: before(:)
 
       call move_alloc(elements%kind, before)
@@ -424,10 +424,10 @@ contains
    subroutine follow_free_field(elements, number, block, column, d, force)
       type(elements_type), intent(inout) :: elements  !< of the model
       integer, intent(in) :: number                   !< of the free field
-      integer, intent(in) :: block(:)                 !< [n] of the model, that the column has
-      type(blocks_type), intent(in) :: column         !< its blocks at the start of the step
-      real(wp), intent(in) :: d(:,:)                  !< [6,n] their increments in it
-      real(wp), intent(in) :: force(:,:)              !< [6,n] on them at the side, N/m …
+      integer, intent(in) :: block(:)                 !< [n] blocks of the model that the column has
+      type(blocks_type), intent(in) :: column  !< blocks of the column at the start of the step
+      real(wp), intent(in) :: d(:,:)  !< [6,n] increments of these blocks in the step
+      real(wp), intent(in) :: force(:,:)              !< [6,n] forces on them at the side, N/m …
       integer :: i
 
       do i = 1, size(elements%kind)

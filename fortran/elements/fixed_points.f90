@@ -20,7 +20,7 @@ module dda_fixed_points
    type, extends(spring_element_type) :: fixed_points_type
       ! unsaved, the input: point
       type(fixed_point_type), allocatable :: point(:)
-      real(wp), allocatable :: rate(:,:)      !< [2,points] velocity of their motions, m/s
+      real(wp), allocatable :: rate(:,:)      !< [2,points] velocity of the motions, m/s
    contains
       procedure :: get_spring
       procedure :: accept
@@ -36,7 +36,7 @@ contains
       time) result(self)
       type(fixed_point_type), intent(in) :: points(:)  !< [points]
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      real(wp), intent(in) :: stiffness  !< of those that have none, N/m per metre of thickness
+      real(wp), intent(in) :: stiffness  !< stiffness of points without their own, N/m per metre
       real(wp), intent(in) :: time       !< s
       integer :: i
 

@@ -20,15 +20,15 @@ module dda_flow_groups
       integer, allocatable :: node(:)
       ! Of more nodes than one
       integer, allocatable :: block(:)        !< beside them
-      real(wp), allocatable :: factor(:,:)    !< [nodes,nodes] L; of a single node M
+      real(wp), allocatable :: factor(:,:)    !< [nodes,nodes] L; M for a single node
       real(wp), allocatable :: spring(:,:,:)  !< [6,blocks,nodes] G
-      integer, allocatable :: place(:)        !< [blocks of the model] of each in `block`
+      integer, allocatable :: place(:)        !< [blocks of the model] position of each in `block`
    end type group_type
 
    !> fraction of the conductance: of channels with both nodes above the water, in steady flow
    real(wp), parameter :: of_air = 1.0e-3_wp
-   integer, parameter :: most_rounds = 60  !< of the search for the water table
-   real(wp), parameter :: rounding = 1.0e-9_wp  !< of the largest potential: no suction
+   integer, parameter :: most_rounds = 60  !< rounds of the search for the water table
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< fraction of the largest potential: no suction
 
 contains
 
@@ -111,8 +111,8 @@ contains
    !> Compute factor and springs of all groups: M = S + Δt H of free nodes; fixed ones are rigid.
    pure subroutine set_springs(network, conductance, fixed, groups)
       type(network_type), intent(in) :: network       !< of the model
-      real(wp), intent(in) :: conductance(:)          !< [channels] Δt times it, m²/Pa
-      logical, intent(in) :: fixed(:)                 !< [nodes] their pressure is known
+      real(wp), intent(in) :: conductance(:)          !< [channels] Δt times the conductance, m²/Pa
+      logical, intent(in) :: fixed(:)                 !< [nodes] the pressure is known
       type(group_type), intent(inout) :: groups(:)    !< get new numbers
       integer :: place(size(fixed)), owner(size(fixed)), g, i
 
@@ -136,8 +136,8 @@ contains
    !> Add Δt H between free nodes, and between free and fixed nodes.
    pure subroutine add_conductances(network, conductance, fixed, place, owner, groups)
       type(network_type), intent(in) :: network       !< of the model
-      real(wp), intent(in) :: conductance(:)          !< [channels] Δt times it, m²/Pa
-      logical, intent(in) :: fixed(:)                 !< [nodes] their pressure is known
+      real(wp), intent(in) :: conductance(:)          !< [channels] Δt times the conductance, m²/Pa
+      logical, intent(in) :: fixed(:)                 !< [nodes] the pressure is known
       integer, intent(in) :: place(:), owner(:)       !< [nodes] in its group; its group
       type(group_type), intent(inout) :: groups(:)    !< get new numbers
       integer :: c, i, k
@@ -160,7 +160,7 @@ contains
    !> Set the rows B of the free nodes of a group.
    pure subroutine set_rows(network, fixed, group)
       type(network_type), intent(in) :: network  !< of the model
-      logical, intent(in) :: fixed(:)            !< [nodes] their pressure is known
+      logical, intent(in) :: fixed(:)            !< [nodes] the pressure is known
       type(group_type), intent(inout) :: group   !< gets new numbers
       integer :: i, r
 
@@ -187,7 +187,7 @@ contains
    !> Append the springs; those of fixed nodes have no stiffness, so that the pattern is constant.
    pure subroutine add_springs(network, fixed, groups, terms)
       type(network_type), intent(in) :: network         !< of the model
-      logical, intent(in) :: fixed(:)                   !< [nodes] their pressure is known
+      logical, intent(in) :: fixed(:)                   !< [nodes] the pressure is known
       type(group_type), intent(in) :: groups(:)         !< of all nodes
       type(linear_terms_type), intent(inout) :: terms   !< springs and dashpots
       integer :: g, i
@@ -274,11 +274,11 @@ contains
    pure subroutine find_steady_heads(network, group, fixed, source, conductance, head, settled)
       type(network_type), intent(in) :: network   !< of the model
       type(group_type), intent(in) :: group       !< a component
-      logical, intent(in) :: fixed(:)             !< [nodes] their pressure is known
+      logical, intent(in) :: fixed(:)             !< [nodes] the pressure is known
       real(wp), intent(in) :: source(:)           !< [nodes] inflow, m²/s
-      real(wp), intent(inout) :: conductance(:)   !< [channels] that acts in the end, m²/(Pa s)
-      real(wp), intent(inout) :: head(:)          !< [nodes] φ, Pa; that of fixed ones is known
-      logical, intent(inout) :: settled           !< becomes false if no water table was found
+      real(wp), intent(inout) :: conductance(:)   !< [channels] final conductance, m²/(Pa s)
+      real(wp), intent(inout) :: head(:)          !< [nodes] φ, Pa; known at fixed nodes
+      logical, intent(inout) :: settled           !< set to .false. if no water table was found
       real(wp) :: matrix(size(group%node), size(group%node)), right(size(group%node), 1)
       real(wp) :: known(size(group%node))
       logical :: dry(size(head)), now(size(head)), flows

@@ -19,11 +19,11 @@ module dda_flow_network
    !> Geometry of the network in a step.
    type :: network_type
       type(flow_type) :: flow
-      logical, allocatable :: absent(:)        !< [channels] a block beside it is removed
+      logical, allocatable :: absent(:)        !< [channels] an adjacent block is removed
       !> [nodes+1] first row of B of each node; [rows] its block
       integer, allocatable :: first(:), block(:)
       real(wp), allocatable :: row(:,:)        !< [6,rows] ∂V/∂q, m³ and metre of thickness
-      integer, allocatable :: row_of(:,:,:)    !< [sides,ends,channels] of the node and the block
+      integer, allocatable :: row_of(:,:,:)  !< [sides,ends,channels] row of the node and the block
       real(wp), allocatable :: aperture(:,:)   !< [ends,channels] m
       real(wp), allocatable :: conductance(:)  !< [channels] m²/(Pa s)
       real(wp), allocatable :: volume(:)       !< [nodes] m³ per metre of thickness
@@ -108,7 +108,7 @@ contains
    pure subroutine close_up(network, count, block)
       type(network_type), intent(inout) :: network  !< with rows numbered within each node
       integer, intent(in) :: count(:)               !< [nodes+1] blocks of each node
-      integer, intent(in) :: block(:)               !< from `first` of each node on
+      integer, intent(in) :: block(:)               !< blocks of each node, from `first` on
       integer :: first(size(count)), c, k, node
 
       first(1) = 1
@@ -134,7 +134,7 @@ contains
    pure subroutine update_network(network, blocks)
       type(network_type), intent(inout) :: network  !< of the model
       type(blocks_type), intent(in) :: blocks       !< in their present state
-      real(wp), parameter :: sign(2) = [-1.0_wp, 1.0_wp]  !< of the gap, by the side that moves
+      real(wp), parameter :: sign(2) = [-1.0_wp, 1.0_wp]  !< sign of the gap change, by side
       real(wp) :: normal(2), gap(6, 2)
       integer :: c, k, side
 

@@ -21,7 +21,7 @@ module dda_free_sides
    !> Gauss points of all free-field sides; `reaction` is the force of the neighbours.
    type, extends(absorbing_type) :: free_sides_type
       integer, allocatable :: field(:)    !< [points] free field behind each
-      real(wp), allocatable :: carried(:,:)  !< [2,points] of its ground over the step, m
+      real(wp), allocatable :: carried(:,:)  !< [2,points] ground displacement in the step, m
    contains
       procedure :: freeze
       procedure :: balance
@@ -46,10 +46,10 @@ contains
    pure subroutine follow_column(self, number, block, column, d, force)
       class(free_sides_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: number                  !< of the field
-      integer, intent(in) :: block(:)                !< [n] of the model, that the column has
-      type(blocks_type), intent(in) :: column        !< its blocks at the start of the step
-      real(wp), intent(in) :: d(:,:)                 !< [6,n] their increments in it
-      real(wp), intent(in) :: force(:,:)             !< [6,n] on them at the side, N/m …
+      integer, intent(in) :: block(:)                !< [n] blocks of the model that the column has
+      type(blocks_type), intent(in) :: column  !< blocks of the column at the start of the step
+      real(wp), intent(in) :: d(:,:)                 !< [6,n] increments of these blocks in the step
+      real(wp), intent(in) :: force(:,:)             !< [6,n] forces on them at the side, N/m …
       integer :: i, b
 
       do i = 1, size(self%block)

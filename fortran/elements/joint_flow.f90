@@ -43,7 +43,7 @@ module dda_joint_flow
    integer, parameter :: channel_columns = columns_of(in_flow_channels)
    !> rounds in which all nodes may change state; then one at a time, which is finite (Murty 1974)
    integer, parameter :: free_rounds = 15
-   real(wp), parameter :: rounding = 1.0e-12_wp  !< of the largest pressure, and of a volume
+   real(wp), parameter :: rounding = 1.0e-12_wp !< fraction of the largest pressure, and of a volume
 
    !> Water of a model and its state.
    type, extends(element_type) :: joint_flow_type
@@ -54,19 +54,19 @@ module dda_joint_flow
       real(wp), allocatable :: pressure(:)    !< [nodes] Pa
       real(wp), allocatable :: empty(:)       !< [nodes] volume without water w, m³ per metre
       logical, allocatable :: vented(:)       !< [nodes] assumed not full
-      logical, allocatable :: is_dry(:)       !< [boundaries] the load that it belongs to is missing
+      logical, allocatable :: is_dry(:)  !< [boundaries] the load to which it belongs does not act
       ! Of the step
       type(step_type) :: step
       integer :: rounds = 0                   !< of states
-      logical, allocatable :: fixed(:)        !< [nodes] their pressure is prescribed
+      logical, allocatable :: fixed(:)        !< [nodes] the pressure is prescribed
       real(wp), allocatable :: source(:)      !< [nodes] inflow Q, m²/s
-      real(wp), allocatable :: conductance(:) !< [channels] that acts, m²/(Pa s)
+      real(wp), allocatable :: conductance(:) !< [channels] effective conductance, m²/(Pa s)
       real(wp), allocatable :: first(:)       !< [nodes] p₁ at d = 0, Pa
       real(wp), allocatable :: rest(:)        !< [nodes] r, m³ per metre of thickness
-      real(wp), allocatable :: head(:)        !< [nodes] φ at the end of it, Pa
+      real(wp), allocatable :: head(:)        !< [nodes] φ at the end of the step, Pa
       logical :: settled = .true.             !< the water table of steady flow was found
       real(wp), allocatable :: after(:)       !< [nodes] p₁ of the last solution, Pa
-      real(wp), allocatable :: growth(:)      !< [nodes] Bᵀd of it, m³ per metre of thickness
+      real(wp), allocatable :: growth(:)      !< [nodes] Bᵀd of that, m³ per metre of thickness
       ! Of the last accepted step
       real(wp), allocatable :: inflow(:)      !< [nodes] from outside, m²/s
       real(wp), allocatable :: flux(:)        !< [channels] from the first node to the second, m²/s
@@ -113,7 +113,7 @@ contains
 
    !> .true. if the load to which a boundary belongs does not act.
    pure logical function is_missing(load, loads)
-      integer, intent(in) :: load                   !< number, 0: it belongs to none
+      integer, intent(in) :: load                   !< number of the load; 0: it belongs to no load
       type(edge_load_type), intent(in) :: loads(:)  !< of the model
 
       is_missing = load > 0
@@ -333,7 +333,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
       type(step_type), intent(in) :: step           !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer, intent(inout) :: changed  !< nodes that must be assumed otherwise
+      integer, intent(inout) :: changed  !< number of nodes with another state
       real(wp) :: empty(size(self%first))
       logical :: is_wrong(size(self%first))
       integer :: first
@@ -401,7 +401,7 @@ contains
    !> Inherit pressures and volumes of the former element.
    subroutine inherit(self, before, blocks)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before  !< the former element, of the same type
+      class(element_type), intent(in) :: before  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks  !< in their present state
 
       select type (before)

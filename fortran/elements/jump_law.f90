@@ -36,8 +36,8 @@ contains
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(jump_law_type), intent(in) :: self           !< law
       type(strain_point_type), intent(in) :: point       !< at its position
-      real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
-      real(wp), intent(in) :: strain(3), change(3)       !< jump at the start, its change, m
+      real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
+      real(wp), intent(in) :: strain(3), change(3)       !< jump at the start, and its change, m
       type(step_type), intent(in) :: step                !< the present one
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< N/m; N/m²
       real(wp) :: force(2), slope(2, 2)
@@ -55,8 +55,8 @@ contains
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(jump_law_type), intent(in) :: self       !< law
       type(strain_point_type), intent(in) :: point   !< at its position
-      real(wp), intent(inout) :: state(:)            !< [any] at the start, then of the end
-      real(wp), intent(in) :: strain(3), change(3)   !< jump at the start, its change, m
+      real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
+      real(wp), intent(in) :: strain(3), change(3)   !< jump at the start, and its change, m
       type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(out) :: loss(losses)          !< J/m
       real(wp) :: trial(2), force(2), slope(2, 2), flow(2)

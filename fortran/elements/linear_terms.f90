@@ -60,10 +60,10 @@ module dda_linear_terms
       integer :: source = 0                 !< number of the contact or element of that kind
       integer :: block_a = 0                !< first block
       integer :: block_b = 0                !< second block; 0: the ground
-      integer :: motion(2) = 0              !< that the ground follows in x and y; 0: it stays
-      logical :: damped = .false.           !< a dashpot keeps it from ringing
-      logical :: of_penalty = .false.       !< in proportion to the normal stiffness k_n
-      real(wp) :: damped_share(2) = 0.0_wp  !< that the materials of blocks a and b damp
+      integer :: motion(2) = 0              !< motions of the ground in x and y; 0: fixed
+      logical :: damped = .false.           !< a dashpot prevents ringing
+      logical :: of_penalty = .false.       !< proportional to the normal stiffness k_n
+      real(wp) :: damped_share(2) = 0.0_wp  !< fractions damped by the materials of blocks a and b
       real(wp) :: coefficient = 0.0_wp      !< c, N/m, N s/m or kg per metre of thickness
       real(wp) :: row_a(6) = 0.0_wp         !< of u
       real(wp) :: row_b(6) = 0.0_wp         !< of −u
@@ -251,7 +251,7 @@ contains
    !> once.
    pure subroutine add_to_matrix(terms, weights, matrix)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
-      real(wp), intent(in) :: weights(instants)  !< by the instant of a term; 0 leaves it out
+      real(wp), intent(in) :: weights(instants)  !< weight by instant; 0: term is omitted
       type(block_matrix_type), intent(inout) :: matrix  !< block matrix
       real(wp) :: c
       integer :: i, pair(2), entry

@@ -39,12 +39,12 @@ module dda_material_points
    !> All points, without equations.
    type, abstract, extends(element_type) :: material_points_type
       integer :: n = 0
-      logical, allocatable :: active(:)                  !< [n] there is more than elasticity
+      logical, allocatable :: active(:)                  !< [n] the law differs from elasticity
       !> [materials + 1 + joints] of materials, of jumps, of faces that break
       type(slot_type), allocatable :: slot(:)
       integer, allocatable :: material(:)                !< [n]
       integer, allocatable :: block(:,:)                 !< [2,n] block and 0, or cells of the face
-      integer, allocatable :: side(:,:)                  !< [2,n] points of a jump's face, else 0
+      integer, allocatable :: side(:,:)  !< [2,n] points of the face of a jump, else 0
       integer, allocatable :: crack(:)                   !< [n] point 1 … 3 of a broken face, else 0
       integer :: first_crack = 0                         !< points before those of broken faces
       real(wp), allocatable :: area(:)                   !< [n] m²; of jumps 1
@@ -52,14 +52,14 @@ module dda_material_points
       type(weld_type), allocatable :: face(:)            !< [n]
       real(wp), allocatable :: map(:,:,:)                !< [3,deformations,n] its strain by these
       real(wp), allocatable :: reference(:,:)            !< [3,n] strain at the start of the law
-      real(wp), allocatable :: carried(:,:)              !< [3,n] c that stays from laws before, Pa
+      real(wp), allocatable :: carried(:,:)              !< [3,n] c retained from earlier laws, Pa
       real(wp), allocatable :: state(:,:)                !< [any,n] of the laws
-      logical :: static = .false.                        !< laws that rest do
-      real(wp), allocatable :: rest(:,:)                 !< [3,n] ε at which they began to, else 0
-      real(wp), allocatable :: kept(:,:)                 !< [3,n] c that they keep meanwhile, Pa
-      real(wp), allocatable :: rest_energy(:)            !< [n] work of kept c, J/m³
+      logical :: static = .false.                        !< laws are inactive in this static stage
+      real(wp), allocatable :: rest(:,:)  !< [3,n] ε at which laws became inactive, else 0
+      real(wp), allocatable :: kept(:,:)                 !< [3,n] c of inactive laws, Pa
+      real(wp), allocatable :: rest_energy(:)            !< [n] work of the retained c, J/m³
       ! Of a step
-      real(wp), allocatable :: strain(:,:)               !< [3,n] ε at its start
+      real(wp), allocatable :: strain(:,:)               !< [3,n] ε at the start of the step
    end type material_points_type
 
 contains
@@ -164,7 +164,7 @@ contains
 
    !> Create points of the mean and linear jumps of welded faces.
    subroutine set_jump_points(self, welds, blocks, moduli)
-      class(material_points_type), intent(inout) :: self  !< with its arrays and other points
+      class(material_points_type), intent(inout) :: self  !< points with arrays and other points
       type(weld_type), intent(in) :: welds(:)           !< of the model
       type(blocks_type), intent(in) :: blocks           !< in their present state
       real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
@@ -194,9 +194,9 @@ contains
 
    !> Create points of faces that can break: opening and slip from the deformations.
    subroutine set_crack_points(self, welds, before)
-      class(material_points_type), intent(inout) :: self  !< with its arrays and other points
+      class(material_points_type), intent(inout) :: self  !< points with arrays and other points
       type(weld_type), intent(in) :: welds(:)           !< of the model
-      integer, intent(in) :: before                     !< slots before those of joints
+      integer, intent(in) :: before                     !< number of slots before those of joints
       integer :: i, k, p
 
       do i = 1, size(welds)
@@ -227,7 +227,7 @@ contains
 
    !> Largest force of the jump of point p in a step, N/m, from the points of its face at the start.
    pure real(wp) function cap_of(self, p) result(cap)
-      class(material_points_type), intent(in) :: self  !< with strains at the start of the step
+      class(material_points_type), intent(in) :: self  !< points, with strains at the start
       integer, intent(in) :: p                       !< point of a jump
       integer :: k
 
@@ -245,7 +245,7 @@ contains
 
    !> Begin the law of point p in the present state, with the elastic stress of its strain.
    subroutine begin_point(self, p, blocks, material, moduli, initial)
-      class(material_points_type), intent(inout) :: self  !< with blocks, area and map of the point
+      class(material_points_type), intent(inout) :: self  !< points; blocks, area and map are set
       integer, intent(in) :: p                          !< point
       type(blocks_type), intent(in) :: blocks           !< in their present state
       integer, intent(in) :: material                   !< of the point
@@ -406,7 +406,7 @@ contains
    !> Copy the state of an earlier point to point p.
    subroutine take_over(self, p, before, old, blocks)
       class(material_points_type), intent(inout) :: self  !< elements of this kind
-      integer, intent(in) :: p, old                     !< point, and that before
+      integer, intent(in) :: p, old                     !< point, and former point
       class(material_points_type), intent(in) :: before   !< elements before
       type(blocks_type), intent(in) :: blocks           !< in their present state
       real(wp) :: moved(3)

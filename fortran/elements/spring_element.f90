@@ -29,21 +29,21 @@ module dda_spring_element
 
    !> Two springs in the present geometry.
    type :: spring_type
-      integer :: block(2) = 0           !< the second 0: the ground; the first 0: no springs
+      integer :: block(2) = 0           !< blocks; second 0: the ground; first 0: no springs
       real(wp) :: stiffness(2)          !< k, N/m per metre of thickness; 0: not there
       real(wp) :: stretch(2)            !< m
       real(wp) :: row(6, 2, 2)          !< [6,springs,blocks] u and −u of its change
       real(wp) :: place(2)              !< m
-      integer :: motion(2) = 0          !< that the stretch follows; 0: none
-      real(wp) :: rate(2) = 0.0_wp      !< of these motions at the start of the step, m/s
+      integer :: motion(2) = 0          !< motions to which the stretch is relative; 0: none
+      real(wp) :: rate(2) = 0.0_wp      !< velocity of these motions at the start of the step, m/s
    end type spring_type
 
    !> All elements of such a kind.
    type, abstract, extends(element_type) :: spring_element_type
       integer :: n = 0                 !< elements
       integer :: kind = term_support   !< of their terms
-      integer :: instant = at_theta    !< at which the springs act, or at_end
-      logical :: of_penalty = .true.   !< their stiffness is in proportion to k_n
+      integer :: instant = at_theta    !< instant of the springs, or at_end
+      logical :: of_penalty = .true.   !< the stiffness is proportional to k_n
    contains
       procedure(springs_interface), deferred :: get_spring
       procedure :: add_linear
@@ -201,7 +201,7 @@ contains
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(spring_type), intent(in) :: spring         !< of one of them
       type(step_type), intent(in) :: step             !< the present one
-      real(wp), intent(in) :: y(2), w(2)              !< m and m/s, relative to the motion
+      real(wp), intent(in) :: y(2), w(2)  !< extension, m, and its rate, m/s, relative to the motion
 
       stored = 0.5_wp*sum(spring%stiffness*y**2 + (1.0_wp - step%scheme%chi) &
          *dashpots_of(self, spring, step)*step%time_step*w**2)

@@ -35,12 +35,12 @@ module dda_strain_points
    public :: strain_points_type, new_strain_points, add_point_stress, bounds_are_off, &
       largest_plastic_strain, worst_point
 
-   real(wp), parameter :: tolerance = 1.0e-11_wp     !< of a stress, over the largest
-   real(wp), parameter :: rounding = 1.0e-15_wp      !< of the elastic stress of a strain
-   real(wp), parameter :: agreed = 1.0e-7_wp         !< of a stress in bounds, over the largest
-   real(wp), parameter :: agreed_damage = 1.0e-4_wp  !< of broken faces, whose steps balance at any
+   real(wp), parameter :: tolerance = 1.0e-11_wp     !< relative tolerance of a stress
+   real(wp), parameter :: rounding = 1.0e-15_wp      !< rounding, relative to the elastic stress
+   real(wp), parameter :: agreed = 1.0e-7_wp         !< relative tolerance of a stress in bounds
+   real(wp), parameter :: agreed_damage = 1.0e-4_wp  !< damage tolerance of broken faces
    integer, parameter :: most_held = 15              !< rounds in which bounds are updated
-   real(wp), parameter :: no_curvature = 1.0e-13_wp  !< of D: a tangent that counts as zero
+   real(wp), parameter :: no_curvature = 1.0e-13_wp  !< fraction of D below which a tangent is zero
 
    !> Equations of all points in a step.
    type, extends(material_points_type) :: strain_points_type
@@ -49,7 +49,7 @@ module dda_strain_points
       real(wp), allocatable :: stress(:,:)               !< [3,n] c there, Pa
       real(wp), allocatable :: tangent(:,:,:)            !< [3,3,n] ∂c/∂Δε there, Pa
       integer :: round = 0                               !< solutions so far
-      integer :: worst = 0                               !< of the last solution, 0: all agree
+      integer :: worst = 0  !< worst point of the last solution; 0: all agree
    contains
       procedure :: prepare
       procedure :: add_linear
@@ -134,7 +134,7 @@ contains
       integer, intent(in) :: p                          !< point
       real(wp), intent(in) :: change(3)                 !< Δε
       type(step_type), intent(in) :: step               !< the present one
-      real(wp), intent(in) :: allowed                   !< that they may be off, Pa
+      real(wp), intent(in) :: allowed                   !< allowed error of bounds, Pa
       real(wp) :: stress(3)
 
       if (resting(self, p)) return
@@ -212,7 +212,7 @@ contains
    !> Split a symmetric matrix into Σ f u uᵀ, the largest diagonal entry first.
    pure subroutine split(matrix, none, n, factor, direction)
       real(wp), intent(in) :: matrix(3, 3)             !< symmetric
-      real(wp), intent(in) :: none                     !< diagonal values that count as zero
+      real(wp), intent(in) :: none                     !< limit below which diagonal values are zero
       integer, intent(out) :: n                        !< terms
       real(wp), intent(out) :: factor(3), direction(3, 3)
       real(wp) :: rest(3, 3)
@@ -456,7 +456,7 @@ contains
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< in their present state
       type(motion_type), intent(in) :: motions(:)       !< prescribed ones
-      real(wp), intent(in) :: time          !< at which loads and prescribed positions are frozen, s
+      real(wp), intent(in) :: time  !< time at which loads and prescribed positions are frozen, s
       integer :: p
 
       if (self%static) return
@@ -472,7 +472,7 @@ contains
    !> If the law is replaced, the inelastic part of its stress remains.
    subroutine inherit(self, before, blocks)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before         !< the former element, of the same type
+      class(element_type), intent(in) :: before         !< former element, of the same type
       type(blocks_type), intent(in) :: blocks           !< in their present state
       integer :: p
 
@@ -526,7 +526,7 @@ contains
       integer :: p, i, k
 
       do p = 1, self%n
-         if (self%side(1, p) > 0 .or. self%crack(p) > 0) exit  ! jumps are no stress of a cell
+         if (self%side(1, p) > 0 .or. self%crack(p) > 0) exit  ! jumps are not stresses of a cell
          if (.not. acts(self, p, blocks)) cycle
          own = self%area(p)*(present_stress(self, p, blocks) - shape_stress(self, p))
          if (self%block(2, p) == 0) then

@@ -20,7 +20,7 @@ module dda_ties
    public :: ties_type, new_ties
 
    real(wp), parameter :: corner_share = 0.05_wp  !< as in `dda_detection`
-   real(wp), parameter :: equal = 1.0e-9_wp       !< of a corner's size: no difference
+   real(wp), parameter :: equal = 1.0e-9_wp       !< fraction of the corner size: no difference
 
    !> All ties of a model.
    type, extends(spring_element_type) :: ties_type
@@ -54,7 +54,7 @@ contains
       class(ties_type), intent(in) :: self      !< elements of this kind
       integer, intent(in) :: i                  !< number, from 1
       type(blocks_type), intent(in) :: blocks   !< in their present state
-      type(spring_type), intent(out) :: spring  !< of the vertex and of the edge
+      type(spring_type), intent(out) :: spring  !< block of the vertex, block of the edge
       integer :: face
 
       associate (tie => self%tie(i))
@@ -111,7 +111,7 @@ contains
       type(blocks_type), intent(in) :: blocks     !< in their present state
       type(tie_type), intent(in) :: tie           !< of the list
       integer, intent(in) :: face                 !< of the corner, 1 or 2
-      type(spring_type), intent(inout) :: spring  !< gets blocks, rows and the gap
+      type(spring_type), intent(inout) :: spring  !< receives blocks, rows and the gap
       real(wp) :: normal(2), from(2), reference(2), gradient(6, 2)
       integer :: side
 
@@ -181,7 +181,7 @@ contains
    !> Inherit the slips of the former ties.
    subroutine inherit(self, before, blocks)
       class(ties_type), intent(inout) :: self    !< elements of this kind
-      class(element_type), intent(in) :: before  !< the former element, of the same type
+      class(element_type), intent(in) :: before  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks    !< in their present state
 
       select type (before)

@@ -20,7 +20,7 @@ contains
    pure function shares_of(weld, material, modulus, damping) result(share)
       type(weld_type), intent(in) :: weld              !< face
       integer, intent(in) :: material(2)               !< of both cells
-      real(wp), intent(in) :: modulus(2)               !< for compression of both cells, Pa
+      real(wp), intent(in) :: modulus(2)               !< modulus for compression of both cells, Pa
       type(damping_type), intent(in) :: damping(:)     !< [materials] or of none
       real(wp) :: share(2)
 
@@ -84,7 +84,7 @@ contains
    !> Update ζ_l at the end of a step.
    pure subroutine change_memory(damping, e, change, time_step, memory)
       type(damping_type), intent(in) :: damping  !< of the material
-      real(wp), intent(in) :: e, change          !< at the start, and increment
+      real(wp), intent(in) :: e, change          !< extension at the start, and its increment
       real(wp), intent(in) :: time_step          !< Δt, s
       real(wp), intent(inout) :: memory(:)       !< [mechanisms] ζ_l
       integer :: l
@@ -98,11 +98,11 @@ contains
    !> Add the losses of a step: by damping, and its Δσ·Δε.
    pure subroutine add_damping_loss(damping, stiffness, change, moved, time_step, loss)
       type(damping_type), intent(in) :: damping  !< of the material
-      real(wp), intent(in) :: stiffness          !< its fraction of that of the spring
+      real(wp), intent(in) :: stiffness          !< fraction of the stiffness of the spring
       real(wp), intent(in) :: change             !< increment of the stretch
       real(wp), intent(in) :: moved(:)           !< [mechanisms] Δζ_l
       real(wp), intent(in) :: time_step          !< Δt, s
-      real(wp), intent(inout) :: loss(2)         !< of the material, of the scheme; J per metre
+      real(wp), intent(inout) :: loss(2)  !< loss of the material, and of the scheme; J per metre
       integer :: l
 
       do l = 1, damping%n

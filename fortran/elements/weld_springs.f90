@@ -230,9 +230,9 @@ contains
 
    !> Make column k orthogonal to earlier columns, with length 1.
    pure subroutine orthonormalise(basis, k, size_of)
-      real(wp), intent(inout) :: basis(:,:)  !< columns 1 … k − 1 are orthonormal
+      real(wp), intent(inout) :: basis(:,:)  !< vectors; columns 1 … k − 1 are orthonormal
       integer, intent(in) :: k               !< column
-      real(wp), intent(out) :: size_of       !< length of what was orthogonal
+      real(wp), intent(out) :: size_of       !< length of the orthogonal part
       integer :: i, pass
 
       do pass = 1, 2

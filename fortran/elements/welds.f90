@@ -34,8 +34,8 @@ module dda_welds
       type(weld_springs_type), allocatable :: springs(:)  !< [faces]
       real(wp), allocatable :: force(:,:)                 !< [deformations,faces] f₀
       integer, allocatable :: material(:,:)               !< [2,faces] of both cells
-      real(wp), allocatable :: share(:,:)                 !< [2,faces] that they damp in steps
-      real(wp), allocatable :: small_share(:,:)           !< [2,faces] with the damping of laws
+      real(wp), allocatable :: share(:,:)  !< [2,faces] fractions that the materials damp in steps
+      real(wp), allocatable :: small_share(:,:)  !< [2,faces] shares, damping of laws included
       real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] after statics
       !> [mechanisms,springs,2,faces] ζ_l of both materials; 0 faces: no damping
       real(wp), allocatable :: memory(:,:,:,:)
@@ -522,7 +522,7 @@ contains
    !> Inherit forces: in the present state they do not change with the moduli.
    subroutine inherit(self, before, blocks)
       class(welds_type), intent(inout) :: self   !< elements of this kind
-      class(element_type), intent(in) :: before  !< the former element, of the same type
+      class(element_type), intent(in) :: before  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks    !< in their present state
       real(wp) :: q(n_deformations), none(n_deformations)
       integer :: i

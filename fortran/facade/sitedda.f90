@@ -57,8 +57,8 @@ contains
    subroutine check_input(analysis, report, passes, error)
       type(analysis_type), intent(in) :: analysis  !< whose input has been read
       character(len=:), allocatable, intent(out) :: report  !< lines for a person
-      logical, intent(out) :: passes               !< no line of it is a failure
-      type(error_type), allocatable, intent(out) :: error  !< the check could not be made
+      logical, intent(out) :: passes               !< no line of the report is a failure
+      type(error_type), allocatable, intent(out) :: error  !< the check could not be performed
       type(simulation_type), allocatable :: simulation
       type(report_type), allocatable :: found
 
@@ -81,7 +81,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       !> path of the output, instead of that in the input; blank: no output is written
       character(len=*), intent(in), optional :: output
-      logical, intent(in), optional :: resume  !< from the last checkpoint of the output, if any
+      logical, intent(in), optional :: resume  !< continue from the last checkpoint, if any
       logical :: writes, from_checkpoint
 
       call require(allocated(analysis%model), 'no input has been read', error)
@@ -115,7 +115,7 @@ contains
 
    !> Write the output; an incomplete run is written as FILE.partial, with a checkpoint.
    subroutine end_analysis(analysis, error)
-      type(analysis_type), intent(inout) :: analysis  !< begun; its input can be begun again
+      type(analysis_type), intent(inout) :: analysis  !< started; its input can be started again
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call require(allocated(analysis%run), 'the analysis has not begun', error)
@@ -170,7 +170,7 @@ contains
       real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
       real(wp), allocatable, intent(out) :: values(:)  !< [samples] in SI units
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      character(len=*), intent(in), optional :: point  !< name of the measured point, with the axis
+      character(len=*), intent(in), optional :: point  !< measured point; requires an axis
       character, intent(in), optional :: axis          !< 'x' or 'y'
       integer, allocatable :: at(:)
       integer :: number

@@ -25,9 +25,9 @@ module dda_block_file
    public :: block_file_type, read_block_file
 
    integer, parameter :: name_length = 64
-   integer(long), parameter :: bytes_of_number = 8         !< in memory; one at least in a file
+   integer(long), parameter :: bytes_of_number = 8         !< bytes in memory; at least 1 in a file
    character(len=3), parameter :: mark = 'CDF'             !< of the classic format
-   integer(long), parameter :: longest_header = 2_long**20 !< bytes; ten variables take hundreds
+   integer(long), parameter :: longest_header = 2_long**20 !< bytes; ten variables need hundreds
 
    !> The blocks of a file.
    type :: block_file_type
@@ -36,7 +36,7 @@ module dda_block_file
       integer, allocatable :: material(:)      !< [blocks] number in `materials`, 0: none given
       integer, allocatable :: body(:)          !< [blocks] number in `bodies`, 0: none
       integer, allocatable :: edge_joint(:)    !< [vertices] number in `joints`, 0: none given
-      character(len=name_length), allocatable :: names(:)      !< [blocks], blank without one
+      character(len=name_length), allocatable :: names(:) !< [blocks] names; blank if there are none
       character(len=name_length), allocatable :: materials(:)  !< [materials]
       character(len=name_length), allocatable :: joints(:)     !< [joints]
       character(len=name_length), allocatable :: bodies(:)     !< [bodies]
@@ -53,7 +53,7 @@ contains
 
    !> Read a file; an error names the file, the variable and the block.
    subroutine read_block_file(blocks, file, error)
-      type(block_file_type), intent(out) :: blocks  !< as the file says
+      type(block_file_type), intent(out) :: blocks  !< values as in the file
       character(len=*), intent(in) :: file  !< path
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(reader_type) :: reader
@@ -167,9 +167,9 @@ contains
    subroutine find_shape(reader, name, rank, text, shape_of)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
-      integer, intent(in) :: rank  !< number of dimensions that it must have
-      logical, intent(in) :: text  !< it must have characters, else numbers
-      integer, intent(out) :: shape_of(2)  !< lengths; those beyond `rank` are 1
+      integer, intent(in) :: rank  !< required number of dimensions
+      logical, intent(in) :: text  !< it must contain characters; .false.: numbers
+      integer, intent(out) :: shape_of(2)  !< lengths; 1 beyond `rank`
       integer, parameter :: numeric(*) = [nf90_double, nf90_float, nf90_int, &
          nf90_short, nf90_byte]
       integer :: id, kind, dimensions, of_dimension(nf90_max_var_dims), i
@@ -282,7 +282,7 @@ contains
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
       character(len=name_length), allocatable, intent(out) :: names(:)  !< blank-padded
-      integer, intent(in), optional :: n  !< how many there must be
+      integer, intent(in), optional :: n  !< required number
       integer :: id, i, last, shape_of(2)
 
       if (present(n)) allocate (names(n), source=repeat(' ', name_length))

@@ -25,7 +25,7 @@ contains
 
    !> .true. if every attribute and variable has a valid type, and the header has its lists.
    pure logical function has_known_types(bytes)
-      integer(int8), intent(in) :: bytes(:)  !< of the file from its start, the header among them
+      integer(int8), intent(in) :: bytes(:)  !< bytes of the file, including the header
       type(cursor_type) :: cursor
       integer(long) :: i, n
 
@@ -50,7 +50,7 @@ contains
 
    !> Skip name, dimensions, attributes, type, size and position of a variable.
    pure subroutine skip_variable(cursor)
-      type(cursor_type), intent(inout) :: cursor  !< at a variable, then after it
+      type(cursor_type), intent(inout) :: cursor  !< position before a variable; on return after it
       integer(long) :: dimensions, bytes
 
       call skip_name(cursor)
@@ -63,7 +63,7 @@ contains
 
    !> Skip a list of attributes: name, type and values, padded to four bytes.
    pure subroutine skip_attributes(cursor)
-      type(cursor_type), intent(inout) :: cursor  !< at a list, then after it
+      type(cursor_type), intent(inout) :: cursor  !< position before a list; on return after it
       integer(long) :: i, n, bytes, values
 
       call begin_list(cursor, n)
@@ -77,7 +77,7 @@ contains
 
    !> Read the kind of a list and its number of entries, at most the length of the file.
    pure subroutine begin_list(cursor, n)
-      type(cursor_type), intent(inout) :: cursor  !< at a list, then at its first entry
+      type(cursor_type), intent(inout) :: cursor  !< before a list; on return at its first entry
       integer(long), intent(out) :: n  !< entries
 
       call skip(cursor, 4_long)
@@ -88,7 +88,7 @@ contains
 
    !> Skip a name: its length, and letters padded to four bytes.
    pure subroutine skip_name(cursor)
-      type(cursor_type), intent(inout) :: cursor  !< at a name, then after it
+      type(cursor_type), intent(inout) :: cursor  !< position before a name; on return after it
       integer(long) :: letters
 
       call read_number(cursor, letters)
@@ -97,8 +97,8 @@ contains
 
    !> Read a valid type, as the bytes of a value.
    pure subroutine read_type(cursor, bytes)
-      type(cursor_type), intent(inout) :: cursor  !< at a type, then after it
-      integer(long), intent(out) :: bytes  !< 0 where there is no such type
+      type(cursor_type), intent(inout) :: cursor  !< position before a type; on return after it
+      integer(long), intent(out) :: bytes  !< 0 for an invalid type
       integer(long) :: kind
 
       bytes = 0
@@ -109,7 +109,7 @@ contains
 
    !> Read a number of four bytes, most significant first; not negative.
    pure subroutine read_number(cursor, number)
-      type(cursor_type), intent(inout) :: cursor  !< at the number, then after it
+      type(cursor_type), intent(inout) :: cursor  !< position before the number; on return after it
       integer(long), intent(out) :: number  !< 0 beyond the end of the file
       integer :: i
 

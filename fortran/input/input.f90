@@ -41,8 +41,8 @@ module dda_input
    public :: read_model_file, read_model
 
    integer(long), parameter :: largest_input = 1024_long**3  !< bytes
-   real(wp), parameter :: reading_bytes = 2.0_wp**20  !< of memory, whatever the input, measured
-   integer, parameter :: text_copies = 3              !< of the input, as a whole and by groups
+   real(wp), parameter :: reading_bytes = 2.0_wp**20  !< bytes of memory for any input, measured
+   integer, parameter :: text_copies = 3  !< copies of the input, as a whole and by groups
 
 contains
 
@@ -70,7 +70,7 @@ contains
    !> Read a model from a text; files that it names are relative to the folder of `file`.
    subroutine read_model(model, file, text, error)
       type(model_type), intent(out) :: model  !< of the input
-      character(len=*), intent(in) :: file   !< where the text comes from
+      character(len=*), intent(in) :: file   !< source of the text
       character(len=*), intent(in) :: text  !< of the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(group_type), allocatable :: groups(:)

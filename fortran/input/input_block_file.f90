@@ -20,7 +20,7 @@ contains
       type(group_type), intent(in) :: group      !< of the group
       integer, intent(in) :: source              !< number of the group
       character(len=*), intent(in) :: folder     !< of the input, '' or ending in '/'
-      type(model_type), intent(inout) :: model   !< with its materials and joints; keeps the file
+      type(model_type), intent(inout) :: model !< model with materials and joints; receives the file
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(block_file_type) :: found
@@ -49,7 +49,7 @@ contains
       character(len=*), intent(in) :: path           !< of the file, for messages
       type(block_file_type), intent(in) :: found     !< content of the file
       integer, intent(in) :: source                  !< number of the group
-      integer, intent(in) :: m, j                    !< material and joint where it names none
+      integer, intent(in) :: m, j                    !< material and joint of blocks that name none
       type(model_type), intent(in) :: model          !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines !< the new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -92,7 +92,7 @@ contains
       type(group_type), intent(in) :: group      !< of the group
       character(len=*), intent(in) :: path, kind !< of the file; 'material' or 'joint'
       character(len=*), intent(in) :: names(:)   !< in the file
-      integer, intent(in) :: used(:)             !< numbers of them, 0: none
+      integer, intent(in) :: used(:)             !< numbers of the names that are used; 0: none
       character(len=*), intent(in) :: known(:)   !< of the model
       integer, intent(in) :: usual               !< position for 0
       integer, allocatable, intent(out) :: positions(:)      !< [0:names]

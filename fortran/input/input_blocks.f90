@@ -125,7 +125,7 @@ contains
    !> Set stress due to weight in the new blocks of a group, if requested.
    subroutine begin_at_rest(group, rest, model, outlines, first, error)
       type(group_type), intent(in) :: group      !< of the input
-      type(rest_values), intent(in) :: rest      !< what it says of that
+      type(rest_values), intent(in) :: rest      !< value of the variable for that
       type(model_type), intent(in) :: model      !< with its gravity
       type(outlines_type), intent(inout) :: outlines         !< with the new blocks
       integer, intent(in) :: first               !< of the new blocks

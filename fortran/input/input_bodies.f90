@@ -17,16 +17,16 @@ module dda_input_bodies
    private
    public :: read_bodies
 
-   real(wp), parameter :: touching = 1.0e-6_wp     !< of the smaller block: deeper is an overlap
-   real(wp), parameter :: farthest = 1.0e9_wp    !< m; positions beyond have no digits left for gaps
+   real(wp), parameter :: touching = 1.0e-6_wp     !< overlap over the size of the smaller block
+   real(wp), parameter :: farthest = 1.0e9_wp  !< m; farther positions have no digits left for gaps
    real(wp), parameter :: least_extent = 1.0e-9_wp !< m
    !> size of a block relative to the model: smaller ones are rounding
    real(wp), parameter :: least_share = 1.0e-9_wp
    !> side of a block relative to the model: shorter ones have no direction
    real(wp), parameter :: least_side = 1.0e-12_wp
-   real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the size
-   integer(long), parameter :: block_bytes = 7500  !< a block of a wall with its contacts, measured
-   real(wp), parameter :: buffer_bytes = 1.1e7_wp  !< of output and checkpoints, measured
+   real(wp), parameter :: least_area = 1.0e-12_wp  !< fraction of the square of the size
+   integer(long), parameter :: block_bytes = 7500  !< bytes per block of a wall, measured
+   real(wp), parameter :: buffer_bytes = 1.1e7_wp  !< bytes of output and checkpoints, measured
 
 contains
 
@@ -135,7 +135,7 @@ contains
 
    !> Reason why a block is too small for a model of some extent; blank if it is not.
    pure function size_failure(vertices, extent) result(failure)
-      real(wp), intent(in) :: vertices(:,:), extent  !< [2, vertices] m; of the model, m
+      real(wp), intent(in) :: vertices(:,:), extent  !< [2, vertices] m; size of the model, m
       character(len=:), allocatable :: failure
       real(wp) :: own
 

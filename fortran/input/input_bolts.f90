@@ -143,7 +143,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(bolt_type), intent(in) :: bolt  !< its law
       real(wp), intent(in) :: from(2), to(2)  !< ends, m
-      integer, intent(in) :: ends(2)  !< blocks that they are in
+      integer, intent(in) :: ends(2)  !< blocks that contain the ends
       type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp), allocatable :: cut(:)

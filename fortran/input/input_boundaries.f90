@@ -31,10 +31,10 @@ module dda_input_boundaries
    !> Properties of a kind of boundary.
    type :: kind_type
       character(len=16) :: name
-      character(len=16) :: at_rest  !< the kind that acts like it in models of static stages alone
+      character(len=16) :: at_rest  !< equivalent kind in models with static stages only
       character(len=6) :: direction !< direction in static stages, if not given; blank: none
       logical :: holds              !< becomes fixed points
-      logical :: absorbs            !< by a half-space with dashpots along the edges
+      logical :: absorbs            !< absorbs waves by dashpots of a half-space along the edges
    end type kind_type
 
    !> New kinds are registered here.

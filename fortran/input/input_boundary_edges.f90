@@ -13,7 +13,7 @@ module dda_input_boundary_edges
    private
    public :: claim_edges
 
-   real(wp), parameter :: least_share = 1.0e-9_wp   !< of an edge, that counts as shared
+   real(wp), parameter :: least_share = 1.0e-9_wp   !< fraction of an edge: smallest common part
    real(wp), parameter :: parallel = 1.0e-6_wp      !< sine of the angle between two directions
 
 contains
@@ -21,10 +21,10 @@ contains
    !> Add the parts of a group; reject parts that have a boundary in the same direction.
    subroutine claim_edges(model, lines, group, pieces, direction, error)
       type(model_type), intent(inout) :: model  !< receives them
-      integer, intent(in) :: lines(:)  !< [groups &boundary up to this one] in the input
+      integer, intent(in) :: lines(:)  !< [groups &boundary so far] line numbers in the input
       type(group_type), intent(in) :: group  !< of the input
       type(edge_piece_type), intent(in) :: pieces(:)  !< that it takes
-      character(len=*), intent(in) :: direction  !< in which it acts, see `boundary_edge_type`
+      character(len=*), intent(in) :: direction  !< its direction, see `boundary_edge_type`
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       logical :: taken(size(model%blocks%owner))
       integer :: i, k
@@ -51,7 +51,7 @@ contains
    pure logical function overlaps(blocks, piece, direction, other)
       type(blocks_type), intent(in) :: blocks         !< of the model
       type(edge_piece_type), intent(in) :: piece      !< number of steps
-      character(len=*), intent(in) :: direction       !< in which it is to act
+      character(len=*), intent(in) :: direction       !< direction in which it is to act
       type(boundary_edge_type), intent(in) :: other   !< taken
       real(wp) :: a(2), b(2)
 

@@ -20,9 +20,9 @@ module dda_input_changes
    !> A variable by its path, and its new value.
    type :: change_type
       character(len=:), allocatable :: path   !< as written
-      character(len=:), allocatable :: value  !< as typed; not allocated: the variable is removed
+      character(len=:), allocatable :: value  !< value as typed; unallocated: remove the variable
       integer :: variable = 0                 !< its position in `input_variables`, once found
-      character(len=:), allocatable, private :: group, which, name  !< which: '' if it is not given
+      character(len=:), allocatable, private :: group, which, name  !< which: '' if not given
    end type change_type
 
    !> Positions of the assignments of a group.
@@ -61,7 +61,7 @@ contains
    !> Apply one change.
    subroutine make(change, groups, text, error)
       type(change_type), intent(in) :: change       !< with its variable
-      type(group_type), intent(inout) :: groups(:)  !< of the text; those of its kind get values
+      type(group_type), intent(inout) :: groups(:)  !< groups of the text; some receive values
       character(len=:), allocatable, intent(inout) :: text   !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer, allocatable :: own(:)
@@ -83,7 +83,7 @@ contains
       if (allocated(error)) return
       new = ''
       if (allocated(change%value)) new = change%name//' = '//value_text(change)
-      do i = size(own), 1, -1  ! from the end, so that the positions of the others stay
+      do i = size(own), 1, -1  ! from the end, so that earlier positions do not change
          if (chosen(i)) call set_in(text, groups(own(i))%last, spans(i)%list, change, new)
       end do
       if (size(own) > 0 .or. new == '') return
@@ -96,7 +96,7 @@ contains
    !> Return an error that names the change.
    pure subroutine refuse(change, message, error)
       type(change_type), intent(in) :: change  !< with its path
-      character(len=*), intent(in) :: message  !< a sentence without its full stop
+      character(len=*), intent(in) :: message  !< sentence without the full stop
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (.not. allocated(error)) call fail(error, error_input, change%path//': '//message)
@@ -216,7 +216,7 @@ contains
    !> Text that suggests the most similar name; otherwise the known names.
    pure function meant(word, words, otherwise) result(hint)
       character(len=*), intent(in) :: word, words(:)  !< not known; known ones
-      character(len=*), intent(in) :: otherwise       !< words before a list of them, or none
+      character(len=*), intent(in) :: otherwise  !< words before the list of known ones, or none
       character(len=:), allocatable :: hint
       integer :: i
 
@@ -281,8 +281,8 @@ contains
    !> Mark the groups that a change selects: the only one, one by name or number, or all (*).
    subroutine choose(change, names, chosen, error)
       type(change_type), intent(in) :: change   !< with group and name
-      character(len=*), intent(in) :: names(:)  !< of the groups of its kind, or blank
-      logical, allocatable, intent(out) :: chosen(:)  !< [groups] none: the group is to be added
+      character(len=*), intent(in) :: names(:)  !< names of the groups of its kind, or blank
+      logical, allocatable, intent(out) :: chosen(:)  !< [groups] selected; none: add the group
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=max(len(names), 16)) :: known(size(names))
       integer :: i
@@ -316,7 +316,7 @@ contains
       integer, intent(in) :: last                !< the slash of the group
       type(span_type), intent(in) :: spans(:)    !< its assignments
       type(change_type), intent(in) :: change    !< with its variable
-      character(len=*), intent(in) :: new        !< 'NAME = VALUE', or nothing
+      character(len=*), intent(in) :: new        !< 'NAME = VALUE'; blank: remove
       character(len=:), allocatable :: other
       character(len=len(input_variables%name)) :: names(size(spans))
       integer :: i, first

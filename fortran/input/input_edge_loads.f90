@@ -18,7 +18,7 @@ module dda_input_edge_loads
    private
    public :: read_edge_loads
 
-   real(wp), parameter :: covered = 1.0e-6_wp  !< of a line's length that may lie on no edge
+   real(wp), parameter :: covered = 1.0e-6_wp  !< fraction of a line that may lie on no edge
    real(wp), parameter :: least_slope = 0.5_wp !< sine of the slope of an upstream face: 30°
 
 contains
@@ -273,7 +273,7 @@ contains
 
    !> Set heads or pressures at the points of a line on edges, straight between the points.
    subroutine set_line(load, model, group, own, error)
-      type(edge_load_type), intent(inout) :: load  !< with the pieces it may act on
+      type(edge_load_type), intent(inout) :: load  !< load with the pieces on which it may act
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
       type(water_values), intent(in) :: own  !< its values
@@ -302,7 +302,7 @@ contains
 
    !> Add pressures at the ends of parts on a segment.
    pure subroutine add_pressures(load, blocks, segment, values, pieces)
-      type(edge_load_type), intent(inout) :: load  !< with the pieces before
+      type(edge_load_type), intent(inout) :: load  !< load with the earlier pieces
       type(blocks_type), intent(in) :: blocks  !< in their initial state
       real(wp), intent(in) :: segment(2, 2), values(2)  !< its ends, m; pressures there, Pa
       type(edge_piece_type), intent(in) :: pieces(:)  !< on it

@@ -87,7 +87,7 @@ contains
       type(group_type), intent(in) :: group      !< of the input
       integer, intent(in) :: i                   !< its number
       type(flow_values), intent(out) :: own      !< its values
-      integer, intent(inout) :: law_of(:)        !< [joints] group of each, 0: none
+      integer, intent(inout) :: law_of(:)        !< [joints] group of each joint; 0: none
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       logical :: wanted(size(law_of))
 
@@ -121,7 +121,7 @@ contains
    subroutine find_channels(flow, blocks, law_of, longest)
       type(flow_type), intent(inout) :: flow   !< gets channels and positions of nodes
       type(blocks_type), intent(in) :: blocks  !< in their initial state
-      integer, intent(in) :: law_of(:)         !< [joints] group of each, 0: none
+      integer, intent(in) :: law_of(:)         !< [joints] group of each joint; 0: none
       real(wp), intent(in) :: longest(:)       !< [groups] channel, m
       type(neighbours_type) :: neighbours
       integer :: p, e, f, law, n
@@ -193,7 +193,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their initial state
       real(wp) :: place(2, 2*size(flow%channel)), low(2), extent(2), cell, reach
       integer, allocatable :: first(:,:)  ! node of each cell
-      integer :: next(size(place, 2))     ! node of the same cell after each
+      integer :: next(size(place, 2))     ! next node of the same cell
       integer :: c, k, n, at(2)
 
       if (size(flow%channel) == 0) return

@@ -19,7 +19,7 @@ module dda_input_free_field
    private
    public :: find_column, check_columns, check_ties
 
-   real(wp), parameter :: touching = 1.0e-6_wp  !< of half the model size: no gap
+   real(wp), parameter :: touching = 1.0e-6_wp  !< fraction of half the model size: no gap
 
 contains
 

@@ -41,7 +41,7 @@ contains
 
    !> The given value, or a substitute if none is given.
    pure elemental real(wp) function value_or(value, otherwise)
-      real(wp), intent(in) :: value, otherwise  !< as read, or `unset`; in its place
+      real(wp), intent(in) :: value, otherwise  !< value as read, or `unset`; substitute
 
       value_or = merge(value, otherwise, is_set(value))
    end function value_or
@@ -74,7 +74,7 @@ contains
    pure subroutine take_real(group, v, value, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
-      real(wp), intent(inout) :: value       !< in its unit; unchanged if it is not given
+      real(wp), intent(inout) :: value       !< value in its unit; unchanged if not given
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
@@ -88,7 +88,7 @@ contains
    pure subroutine take_integer(group, v, value, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
-      integer, intent(inout) :: value        !< unchanged if it is not given
+      integer, intent(inout) :: value        !< value; unchanged if not given
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp) :: number
 
@@ -102,7 +102,7 @@ contains
    pure subroutine take_logical(group, v, value, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
-      logical, intent(inout) :: value        !< unchanged if it is not given
+      logical, intent(inout) :: value        !< value; unchanged if not given
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
@@ -114,7 +114,7 @@ contains
    pure subroutine take_name(group, v, value, error)
       type(group_type), intent(in) :: group     !< of the input
       integer, intent(in) :: v                  !< position in `input_variables`
-      character(len=*), intent(inout) :: value  !< unchanged if it is not given, or blank
+      character(len=*), intent(inout) :: value  !< value; unchanged if not given or blank
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(variable_type) :: variable
       character(len=:), allocatable :: text
@@ -136,7 +136,7 @@ contains
    pure subroutine take_text(group, v, text, error)
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
-      character(len=:), allocatable, intent(out) :: text  !< its default where it is not given
+      character(len=:), allocatable, intent(out) :: text  !< text; the default if not given
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: i
 
@@ -151,7 +151,7 @@ contains
    pure subroutine take_numbers(group, v, values, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
-      real(wp), allocatable, intent(out) :: values(:)  !< none, or the default, if it is not given
+      real(wp), allocatable, intent(out) :: values(:)  !< values; none, or the default, if not given
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(variable_type) :: variable
       integer :: i
@@ -175,7 +175,7 @@ contains
    pure subroutine take_tuple(group, v, values, error)
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
-      real(wp), intent(inout) :: values(:)    !< unchanged if they are not given
+      real(wp), intent(inout) :: values(:)    !< values; unchanged if not given
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp), allocatable :: own(:)
 
@@ -187,7 +187,7 @@ contains
    pure subroutine take_points(group, v, points, error)
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
-      real(wp), allocatable, intent(out) :: points(:,:)  !< [2, points] m, none if it is not given
+      real(wp), allocatable, intent(out) :: points(:,:)  !< [2, points] m; none if not given
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       real(wp), allocatable :: values(:)
 
@@ -233,7 +233,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: names                  !< of the variables: 'x y …'
-      real(wp), intent(in) :: values(:)                      !< one of each, in their units
+      real(wp), intent(in) :: values(:)  !< one value per variable, in their units
       integer :: i, first, last
 
       first = 1
@@ -289,7 +289,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: name                   !< that it gives
-      character(len=*), intent(in) :: others(:)              !< names of its kind before
+      character(len=*), intent(in) :: others(:)              !< earlier names of this kind
 
       if (any(others == name)) call input_error(error, group, 'name = '//quoted(trim(name))// &
          ' is used twice')

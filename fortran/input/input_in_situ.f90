@@ -22,7 +22,7 @@ module dda_input_in_situ
    !> The blocks in columns of equal width.
    type :: columns_type
       real(wp) :: left, width                      !< m
-      integer, allocatable :: first(:), block(:)   !< [columns+1] where each begins in the list
+      integer, allocatable :: first(:), block(:)   !< [columns+1] start of each column in the list
    end type columns_type
 
    !> Ground above a point.
@@ -101,7 +101,7 @@ contains
       type(in_situ_values), intent(in) :: own      !< its values
       integer, intent(in) :: m                     !< number of the material; 0: all
       type(columns_type), intent(in) :: columns    !< of the blocks
-      type(model_type), intent(inout) :: model     !< its blocks get stress
+      type(model_type), intent(inout) :: model     !< model whose blocks receive stress
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(cover_type) :: cover
       real(wp) :: surface, ratio

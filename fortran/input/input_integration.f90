@@ -19,9 +19,9 @@ contains
    subroutine set_integration(group, integration, theta, ratio, frequency, settings, error)
       type(group_type), intent(in) :: group          !< &control or &stage
       character(len=*), intent(in) :: integration    !< by name
-      real(wp), intent(in) :: theta                  !< as given, or its default
-      real(wp), intent(in) :: ratio, frequency       !< –, Hz; instead of θ, or `unset`
-      type(control_type), intent(inout) :: settings  !< integration and θ are set
+      real(wp), intent(in) :: theta                  !< θ as given, or its default
+      real(wp), intent(in) :: ratio, frequency       !< ratio and frequency, Hz, or `unset`
+      type(control_type), intent(inout) :: settings  !< settings; integration and θ are set
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       if (allocated(error)) return

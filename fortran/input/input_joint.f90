@@ -15,14 +15,14 @@ module dda_input_joint
    private
    public :: read_joint, reduced_strengths
 
-   real(wp), parameter :: any_ratio = 1.0e-6_wp  !< k_n/k_s that every law takes
+   real(wp), parameter :: any_ratio = 1.0e-6_wp  !< a k_n/k_s that is valid for every law
 
 contains
 
    !> Read &joint.
    subroutine read_joint(group, shear_ratio, new, error)
       type(group_type), intent(in) :: group  !< of the input
-      real(wp), intent(in) :: shear_ratio    !< k_n/k_s of contacts without stiffness of their own
+      real(wp), intent(in) :: shear_ratio    !< k_n/k_s of contacts without their own stiffness
       type(joint_type), intent(out) :: new  !< by the group
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(law_slot_type) :: slot

@@ -70,7 +70,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(group_type), intent(in) :: group  !< of the input
       type(material_values), intent(in) :: own  !< its values
-      type(damping_type), intent(inout) :: damping   !< as requested, not fitted yet
+      type(damping_type), intent(inout) :: damping   !< damping as requested, not yet fitted
 
       if (given(group, 'rayleigh_alpha') .or. given(group, 'rayleigh_beta')) then
          damping%alpha = own%rayleigh_alpha

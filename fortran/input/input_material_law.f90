@@ -20,7 +20,7 @@ contains
    subroutine check_law(group, own, material, error)
       type(group_type), intent(in) :: group           !< &material
       type(material_values), intent(in) :: own        !< its values
-      type(material_type), intent(in) :: material     !< as read, without its law
+      type(material_type), intent(in) :: material     !< material as read, without its law
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(soil_type) :: soil
 

@@ -15,7 +15,7 @@ contains
       character(len=*), intent(in) :: list, variable  !< as read; its variable
       character(len=*), intent(in) :: names(:)        !< known ones
       type(group_type), intent(in) :: group           !< of the group
-      logical, intent(inout) :: marked(:)             !< [names] that the list names, or before
+      logical, intent(inout) :: marked(:)             !< [names] named in the list, or marked before
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       character(len=:), allocatable :: rest, entry
       integer :: comma, star, i

@@ -19,7 +19,7 @@ module dda_input_points
    public :: read_fixed_point, read_load, read_point, read_amplification, find_block, &
       find_motions, number_of_block, holds, check_times
 
-   real(wp), parameter :: on_boundary = 1.0e-9_wp  !< of the block's size: still inside
+   real(wp), parameter :: on_boundary = 1.0e-9_wp  !< fraction of the block size: still inside
 
 contains
 
@@ -44,7 +44,7 @@ contains
          call input_error(error, group, words//' lies outside every block')
          return
       end if
-      do b = 1, model%blocks%n  ! of several blocks of that name, the one that contains the point
+      do b = 1, model%blocks%n  ! among blocks of that name, the one that contains the point
          if (model%block_names(b) /= wanted) cycle
          if (holds(model%blocks, b, point)) return
       end do
@@ -122,9 +122,9 @@ contains
       type(group_type), intent(in) :: group        !< of the input
       character(len=*), intent(in) :: names(2)     !< or blank
       type(motion_type), intent(in) :: motions(:)  !< of the model
-      integer, intent(inout) :: found(2)           !< positions, as they were without a name
+      integer, intent(inout) :: found(2)           !< positions; unchanged without a name
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
-      character(len=*), intent(in), optional :: stem  !< of the variables, if not motion_
+      character(len=*), intent(in), optional :: stem  !< stem of the variables; default: motion_
       character(len=:), allocatable :: variable
       integer :: i
 

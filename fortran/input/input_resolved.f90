@@ -69,7 +69,7 @@ contains
       type(page_type), intent(inout) :: page   !< gets them
       integer, intent(in) :: g                 !< position of the group in `input_groups`
       type(group_type), intent(in) :: group    !< with its values
-      integer, intent(in) :: k                 !< which of its kind it is
+      integer, intent(in) :: k                 !< number of the group among those of its kind
       type(model_type), intent(in) :: model    !< of the input
       character(len=:), allocatable :: value, between
       integer :: v, i
@@ -94,7 +94,7 @@ contains
       type(model_type), intent(in) :: model    !< of the input
       type(group_type), intent(in) :: group    !< with its values
       character(len=*), intent(in) :: name     !< of the variable
-      integer, intent(in) :: k                 !< which of its kind the group is
+      integer, intent(in) :: k                 !< number of the group among those of its kind
       character(len=:), allocatable :: value
 
       value = ''

@@ -19,7 +19,7 @@ contains
    !> Read &control: the time stepping of the run.
    subroutine read_control(group, staged, settings, own, error)
       type(group_type), intent(in) :: group  !< of the input
-      logical, intent(in) :: staged  !< the input has stages of its own
+      logical, intent(in) :: staged  !< the input has groups &stage
       type(control_type), intent(out) :: settings  !< by the group
       type(control_values), intent(out) :: own     !< its values
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -42,9 +42,9 @@ contains
    !> Require plane strain or plane stress if waves matter, since wave velocities depend on it.
    pure subroutine require_analysis(error, group, control, what)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
-      type(group_type), intent(in) :: group        !< of the group that requires it
+      type(group_type), intent(in) :: group        !< name of the group that requires it
       type(control_type), intent(in) :: control    !< as read
-      character(len=*), intent(in) :: what         !< about waves in that group
+      character(len=*), intent(in) :: what         !< text on waves in that group
 
       if (.not. control%analysis_given) call input_error(error, group, what//' require a '// &
          "choice of analysis in &control: 'plane_strain' (ground, which goes on across the "// &
@@ -95,7 +95,7 @@ contains
    !> Read &output: file and intervals.
    subroutine read_output(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(output_settings_type), intent(inout) :: settings  !< with the usual file before
+      type(output_settings_type), intent(inout) :: settings  !< on entry with the default file
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       type(output_values) :: own
 

@@ -212,7 +212,7 @@ contains
    !> Read replacements 'old -> new, old -> new'.
    subroutine replace_names(group, list, kind, names, new, error)
       type(group_type), intent(in) :: group          !< of the input
-      character(len=*), intent(in) :: list, kind     !< as read; of names: 'joint', 'material'
+      character(len=*), intent(in) :: list, kind     !< list as read; 'joint' or 'material'
       character(len=*), intent(in) :: names(:)       !< known ones
       integer, intent(inout) :: new(:)               !< [names] replacement of each
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -270,8 +270,8 @@ contains
 
       !> Reject a stage that repeats an action of an earlier stage.
       subroutine refuse(again, what, names, done)
-         logical, intent(in) :: again(:)          !< [names] in stage k and now
-         character(len=*), intent(in) :: what, names(:), done  !< in words; names of all of them
+         logical, intent(in) :: again(:)          !< [names] in stage k and in this stage
+         character(len=*), intent(in) :: what, names(:), done  !< action; all names; earlier action
          integer :: i
 
          i = findloc(again, .true., 1)

@@ -12,7 +12,7 @@ module dda_input_stop
    private
    public :: read_stop
 
-   real(wp), parameter :: usual_rest = 1.0e-6_wp  !< of the model's larger side
+   real(wp), parameter :: usual_rest = 1.0e-6_wp  !< fraction of the larger side of the model
 
 contains
 

@@ -15,7 +15,7 @@ module dda_input_strength
    public :: check_strength, solid_of, reduce_solid
 
    real(wp), parameter :: degree = pi/180.0_wp
-   real(wp), parameter :: rounding = 1.0e-9_wp  !< of a tension: decimal digits of an input
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< fraction of a tension: decimal digits of an input
 
 contains
 

@@ -23,17 +23,17 @@ module dda_input_text
       character(len=:), allocatable :: name   !< in lower case
       character(len=:), allocatable :: place  !< "FILE, group &name (line N)"
       integer :: line = 0                     !< where it begins
-      integer :: first = 0, last = 0          !< in the text: its & and its slash
-      type(value_type), allocatable :: values(:)  !< those given, in the order of their variables
+      integer :: first = 0, last = 0          !< positions of its & and its slash in the text
+      type(value_type), allocatable :: values(:)  !< given values, in the order of the variables
    end type group_type
 
    character, parameter :: newline = achar(10)
-   character(len=*), parameter :: or = ' or '  !< between alternatives of a rule
+   character(len=*), parameter :: or = ' or '  !< separator between alternatives of a rule
 
    !> Position of an assignment in a text.
    type :: span_type
       integer :: variable = 0          !< its position in `input_variables`
-      integer :: first = 0, last = 0   !< from its name to its last value
+      integer :: first = 0, last = 0   !< positions of its name and of its last value
    end type span_type
 
 contains
@@ -41,8 +41,8 @@ contains
    !> Return an input error at the position of a group.
    pure subroutine input_error(error, group, message)
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
-      type(group_type), intent(in) :: group    !< that the message is about
-      character(len=*), intent(in) :: message  !< a sentence without its full stop
+      type(group_type), intent(in) :: group    !< group of the message
+      character(len=*), intent(in) :: message  !< sentence without the full stop
 
       if (.not. allocated(error)) call fail(error, error_input, group%place//': '//message)
    end subroutine input_error
@@ -50,7 +50,7 @@ contains
    !> Parse the values of a group.
    pure subroutine parse_group(text, group, error, spans)
       character(len=*), intent(in) :: text           !< of the input
-      type(group_type), intent(inout) :: group       !< a known one, with its position in the text
+      type(group_type), intent(inout) :: group       !< a known group, with its position in the text
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       !> positions of its assignments, which may change
       type(span_type), allocatable, intent(inout), optional :: spans(:)
@@ -83,7 +83,7 @@ contains
    !> Trim to the given values without copying their contents.
    pure subroutine keep(values, kept)
       type(value_type), intent(inout) :: values(:)             !< of all variables
-      type(value_type), allocatable, intent(out) :: kept(:)    !< of those that are given
+      type(value_type), allocatable, intent(out) :: kept(:)    !< values that are given
       integer :: i, n
 
       allocate (kept(count(values%variable > 0)))
@@ -100,9 +100,9 @@ contains
 
    !> Read the variable whose name is at a position.
    pure subroutine read_variable(text, g, at, v, failure)
-      character(len=*), intent(in) :: text   !< up to the slash of the group
+      character(len=*), intent(in) :: text   !< text up to the slash of the group
       integer, intent(in) :: g               !< position of the group in `input_groups`
-      integer, intent(inout) :: at           !< at the name; on return, after it
+      integer, intent(inout) :: at           !< position of the name; on return after it
       integer, intent(out) :: v              !< position in `input_variables`
       character(len=:), allocatable, intent(inout) :: failure  !< allocated if there is none
       character(len=:), allocatable :: name
@@ -126,7 +126,7 @@ contains
    pure subroutine check_rules(group, g, words, error)
       type(group_type), intent(in) :: group  !< with its values
       integer, intent(in) :: g               !< its position in `input_groups`
-      logical, intent(in) :: words           !< only values that words exclude: it may be incomplete
+      logical, intent(in) :: words  !< check only exclusions by words: the group may be incomplete
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: r, at, first
       logical :: met
@@ -172,7 +172,7 @@ contains
    !> Text on the violated rule, and on what to do.
    pure function failure_of(group, rule) result(message)
       type(group_type), intent(in) :: group  !< with its values
-      type(rule_type), intent(in) :: rule    !< that it does not keep
+      type(rule_type), intent(in) :: rule    !< rule that the group violates
       character(len=:), allocatable :: message, holder, item
 
       holder = trim(rule%holder)
@@ -309,7 +309,7 @@ contains
    pure subroutine find_slash(text, first, last, lines)
       character(len=*), intent(in) :: text  !< of the input
       integer, intent(in) :: first  !< position of its &
-      integer, intent(out) :: last, lines  !< position of its slash; line ends up to there
+      integer, intent(out) :: last, lines  !< position of its slash; number of line ends before it
       character :: quote
 
       last = first

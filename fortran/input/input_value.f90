@@ -15,7 +15,7 @@ module dda_input_value
    character(len=*), parameter :: digits = name_characters(27:36)
    character, parameter :: newline = achar(10), carriage_return = achar(13), tab = achar(9)
    character(len=*), parameter :: blanks = ' '//tab//newline//carriage_return
-   character(len=*), parameter :: ends = blanks//',/!'   !< of a value that stands in no quotes
+   character(len=*), parameter :: ends = blanks//',/!' !< characters that end a value without quotes
 
    !> A text that may be omitted.
    type :: word_type
@@ -25,8 +25,8 @@ module dda_input_value
    !> The values of a variable.
    type :: value_type
       integer :: variable = 0                 !< its position in `input_variables`; 0: not given
-      integer :: n = 0                        !< values, up to the last one that is given
-      real(wp), allocatable :: numbers(:)     !< [n] `unset` where left out; logical ones 0 and 1
+      integer :: n = 0                        !< number of values, up to the last given one
+      real(wp), allocatable :: numbers(:)     !< [n] `unset` if omitted; logical values are 0 and 1
       type(word_type), allocatable :: words(:)  !< [≥ n]
    contains
       procedure :: get_text => text_at
@@ -41,12 +41,12 @@ contains
 
    !> Read the values after a variable's name, up to the next name or the slash.
    pure subroutine take_values(text, at, variable, value, last, failure)
-      character(len=*), intent(in) :: text             !< up to the slash of the group
-      integer, intent(inout) :: at             !< on entry after the name, on exit at the next token
+      character(len=*), intent(in) :: text             !< text up to the slash of the group
+      integer, intent(inout) :: at  !< position after the name; on return at the next token
       type(variable_type), intent(in) :: variable      !< of the schema
-      type(value_type), intent(inout) :: value         !< given before, or not
-      integer, intent(out) :: last                     !< where the last of them ends
-      character(len=:), allocatable, intent(out) :: failure  !< what is wrong, if anything is
+      type(value_type), intent(inout) :: value         !< earlier value, if given
+      integer, intent(out) :: last                     !< end of the last value
+      character(len=:), allocatable, intent(out) :: failure  !< what is wrong; blank: nothing
       type(part_type) :: part
       integer :: next, repeats
       logical :: is_due
@@ -54,7 +54,7 @@ contains
       call read_part(text, at, variable, part, failure)
       last = at - 1
       next = 0
-      is_due = .true.   ! a comma here leaves a value out
+      is_due = .true.   ! a comma here means an omitted value
       do while (.not. allocated(failure))
          call skip_blank(text, at)
          if (text(at:at) == '/') exit
@@ -79,10 +79,10 @@ contains
    !> Read the subscript that follows a variable's name, such as (2) or (3:6), and the equals sign.
    pure subroutine read_part(text, at, variable, part, failure)
       character(len=*), intent(in) :: text         !< of the group
-      integer, intent(inout) :: at                 !< behind the name; behind its equals sign then
+      integer, intent(inout) :: at  !< position after the name; on return after the equals sign
       type(variable_type), intent(in) :: variable  !< of the schema
       type(part_type), intent(out) :: part         !< positions to fill
-      character(len=:), allocatable, intent(inout) :: failure  !< allocated if there is no such part
+      character(len=:), allocatable, intent(inout) :: failure  !< allocated if the part is invalid
       integer :: bracket, comma
       type(part_type) :: inner
 
@@ -119,7 +119,7 @@ contains
    pure subroutine read_range(text, size, range)
       character(len=*), intent(in) :: text     !< between brackets and commas
       integer, intent(in) :: size              !< of the list
-      type(part_type), intent(out) :: range    !< none where it is no range within the list
+      type(part_type), intent(out) :: range    !< range; empty if it is not within the list
       integer :: colon, second, last, status(3)
 
       colon = index(text, ':')
@@ -144,7 +144,7 @@ contains
    pure subroutine whole(text, number, status)
       character(len=*), intent(in) :: text  !< digits, or blanks
       integer, intent(inout) :: number      !< as it says
-      integer, intent(out) :: status        !< 0: it says that
+      integer, intent(out) :: status        !< 0: the text is a number
       character(len=:), allocatable :: word
 
       word = trim(adjustl(text))
@@ -157,10 +157,10 @@ contains
    !> Read a repeat count before a value, such as 20*; 1 if there is none.
    pure subroutine read_repeats(text, at, variable, repeats, failure)
       character(len=*), intent(in) :: text         !< of the group
-      integer, intent(inout) :: at                 !< at the value; behind the count then
+      integer, intent(inout) :: at  !< position of the value; on return after the count
       type(variable_type), intent(in) :: variable  !< of the schema
-      integer, intent(out) :: repeats              !< how often the value counts
-      character(len=:), allocatable, intent(inout) :: failure  !< allocated if it is no count
+      integer, intent(out) :: repeats              !< number of repetitions of the value
+      character(len=:), allocatable, intent(inout) :: failure  !< allocated if the count is invalid
       integer :: length, status
 
       repeats = 1
@@ -177,11 +177,11 @@ contains
    !> Read one value and store it in positions of the list.
    pure subroutine read_item(text, at, variable, places, value, failure)
       character(len=*), intent(in) :: text         !< of the group
-      integer, intent(inout) :: at                 !< at the value; on return, after it
+      integer, intent(inout) :: at                 !< position of the value; on return after it
       type(variable_type), intent(in) :: variable  !< of the schema
-      type(part_type), intent(in) :: places        !< to fill; none: there is no more
+      type(part_type), intent(in) :: places        !< positions to fill; none: there are no more
       type(value_type), intent(inout) :: value     !< gets it
-      character(len=:), allocatable, intent(inout) :: failure  !< allocated if it is no such value
+      character(len=:), allocatable, intent(inout) :: failure  !< allocated if the value is invalid
       character(len=:), allocatable :: word
       real(wp) :: number
       logical :: fits
@@ -213,8 +213,8 @@ contains
    !> Read a text in quotes, in which doubled quotes are one, or a text that begins with a digit.
    pure subroutine take_word(text, at, word)
       character(len=*), intent(in) :: text  !< of the group
-      integer, intent(inout) :: at          !< at the text; on return, after it
-      character(len=:), allocatable, intent(out) :: word  !< not allocated if there is none
+      integer, intent(inout) :: at          !< position of the text; on return after it
+      character(len=:), allocatable, intent(out) :: word  !< word; not allocated if there is none
       integer :: length, i
       character :: quote
 
@@ -242,9 +242,9 @@ contains
    !> Read a number, or a logical value as 0 or 1.
    pure subroutine read_number(text, at, logical_wanted, number, fits)
       character(len=*), intent(in) :: text    !< of the group
-      integer, intent(inout) :: at            !< at the value; on return, after it
+      integer, intent(inout) :: at            !< position of the value; on return after it
       logical, intent(in) :: logical_wanted   !< .true. or T, .false. or F
-      real(wp), intent(out) :: number         !< beyond all numbers: infinite
+      real(wp), intent(out) :: number         !< number; infinite if too large
       logical, intent(out) :: fits            !< there is one
       character(len=:), allocatable :: word
       integer :: last, from, state
@@ -383,7 +383,7 @@ contains
    pure subroutine text_at(value, i, text)
       class(value_type), intent(in) :: value  !< of a name, word or text
       integer, intent(in) :: i                !< position
-      character(len=:), allocatable, intent(inout) :: text  !< as given, or as it was
+      character(len=:), allocatable, intent(inout) :: text  !< text as given, or unchanged
 
       if (i > value%n) return
       if (allocated(value%words(i)%text)) text = value%words(i)%text

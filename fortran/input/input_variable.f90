@@ -14,7 +14,7 @@ module dda_input_variable
    type :: group_entry_type
       character(len=16) :: name
       logical :: repeats          !< may appear more than once
-      logical :: built            !< the package turns it into blocks
+      logical :: built            !< `sitedda build` converts it into blocks
       integer :: first, last      !< positions of its variables in `input_variables`
    end type group_entry_type
 
@@ -22,14 +22,14 @@ module dda_input_variable
    type :: variable_type
       character(len=26) :: name
       character(len=8) :: kind    !< 'real', 'integer', 'logical', 'name', 'word', 'text', 'points'
-      integer :: size             !< values that it may have; 0: one, and no list
+      integer :: size             !< largest number of values; 0: a single value, no list
       real(wp) :: lowest = -usable, highest = usable  !< of each number
-      real(wp) :: preset = unset  !< default, where it is a number
+      real(wp) :: preset = unset  !< default of a number
       character(len=128) :: allowed = ''  !< of a word: "'one', 'another'"
       logical :: required = .false.
-      character(len=16) :: usual = ''    !< default, where it is a word
+      character(len=16) :: usual = ''    !< default of a word
       character(len=12) :: switch = ''   !< variable on which it depends, if any
-      character(len=128) :: belongs = '' !< values of that variable that it belongs to
+      character(len=128) :: belongs = '' !< values of that variable for which it is used
    end type variable_type
 
    !> Requirement or exclusion for a group that satisfies a condition.  Conditions are "name": given
@@ -38,7 +38,7 @@ module dda_input_variable
       integer :: group              !< position in `input_groups`
       character(len=128) :: holder  !< condition; blank: always
       character(len=128) :: item    !< other condition, or several with ` or ` between
-      logical :: excludes           !< none of these may be met, otherwise one at least must
+      logical :: excludes           !< .true.: no item is allowed; .false.: one item is required
    end type rule_type
 
 end module dda_input_variable

@@ -112,8 +112,8 @@ contains
 
    !> Number the bodies in the order of their first cells.
    pure subroutine number_bodies(name, number, names)
-      character(len=*), intent(in) :: name(:)  !< [blocks] of the body of each, or blank
-      integer, intent(out) :: number(:)        !< [blocks] of the body of each; 0: none
+      character(len=*), intent(in) :: name(:)  !< [blocks] body of each block, or blank
+      integer, intent(out) :: number(:)        !< [blocks] body of each block; 0: none
       character(len=len(name)), allocatable, intent(out) :: names(:)  !< [bodies]
       character(len=len(name)), allocatable :: more(:)
       integer :: b, n, last
@@ -125,7 +125,7 @@ contains
          number(b) = 0
          if (name(b) == '') cycle
          if (last > 0) then
-            if (more(last) /= name(b)) last = 0  ! cells mostly follow each other
+            if (more(last) /= name(b)) last = 0  ! cells are mostly consecutive
          end if
          if (last == 0) last = findloc(more(:n), name(b), 1)
          if (last == 0) then

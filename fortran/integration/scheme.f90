@@ -95,7 +95,7 @@ contains
    elemental real(wp) function end_rate(step, moved, rate)
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: moved  !< increment of the coordinate
-      real(wp), intent(in) :: rate   !< its velocity at the start, per s
+      real(wp), intent(in) :: rate   !< velocity at the start, per s
 
       end_rate = momentum_weight(step)*moved - velocity_weight(step)*rate
    end function end_rate

@@ -22,10 +22,10 @@ module dda_scheme_response
 
    !> Factors of terms of the equations of motion in steady vibration; elastic terms have 1.
    type :: steady_type
-      complex(wp) :: inertia        !< of M, instead of −ω², 1/s²
-      complex(wp) :: end_stiffness  !< of stiffness at the end of the step
-      complex(wp) :: mean_dashpot   !< of dashpots on d/Δt, 1/s
-      complex(wp) :: end_dashpot    !< of dashpots on the end velocity, 1/s
+      complex(wp) :: inertia        !< factor of M in place of −ω², 1/s²
+      complex(wp) :: end_stiffness  !< factor of stiffness at the end of the step
+      complex(wp) :: mean_dashpot   !< factor of dashpots on d/Δt, 1/s
+      complex(wp) :: end_dashpot    !< factor of dashpots on the end velocity, 1/s
       complex(wp) :: load           !< of forces at t₀ + θΔt
    end type steady_type
 
@@ -66,7 +66,7 @@ contains
    !> tan φ = Ω √(4 − (θ − χ)²Ω²)/(2 + (2θχ − θ − χ)Ω²).
    elemental real(wp) function phase_of(scheme, turn)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
-      real(wp), intent(in) :: turn  !< Ω = ωΔt, of a mode that oscillates
+      real(wp), intent(in) :: turn  !< Ω = ωΔt of a mode that oscillates
 
       associate (theta => scheme%theta, chi => scheme%chi)
          phase_of = atan2(turn*sqrt(max(0.0_wp, 4.0_wp - ((theta - chi)*turn)**2)), &
@@ -129,7 +129,7 @@ contains
    !> 2ζ = (a + b)τ/(1 − abτ²), a = 2θ − 1, b = 2χ − 1; huge if the real part is not positive.
    elemental real(wp) function forced_damping(scheme, omega, time_step) result(ratio)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
-      real(wp), intent(in) :: omega      !< of the motion, rad/s
+      real(wp), intent(in) :: omega      !< angular frequency of the motion, rad/s
       real(wp), intent(in) :: time_step  !< s
       real(wp) :: a, b, tau
 
@@ -207,7 +207,7 @@ contains
    pure type(steady_type) function steady_weights(scheme, omega, time_step, dynamic_factor) &
       result(steady)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
-      real(wp), intent(in) :: omega           !< of the motion, rad/s, below π/Δt
+      real(wp), intent(in) :: omega           !< angular frequency of the motion, rad/s, below π/Δt
       real(wp), intent(in) :: time_step       !< s
       real(wp), intent(in) :: dynamic_factor  !< 0 … 1
       complex(wp) :: z, elastic, velocity, change

@@ -36,22 +36,22 @@ module dda_blocks
       ! Constants of the run
       integer, allocatable :: first(:)             !< [n+1] first vertex of each block
       integer, allocatable :: owner(:)             !< [vertices] block of each vertex
-      integer, allocatable :: next(:)              !< [vertices] the one after it, counter-clockwise
-      integer, allocatable :: previous(:)          !< [vertices] the one before it
+      integer, allocatable :: next(:)              !< [vertices] next vertex, counter-clockwise
+      integer, allocatable :: previous(:)          !< [vertices] previous vertex
       integer, allocatable :: material(:)          !< [n]
-      integer, allocatable :: joint(:)             !< [vertices] joint material of the edge there
-      logical, allocatable :: mixed(:)             !< [n] its edges name different joints
-      integer, allocatable :: body(:)              !< [n] that a cell is part of; 0: none
-      logical, allocatable :: inner(:)             !< [vertices] that edge lies within a body
+      integer, allocatable :: joint(:)  !< [vertices] joint material of the edge that begins there
+      logical, allocatable :: mixed(:)  !< [n] the edges of the block have different joints
+      integer, allocatable :: body(:)              !< [n] body of a cell; 0: none
+      logical, allocatable :: inner(:)  !< [vertices] the edge that begins there lies within a body
       !> [2, vertices] adjacent edges of the body's outline; they may belong to other cells
       integer, allocatable :: outline(:,:)
-      real(wp), allocatable :: rest_share(:)       !< [n] of its area that no welded face has
+      real(wp), allocatable :: rest_share(:)       !< [n] fraction of the area outside welded faces
       integer, allocatable :: joined_first(:)      !< [n+1] first of a cell's list in `joined`
-      integer, allocatable :: joined(:)            !< later cells of its body that it meets
+      integer, allocatable :: joined(:)            !< later cells of its body that it touches
       real(wp), allocatable :: reference(:,:)      !< [2, vertices] offset ρ from the centroid, m
       real(wp), allocatable :: radius(:)           !< [n] farthest vertex from the centroid, m
       real(wp), allocatable :: area(:)             !< [n] reference area, m²
-      real(wp), allocatable :: whole_area(:)       !< [n] of the body of a cell, else its own, m²
+      real(wp), allocatable :: whole_area(:)  !< [n] area of the body of a cell, or of the block, m²
       real(wp), allocatable :: mass(:)             !< [n] kg per metre of thickness
       !> [4,n] mass, kg, and its second moments x², y², xy about the centroid, kg m², per metre of
       !> thickness; also of removed blocks, whose `mass` is 0
@@ -62,8 +62,8 @@ module dda_blocks
       real(wp) :: half_size = 0.0_wp
       ! Changed by stages
       logical, allocatable :: removed(:)           !< [n] no longer part of the model
-      type(damping_type), allocatable :: damping(:) !< [materials] empty: nothing damps
-      logical :: damps = .false.                   !< materials do, and it is no static stage
+      type(damping_type), allocatable :: damping(:) !< [materials] empty: no damping
+      logical :: damps = .false.                   !< materials damp, and the stage is not static
       ! State
       real(wp), allocatable :: position(:,:)       !< [6,n] q: m, rad, –
       real(wp), allocatable :: velocity(:,:)       !< [6,n] dq/dt
@@ -71,7 +71,7 @@ module dda_blocks
       real(wp), allocatable :: acceleration(:,:)
       !> [6,4,n] d/Δt of the last four steps, most recent first
       real(wp), allocatable :: mean_velocity(:,:,:)
-      real(wp), allocatable :: rest_strain(:,:)    !< [3,n] at the end of statics; 0 blocks: no body
+      real(wp), allocatable :: rest_strain(:,:)    !< [3,n] at the end of statics; empty: no memory
       real(wp), allocatable :: memory(:,:,:)       !< [3,mechanisms,n] ζ_l
       ! Derived from the state
       real(wp), allocatable :: axes(:,:,:)         !< [2,2,n] R(θ)
@@ -79,7 +79,7 @@ module dda_blocks
       real(wp), allocatable :: vertex(:,:)         !< [2, vertices] present position, m
       !> [2, vertices] unit vector of the edge that begins at the vertex
       real(wp), allocatable :: along(:,:)
-      real(wp), allocatable :: length(:)           !< [vertices] length of that edge, m
+      real(wp), allocatable :: length(:)  !< [vertices] length of the edge that begins there, m
    end type blocks_type
 
 contains
@@ -90,7 +90,7 @@ contains
       integer, intent(in) :: first(:)         !< [n+1] first vertex of each polygon
       real(wp), intent(in) :: vertices(:,:)   !< [2, any] counter-clockwise, m
       integer, intent(in) :: material(:)               !< [n] of each block
-      integer, intent(in) :: joint(:)                  !< [vertices] of the edge that begins there
+      integer, intent(in) :: joint(:)  !< [vertices] joint of the edge that begins there
       type(material_type), intent(in) :: materials(:)  !< [materials]
       logical, intent(in) :: plane_strain              !< else plane stress
       integer :: b
@@ -439,7 +439,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< block
       real(wp), intent(in) :: reference(2)     !< m, offset ρ
-      real(wp), intent(in) :: d(6)             !< m, rad, strains; or per s, per s²
+      real(wp), intent(in) :: d(6)  !< increments (m, rad, strains), or rates per s or per s²
       real(wp) :: motion(2)
       real(wp) :: offset(2)
 

@@ -11,19 +11,19 @@ module dda_bolt
    public :: bolt_type, axial, across, never, most_points
 
    integer, parameter :: axial = 1, across = 2  !< components of a bolt
-   integer, parameter :: most_points = 64  !< of a bolt: its ends and those that it passes
-   real(wp), parameter :: never = 0.1_wp*huge(1.0_wp)  !< of a strength: it is not reached
+   integer, parameter :: most_points = 64  !< points of a bolt: its ends and those between them
+   real(wp), parameter :: never = 0.1_wp*huge(1.0_wp)  !< strength that is never reached
 
    !> One spring of a bolt (group &bolt).
    type :: bolt_type
       character(len=64) :: name = ''
-      logical :: grouted = .false.                  !< at a joint, else between two anchors
-      logical :: compression = .false.              !< it also bears compression
-      logical :: present = .true.                   !< a stage may add or remove it
-      integer, allocatable :: block(:)              !< [points] that each of them is in
+      logical :: grouted = .false.  !< grouted at a joint; .false.: between two anchors
+      logical :: compression = .false.              !< it also resists compression
+      logical :: present = .true.                   !< present; a stage may add or remove it
+      integer, allocatable :: block(:)              !< [points] block of each point
       real(wp), allocatable :: reference(:,:)       !< [2,points] offsets ρ from the centroids, m
-      real(wp), allocatable :: place(:,:)           !< [2,points] first positions, m
-      real(wp) :: direction(2) = 0.0_wp             !< first axis; it turns with the first block
+      real(wp), allocatable :: place(:,:)           !< [2,points] initial positions, m
+      real(wp) :: direction(2) = 0.0_wp             !< initial axis; it turns with the first block
       real(wp) :: stiffness(2) = 0.0_wp             !< axial, across; N/m per metre of thickness
       real(wp) :: pretension = 0.0_wp               !< N per metre of thickness
       real(wp) :: yield(2) = never                  !< forces at which it yields, N/m

@@ -13,17 +13,17 @@ module dda_boundary
    type :: boundary_edge_type
       integer :: group = 0                          !< number of the group &boundary, from 1
       type(edge_piece_type) :: piece
-      character(len=8) :: direction = 'xy'          !< in which it acts: 'xy', 'x', 'y', 'normal'
+      character(len=8) :: direction = 'xy'  !< direction in which it acts: 'xy', 'x', 'y', 'normal'
    end type boundary_edge_type
 
    !> An incoming motion of a boundary, and the position of the measured motion of the model.
    type :: boundary_motion_type
       character(len=64) :: name = ''
       type(point_type), allocatable :: point(:)     !< whose mean counts
-      real(wp), allocatable :: weight(:)            !< [points] fractions, together 1
+      real(wp), allocatable :: weight(:)            !< [points] weights with sum 1
       integer :: motion(2) = 0                      !< incoming, x and y; 0: none
-      real(wp) :: factor = 0.5_wp                   !< of it, in the incoming wave
-      integer :: field = 0                          !< free field that it is the motion of; 0: none
+      real(wp) :: factor = 0.5_wp                   !< ratio of the incoming wave to the motion
+      integer :: field = 0  !< free field to which the motion belongs; 0: none
    end type boundary_motion_type
 
    !> Edges with a half-space behind them and one incoming motion.
@@ -35,9 +35,9 @@ module dda_boundary
       !> [2,parts] ρV_p and ρV_s times half of the length: dashpots of a Gauss point along the
       !> normal and along the edge, N s/m per metre of thickness
       real(wp), allocatable :: dashpot(:,:)
-      type(fixed_point_type), allocatable :: point(:)  !< [2 × pieces] as supports of static stages
+      type(fixed_point_type), allocatable :: point(:)  !< [2 × pieces] supports in static stages
       integer :: motion(2) = 0                      !< incoming, x and y; 0: none
-      real(wp) :: factor = 1.0_wp                   !< of the motion in that of an outcrop
+      real(wp) :: factor = 1.0_wp  !< factor between the motion and that of an outcrop
    end type boundary_type
 
 end module dda_boundary

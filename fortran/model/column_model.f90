@@ -81,7 +81,7 @@ contains
          model%blocks%joint(vertex), model%materials, model%control%plane_strain)
       blocks%initial_stress = model%blocks%initial_stress(:, list)
       call set_damping(blocks, model%blocks%damping)
-      blocks%half_size = model%blocks%half_size  ! distances of the search are the model's
+      blocks%half_size = model%blocks%half_size  ! the search uses the distances of the model
       blocks%body = model%blocks%body(list)
       welds = welds_within(model%welds, number, of_vertex)
       call set_welds(blocks, welds)
@@ -92,7 +92,7 @@ contains
    pure subroutine copy_joined(blocks, before, number)
       type(blocks_type), intent(inout) :: blocks  !< of the column
       type(blocks_type), intent(in) :: before     !< of the model
-      integer, intent(in) :: number(:)            !< [blocks of the model] in the column, or 0
+      integer, intent(in) :: number(:)  !< [blocks of the model] number in the column, or 0
       integer :: b, i
 
       if (size(before%joined) == 0) return
@@ -113,7 +113,7 @@ contains
    pure subroutine add_dashpots(column, boundaries, number)
       type(model_type), intent(inout) :: column            !< receives them
       type(boundary_type), intent(in) :: boundaries(:)     !< of the model
-      integer, intent(in) :: number(:)                     !< [blocks] in the column, or 0
+      integer, intent(in) :: number(:)                     !< [blocks] number in the column, or 0
       type(boundary_type) :: own
       logical, allocatable :: kept(:)
       integer :: i, k
@@ -136,7 +136,7 @@ contains
    pure type(stage_type) function column_stage(stage, block, kept) result(own)
       type(stage_type), intent(in) :: stage  !< of the model
       integer, intent(in) :: block(:)        !< [any] of the column
-      logical, intent(in) :: kept(:)         !< [fixed points] that the column has
+      logical, intent(in) :: kept(:)         !< [fixed points] .true. if the column has the point
 
       own = stage
       own%removed = stage%removed(block)

@@ -38,9 +38,9 @@ module dda_damping
    integer, parameter :: most_mechanisms = 16
    real(wp), parameter :: automatic_band(2) = [0.1_wp, 50.0_wp]  !< Hz
    integer, parameter :: least_mechanisms = 4     !< that are tried
-   real(wp), parameter :: wanted_misfit = 3.5e-4_wp  !< of an automatic number of mechanisms
+   real(wp), parameter :: wanted_misfit = 3.5e-4_wp  !< misfit for an automatic number of mechanisms
    real(wp), parameter :: most_misfit = 0.05_wp   !< largest error of a fitted body
-   real(wp), parameter :: beyond = 3.0_wp         !< of the ends of the band: range of the ω_l
+   real(wp), parameter :: beyond = 3.0_wp  !< factor beyond the ends of the band: range of the ω_l
    integer, parameter :: samples = 12             !< frequencies of the fit for each mechanism
 
    !> Damping of a material.
@@ -48,7 +48,7 @@ module dda_damping
       real(wp) :: ratio = 0.0_wp                !< ζ of the body
       real(wp) :: reference = 0.0_wp            !< frequency of the given modulus, Hz
       real(wp) :: band(2) = 0.0_wp              !< range of ζ, Hz; 0: automatic
-      integer :: n = 0                          !< mechanisms; before the fit 0: automatic
+      integer :: n = 0                          !< number of mechanisms; 0 before the fit: automatic
       real(wp) :: omega(most_mechanisms) = 0.0_wp   !< ω_l, rad/s
       real(wp) :: weight(most_mechanisms) = 0.0_wp  !< Y_l
       real(wp) :: unrelaxed = 1.0_wp            !< r = M_u/M
@@ -108,7 +108,7 @@ contains
    !> Complex modulus of the body relative to the given modulus, at an angular frequency.
    elemental complex(wp) function modulus_factor(damping, omega) result(factor)
       type(damping_type), intent(in) :: damping  !< fitted
-      real(wp), intent(in) :: omega  !< rad/s; in steps of Δt the pre-warped one
+      real(wp), intent(in) :: omega  !< angular frequency, rad/s; pre-warped for steps of Δt
       integer :: l
 
       factor = 1.0_wp
@@ -129,7 +129,7 @@ contains
 
    !> Fit the body to its ratio over its band, with ω_l up to a limit.
    subroutine fit_body(damping, limit, error)
-      type(damping_type), intent(inout) :: damping  !< ratio, reference, band, n; gets the rest
+      type(damping_type), intent(inout) :: damping  !< given: ratio, reference, band, n
       real(wp), intent(in) :: limit  !< largest ω_l that all stages admit, rad/s
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer :: n

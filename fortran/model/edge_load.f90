@@ -18,19 +18,19 @@ module dda_edge_load
    type :: edge_load_type
       character(len=64) :: name = ''
       integer :: kind = load_uniform
-      logical :: present = .true.                    !< a stage may add or remove it
-      logical :: follows = .true.                    !< the edges as they move; else as they were
+      logical :: present = .true.                    !< present; a stage may add or remove it
+      logical :: follows = .true.  !< load follows the moving edges; .false.: initial edges
       type(edge_piece_type), allocatable :: piece(:) !< that it acts on
-      real(wp), allocatable :: ends(:,:,:)           !< [2,2,pieces] their first ends, m
+      real(wp), allocatable :: ends(:,:,:)           !< [2,2,pieces] initial ends of the pieces, m
       real(wp), allocatable :: at_ends(:,:)          !< [2,pieces] pressures of `load_line`, Pa
       real(wp), allocatable :: line(:,:)             !< [2,points] phreatic line, x ascending, m
       real(wp) :: unit_weight = 0.0_wp               !< of water, N/m³
       real(wp) :: reservoir = 0.0_wp                 !< depth H of Westergaard's mass, m; 0: none
-      logical :: held = .false.                      !< first and last value last for ever
+      logical :: held = .false.                      !< values are constant outside of the times
       real(wp), allocatable :: time(:)               !< s, ascending
-      real(wp), allocatable :: normal(:)             !< [times] pressure, Pa; of water its factor
+      real(wp), allocatable :: normal(:)             !< [times] pressure, Pa; for water, its factor
       real(wp), allocatable :: shear(:)              !< [times] along the edge, Pa
-      real(wp), allocatable :: level(:)              !< [times] m; of water its rise
+      real(wp), allocatable :: level(:)              !< [times] level, m; for water, its rise
    end type edge_load_type
 
 contains

@@ -12,8 +12,8 @@ module dda_edge_piece
    !> A part of an edge; it moves and strains with its block.
    type :: edge_piece_type
       integer :: block = 0              !< that owns the edge
-      integer :: edge = 0               !< named by its first vertex, counter-clockwise
-      real(wp) :: from = 0.0_wp         !< fraction of the edge's length at which it begins, 0 … 1
+      integer :: edge = 0               !< edge, given by its first vertex, counter-clockwise
+      real(wp) :: from = 0.0_wp         !< fraction of the edge length at its start, 0 … 1
       real(wp) :: to = 1.0_wp           !< and ends
    end type edge_piece_type
 

@@ -19,10 +19,10 @@ module dda_flow
 
    !> Apertures and fluid of the joints of a group &flow.
    type :: flow_law_type
-      real(wp) :: aperture = 0.0_wp         !< hydraulic, of a joint that just touches, m
+      real(wp) :: aperture = 0.0_wp         !< hydraulic aperture of a joint that just touches, m
       real(wp) :: least = 0.0_wp            !< residual aperture, m
       real(wp) :: most = 0.0_wp             !< largest aperture, m
-      real(wp) :: opening_factor = 1.0_wp   !< change of aperture over opening
+      real(wp) :: opening_factor = 1.0_wp   !< ratio of aperture change to opening
       real(wp) :: viscosity = 0.0_wp        !< dynamic, Pa s
       real(wp) :: bulk_modulus = 0.0_wp     !< Pa
       real(wp) :: unit_weight = 0.0_wp      !< N/m³ at 9.81 m/s²
@@ -32,7 +32,7 @@ module dda_flow
    !> A part of the overlap of two edges.
    type :: channel_type
       integer :: block(2) = 0               !< on both sides
-      integer :: edge = 0                   !< of block(1), by its first vertex
+      integer :: edge = 0                   !< edge of block(1), given by its first vertex
       integer :: node(2) = 0                !< at its ends
       integer :: law = 0                    !< group &flow
       real(wp) :: length = 0.0_wp           !< m
@@ -42,13 +42,13 @@ module dda_flow
    !> Head, pressure or inflow at nodes over time (group &flow_boundary).
    type :: flow_boundary_type
       integer, allocatable :: node(:)       !< that it acts on
-      logical :: inflow = .false.           !< its values are inflows, else pressures at y = 0
-      logical :: head = .false.             !< pressures are hydrostatic below its values
+      logical :: inflow = .false.           !< values are inflows; .false.: pressures at y = 0
+      logical :: head = .false.  !< values are heads: pressures are hydrostatic below them
       logical :: dry_above = .false.        !< nodes above the level are open to the air: p = 0
-      integer :: load = 0                   !< on faces, that must be present, else p = 0; 0: none
-      logical :: lasts = .true.             !< beyond its times; else p = 0 there
+      integer :: load = 0                   !< load on faces that must act, else p = 0; 0: none
+      logical :: lasts = .true.             !< constant outside of its times; .false.: p = 0 there
       real(wp), allocatable :: time(:)      !< s
-      real(wp), allocatable :: value(:)     !< [times] m, Pa, or m²/s of all its nodes together
+      real(wp), allocatable :: value(:)     !< [times] m, Pa, or m²/s in total for all its nodes
    end type flow_boundary_type
 
    !> Water in the joints of a model.
@@ -56,10 +56,10 @@ module dda_flow
       type(flow_law_type), allocatable :: law(:)
       type(channel_type), allocatable :: channel(:)
       type(flow_boundary_type), allocatable :: boundary(:)
-      real(wp), allocatable :: place(:,:)      !< [2,nodes] first positions, m
+      real(wp), allocatable :: place(:,:)      !< [2,nodes] initial positions, m
       real(wp), allocatable :: pressure(:)     !< [nodes] at the start, Pa
       real(wp), allocatable :: saturation(:)   !< [nodes] at the start, 0 … 1
-      integer :: state(2) = [flow_steady, flow_undrained]  !< in static and in dynamic stages
+      integer :: state(2) = [flow_steady, flow_undrained]  !< state in static and dynamic stages
    end type flow_type
 
 contains

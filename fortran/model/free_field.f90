@@ -16,11 +16,11 @@ module dda_free_field
       !> face of each tie and weld at the side of the model: 1, of the right faces; 2, of the left
       !> faces
       integer :: face = 0
-      integer, allocatable :: block(:)       !< [any] of the model, that the column is made of
-      type(point_type) :: top                !< upper end of the side, in the model
+      integer, allocatable :: block(:)       !< [any] blocks of the model that form the column
+      type(point_type) :: top                !< upper end of the side in the model
       !> [any] ties and welds of its right with its left faces, in vertices of the column
       type(tie_type), allocatable :: tie(:)
-      type(weld_type), allocatable :: weld(:)  !< [any] the same, where a body continues
+      type(weld_type), allocatable :: weld(:)  !< [any] welds of its right with its left faces
       type(boundary_type) :: boundary        !< dashpots at the side, without a motion
    end type free_field_type
 

@@ -11,7 +11,7 @@ module dda_material
 
    !> Block material: isotropic and linear elastic, or viscoelastic.
    type, extends(material_values) :: material_type
-      logical :: has_velocities = .false.      !< moduli from those of S and P waves
+      logical :: has_velocities = .false.      !< moduli are given by velocities of S and P waves
       type(damping_type) :: damping
       class(material_law_type), allocatable :: own_law  !< none: linear elastic
    contains
@@ -21,7 +21,7 @@ module dda_material
 
    !> Joint material: its law by name, and the parameters of laws (see `docs/joints.md`).
    type, extends(joint_values) :: joint_type
-      real(wp) :: normal_stiffness = 0.0_wp !< Pa/m; 0: that of the contacts, N/m
+      real(wp) :: normal_stiffness = 0.0_wp !< Pa/m; 0: stiffness of the contacts, N/m
       real(wp) :: shear_stiffness = 0.0_wp  !< Pa/m; 0: from the normal stiffness
    contains
       procedure :: is_plain

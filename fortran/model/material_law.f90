@@ -17,7 +17,7 @@ module dda_material_law
    public :: material_law_type, strain_point_type, loss_plastic, loss_damping, loss_scheme, losses
 
    integer, parameter :: loss_plastic = 1  !< by slip or yielding
-   integer, parameter :: loss_damping = 2  !< by damping of small strains
+   integer, parameter :: loss_damping = 2  !< loss by small-strain damping
    integer, parameter :: loss_scheme = 3   !< by the time integration
    integer, parameter :: losses = 3
 
@@ -27,9 +27,9 @@ module dda_material_law
       real(wp) :: held(3) = 0.0_wp           !< σ₀, Pa
       logical :: plane_strain = .true.       !< else plane stress
       real(wp) :: length = 0.0_wp            !< root of the area, m
-      real(wp) :: thickness = 0.0_wp         !< of a face its area over its length, else `length`, m
+      real(wp) :: thickness = 0.0_wp         !< area over length for a face, else `length`, m
       real(wp) :: cap = huge(1.0_wp)         !< of the force of a jump, N/m
-      real(wp) :: strength = 0.0_wp          !< of a broken face in tension, Pa
+      real(wp) :: strength = 0.0_wp          !< strength of a broken face in tension, Pa
       real(wp) :: bounding(3) = 0.0_wp       !< stresses in frozen bounds, Pa
    end type strain_point_type
 
@@ -65,7 +65,7 @@ module dda_material_law
          import :: material_law_type, strain_point_type, step_type, wp
          class(material_law_type), intent(in) :: self       !< law
          type(strain_point_type), intent(in) :: point       !< at its position
-         real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
+         real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
          real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
          type(step_type), intent(in) :: step                !< the present one
          real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
@@ -76,7 +76,7 @@ module dda_material_law
          import :: material_law_type, strain_point_type, step_type, losses, wp
          class(material_law_type), intent(in) :: self  !< law
          type(strain_point_type), intent(in) :: point  !< at its position
-         real(wp), intent(inout) :: state(:)           !< [any] at the start, then of the end
+         real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
          real(wp), intent(in) :: strain(3), change(3)  !< ε at the start, Δε
          type(step_type), intent(in) :: step           !< the present one
          real(wp), intent(out) :: loss(losses)         !< J/m³
@@ -105,7 +105,7 @@ contains
    pure function no_frozen_stress(self, point, state, strain, change, step) result(stress)
       class(material_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point  !< at its position
-      real(wp), intent(in) :: state(:)              !< [any] at the start of the step
+      real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< ε at the start, Δε
       type(step_type), intent(in) :: step           !< the present one
       real(wp) :: stress(3)

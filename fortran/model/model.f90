@@ -33,9 +33,9 @@ module dda_model
    !> A model; blocks have their initial state.
    type :: model_type
       character(len=:), allocatable :: title
-      character(len=:), allocatable :: file          !< where it was read from
-      character(len=:), allocatable :: text          !< its input, for provenance
-      character(len=:), allocatable :: values        !< what that means, see `resolved_values`
+      character(len=:), allocatable :: file          !< file from which it was read
+      character(len=:), allocatable :: text          !< text of the input, for provenance
+      character(len=:), allocatable :: values  !< all values of the input, see `resolved_values`
       !> added to every position in the output: the engine computes near zero
       real(wp) :: origin(2) = 0.0_wp
       type(control_type) :: control
@@ -46,10 +46,10 @@ module dda_model
       type(joint_type), allocatable :: joints(:)
       type(motion_type), allocatable :: motions(:)
       type(fixed_point_type), allocatable :: fixed_points(:)
-      type(boundary_edge_type), allocatable :: boundary_edges(:)  !< of all groups &boundary
+      type(boundary_edge_type), allocatable :: boundary_edges(:)  !< edges of all groups &boundary
       type(boundary_type), allocatable :: boundaries(:)  !< that absorb waves
       type(boundary_motion_type), allocatable :: boundary_motions(:)  !< for the output
-      type(tie_type), allocatable :: ties(:)         !< of its left with its right side
+      type(tie_type), allocatable :: ties(:)         !< ties of its left with its right side
       type(weld_type), allocatable :: welds(:)       !< faces of bodies
       type(free_field_type), allocatable :: free_fields(:)  !< at its sides
       type(load_type), allocatable :: loads(:)
@@ -58,11 +58,11 @@ module dda_model
       type(flow_type), allocatable :: flow           !< not allocated: no water flows in joints
       type(point_type), allocatable :: points(:)
       type(measured_joint_type), allocatable :: measured_joints(:)
-      type(stage_type), allocatable :: stages(:)     !< in order, one at least
+      type(stage_type), allocatable :: stages(:)     !< stages in order, at least one
       type(amplification_type), allocatable :: amplifications(:)
       character(len=64), allocatable :: block_names(:)
       character(len=64), allocatable :: body_names(:)
-      type(block_source_type), allocatable :: block_files(:)  !< none if all blocks are in the text
+      type(block_source_type), allocatable :: block_files(:)  !< empty if all blocks are in the text
       type(blocks_type) :: blocks
       !> [2,blocks] ∂σx/∂y and ∂σy/∂y of initial stress, Pa/m; not allocated: no such stress
       real(wp), allocatable :: stress_gradient(:,:)
@@ -156,7 +156,7 @@ contains
    !> Contact force due to rounding of positions, N/m.
    pure real(wp) function force_noise(model, stiffness)
       type(model_type), intent(in) :: model  !< as read from the input
-      real(wp), intent(in) :: stiffness      !< of joints that are stiffer than contacts, N/m
+      real(wp), intent(in) :: stiffness  !< stiffness of joints that are stiffer than contacts, N/m
 
       force_noise = 16*epsilon(1.0_wp)*half_size(model%blocks) &
          *max(model%contact%normal_stiffness, stiffness)

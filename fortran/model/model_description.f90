@@ -32,7 +32,7 @@ contains
    !> Text on a motion: peaks, removed drift, final values and continuation.
    pure function motion_words(motion, as_body_force) result(words)
       type(motion_type), intent(in) :: motion   !< of the model
-      logical, intent(in) :: as_body_force      !< its acceleration acts in the frame of the base
+      logical, intent(in) :: as_body_force      !< the acceleration acts in the frame of the base
       character(len=:), allocatable :: words
 
       associate (curve => motion%curve)
@@ -56,7 +56,7 @@ contains
    !> Text on a motion after its end.
    pure function after(curve, as_body_force) result(words)
       type(motion_curve_type), intent(in) :: curve  !< of the motion
-      logical, intent(in) :: as_body_force  !< its acceleration acts in the frame of the base
+      logical, intent(in) :: as_body_force  !< the acceleration acts in the frame of the base
       character(len=:), allocatable :: words
 
       if (as_body_force) then

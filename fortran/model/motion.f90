@@ -10,11 +10,11 @@ module dda_motion
    !> A motion of the ground or of a support.
    type :: motion_type
       character(len=64) :: name = ''
-      character(len=:), allocatable :: file    !< record file, '' if the values are in the input
+      character(len=:), allocatable :: file    !< record file; '' if the values are in the input
       !> record file and its processing, for provenance
       character(len=:), allocatable :: source
       type(motion_curve_type) :: curve
-      logical :: stops = .false.               !< by the input, it stops at its end
+      logical :: stops = .false.               !< the input requires a stop at its end
    end type motion_type
 
 contains

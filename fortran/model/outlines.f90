@@ -11,7 +11,7 @@ module dda_outlines
 
    real(wp), parameter :: most_blocks = 2.0e6_wp   !< of a group
    integer, parameter :: most_vertices = 512       !< of a block
-   real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the polygon's size
+   real(wp), parameter :: least_area = 1.0e-12_wp  !< fraction of the square of the polygon size
 
    !> A growing list of polygons with their materials.
    type :: outlines_type
@@ -20,12 +20,12 @@ module dda_outlines
       integer, allocatable :: first(:)             !< [n+1] first vertex of each
       real(wp), allocatable :: vertices(:,:)       !< [2, any] counter-clockwise, m
       integer, allocatable :: material(:)          !< number of the material of each
-      integer, allocatable :: joint(:)             !< [any] joint of the edge from each vertex
-      integer, allocatable :: source(:)            !< input group that each came from
+      integer, allocatable :: joint(:)  !< [any] joint of the edge that begins at each vertex
+      integer, allocatable :: source(:)            !< input group of each polygon
       character(len=64), allocatable :: name(:)
-      character(len=64), allocatable :: body(:)    !< body of which each is a cell; blank: none
-      real(wp), allocatable :: cover(:)            !< height whose weight stresses each at first, m
-      real(wp), allocatable :: overburden(:)       !< vertical pressure beyond that, Pa
+      character(len=64), allocatable :: body(:) !< body of which each polygon is a cell; blank: none
+      real(wp), allocatable :: cover(:)  !< height of ground whose weight is the initial stress, m
+      real(wp), allocatable :: overburden(:)       !< additional vertical pressure, Pa
    end type outlines_type
 
 contains
@@ -95,7 +95,7 @@ contains
    subroutine add_layers(outlines, left, bottom, width, thickness, count, material, joint, source, &
       name)
       type(outlines_type), intent(inout) :: outlines  !< list to append to
-      real(wp), intent(in) :: left, bottom            !< m, lower left corner of the lowest
+      real(wp), intent(in) :: left, bottom            !< lower left corner of the lowest layer, m
       real(wp), intent(in) :: width, thickness        !< m, of each layer
       integer, intent(in) :: count                    !< layers
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
@@ -112,9 +112,9 @@ contains
    subroutine add_drums(outlines, centre, bottom, height, widths, count, material, joint, source, &
       name)
       type(outlines_type), intent(inout) :: outlines  !< list to append to
-      real(wp), intent(in) :: centre, bottom          !< m, axis and foot of the column
+      real(wp), intent(in) :: centre, bottom          !< axis and foot of the column, m
       real(wp), intent(in) :: height                  !< m, of each drum
-      real(wp), intent(in) :: widths(2)               !< m, at the foot and at the top of the column
+      real(wp), intent(in) :: widths(2)  !< widths at the foot and at the top of the column, m
       integer, intent(in) :: count                    !< drums
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< see `numbered`
@@ -138,10 +138,10 @@ contains
       type(outlines_type), intent(inout) :: outlines  !< list to append to
       real(wp), intent(in) :: left, bottom            !< m, lower left corner
       real(wp), intent(in) :: brick(2)                !< m, length and height
-      integer, intent(in) :: bricks, courses          !< in a full course; of the wall
+      integer, intent(in) :: bricks, courses  !< bricks of a full course; courses of the wall
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< see `numbered`
-      real(wp), intent(in) :: head_joint              !< m, by which bricks of a course are apart
+      real(wp), intent(in) :: head_joint              !< gap between bricks of a course, m
       real(wp) :: from, to, low
       integer :: course, i, k, last
 
@@ -167,7 +167,7 @@ contains
    pure subroutine bury(outlines, first, overburden)
       type(outlines_type), intent(inout) :: outlines  !< list
       integer, intent(in) :: first                    !< number of the polygon
-      real(wp), intent(in) :: overburden              !< vertical pressure on the highest, Pa
+      real(wp), intent(in) :: overburden  !< vertical pressure on the highest polygon, Pa
       real(wp) :: top
       integer :: i
 

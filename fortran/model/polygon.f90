@@ -218,7 +218,7 @@ contains
 
    !> Crossing of line a→b with edge c–d, as a fraction of a→b; −1 if there is none.
    pure real(wp) function crossing(a, b, c, d)
-      real(wp), intent(in) :: a(2), b(2), c(2), d(2)  !< m, ends of the line and of the edge
+      real(wp), intent(in) :: a(2), b(2), c(2), d(2)  !< ends of the line and of the edge, m
       real(wp) :: determinant, on_edge
 
       crossing = -1.0_wp

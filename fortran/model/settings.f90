@@ -10,13 +10,13 @@ module dda_settings
 
    !> Group &control: time stepping and the frame of the analysis.
    type, extends(control_values) :: control_type
-      integer(long) :: step_count = 0              !< of `time_step`, of the present stage
-      logical :: adaptive = .false.                !< Δt may shrink and recover
+      integer(long) :: step_count = 0  !< number of steps of `time_step` in the present stage
+      logical :: adaptive = .false.                !< Δt may decrease and increase
       logical :: plane_strain = .false.            !< else plane stress
       logical :: analysis_given = .false.          !< given by the input
       !> motions of the base as body force, x and y; 0: none
       integer :: base_motion(2) = 0
-      integer :: displaced = 0                     !< block, when dynamics begin; 0 none
+      integer :: displaced = 0                     !< block displaced when dynamics begin; 0: none
    end type control_type
 
    !> Group &contact: springs and the open–close iteration.
@@ -36,9 +36,9 @@ module dda_settings
       integer :: surface = 0            !< measured point above
       integer :: base = 0               !< measured point below
       integer :: axis = 1               !< 1 x, 2 y
-      real(wp) :: lowest = 0.0_wp       !< Hz, where the peak is looked for
+      real(wp) :: lowest = 0.0_wp       !< Hz, lower limit of the peak search
       real(wp) :: highest = 0.0_wp      !< Hz
-      integer :: padding = 8            !< length with zeros over length
+      integer :: padding = 8            !< padded length over length
    end type amplification_type
 
 contains

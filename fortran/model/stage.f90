@@ -11,22 +11,22 @@ module dda_stage
    !> One stage (group &stage).
    type :: stage_type
       character(len=64) :: name = ''
-      logical :: static = .false.            !< to rest at once; else steps of Δt
+      logical :: static = .false.            !< static equilibrium at once; .false.: steps of Δt
       real(wp) :: time_step = 0.0_wp         !< Δt, s, of a dynamic stage
-      integer(long) :: steps = 0             !< of a dynamic stage, of its Δt
-      real(wp) :: duration = 0.0_wp          !< of it as given, s; 0: `steps` are
+      integer(long) :: steps = 0             !< number of steps of a dynamic stage
+      real(wp) :: duration = 0.0_wp          !< duration as given, s; 0: `steps` is given
       character(len=16) :: integration = ''  !< of a dynamic stage
       real(wp) :: theta = 0.75_wp            !< of integration 'theta'
       logical :: zero_displacements = .false. !< measured displacements count from its beginning
       logical, allocatable :: removed(:)     !< [blocks] removed
       logical, allocatable :: released(:)    !< [fixed points] released
-      logical, allocatable :: added(:)       !< [bolts, then edge loads] that it adds
-      logical, allocatable :: dropped(:)     !< [bolts, then edge loads] that it removes
-      logical, allocatable :: holds(:)       !< [fixed points] that act from it on
-      logical, allocatable :: loads(:)       !< [loads] whose times count from it
-      logical, allocatable :: begins(:)      !< [motions] that begin with it
-      integer, allocatable :: joint(:)       !< [joints] replacement of each
-      integer, allocatable :: material(:)    !< [materials] replacement of each
+      logical, allocatable :: added(:)       !< [bolts, then edge loads] added by the stage
+      logical, allocatable :: dropped(:)     !< [bolts, then edge loads] removed by the stage
+      logical, allocatable :: holds(:)       !< [fixed points] that act from this stage on
+      logical, allocatable :: loads(:)       !< [loads] whose times count from this stage
+      logical, allocatable :: begins(:)      !< [motions] that begin with this stage
+      integer, allocatable :: joint(:)       !< [joints] replacement of each joint
+      integer, allocatable :: material(:)    !< [materials] replacement of each material
    end type stage_type
 
 end module dda_stage

@@ -9,11 +9,11 @@ module dda_stop_settings
    !> Limits; each limit above 0 is active.
    type :: stop_settings_type
       real(wp) :: displacement = 0.0_wp    !< of a centroid, m
-      real(wp) :: tilt = 0.0_wp            !< of a block, either way, rad
-      integer :: fallen = 0                !< blocks displaced by more than they are large
+      real(wp) :: tilt = 0.0_wp            !< tilt of a block in either direction, rad
+      integer :: fallen = 0                !< number of blocks displaced by more than their size
       real(wp) :: rest_time = 0.0_wp       !< s without movement
-      real(wp) :: rest_movement = 0.0_wp   !< of a vertex within it, m, that counts as none
-      integer :: reference = 0          !< block that movement counts against; 0: its first position
+      real(wp) :: rest_movement = 0.0_wp   !< movement of a vertex in this time, m, that is ignored
+      integer :: reference = 0          !< reference block of movements; 0: initial positions
       logical, allocatable :: watched(:)   !< [blocks]; not allocated: nothing ends the run
    end type stop_settings_type
 

@@ -19,7 +19,7 @@ module dda_support
       real(wp) :: stiffness = 0.0_wp                !< N/m per metre of thickness; 0: rigid
       !> along each direction, from the stage on that fixes the point
       logical :: waiting(2) = .false.
-      integer :: motion(2) = 0                      !< motion along each of them; 0: stays
+      integer :: motion(2) = 0                      !< motion along each direction; 0: fixed
    end type fixed_point_type
 
    !> A force history at a material point: linear between its times, zero before and after.
@@ -28,7 +28,7 @@ module dda_support
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
       real(wp), allocatable :: time(:)              !< s, ascending
       real(wp), allocatable :: force(:,:)           !< [2, times] N per metre of thickness
-      real(wp) :: start = 0.0_wp                    !< that its times count from, s
+      real(wp) :: start = 0.0_wp                    !< time from which its times count, s
       character(len=64) :: name = ''
    end type load_type
 
@@ -38,7 +38,7 @@ module dda_support
       integer :: block = 0
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
       real(wp) :: place(2) = 0.0_wp                 !< first position, m
-      integer :: other = 0                          !< another containing block, if none is named
+      integer :: other = 0  !< another block that contains the point, if none is named
    end type point_type
 
 contains

@@ -11,13 +11,13 @@ module dda_tie
    private
    public :: tie_type, tie_faces
 
-   real(wp), parameter :: same = 1.0e-6_wp  !< of the shorter edge: the two corners coincide
+   real(wp), parameter :: same = 1.0e-6_wp !< fraction of the shorter edge: the two corners coincide
 
    !> One end of an overlap: the corners of the faces at this end, at least one of the two.
    type :: tie_type
-      integer :: edge(2) = 0            !< the faces, by their first vertices
-      integer :: corner(2) = 0          !< vertex of each face there; 0: none
-      real(wp) :: shift(2) = 0.0_wp     !< m, added to positions of the second face's block
+      integer :: edge(2) = 0            !< the faces, given by their first vertices
+      integer :: corner(2) = 0          !< vertex of each face at that end; 0: none
+      real(wp) :: shift(2) = 0.0_wp     !< added to positions of the block of the second face, m
    end type tie_type
 
 contains
@@ -26,10 +26,10 @@ contains
    pure subroutine tie_faces(blocks, first, second, shift, ties, welds)
       type(blocks_type), intent(in) :: blocks             !< at the start
       type(edge_piece_type), intent(in) :: first(:)       !< faces
-      type(edge_piece_type), intent(in) :: second(:)      !< faces that look the other way
+      type(edge_piece_type), intent(in) :: second(:)      !< faces with opposite normals
       real(wp), intent(in) :: shift(2)                    !< m, of the second ones
-      type(tie_type), allocatable, intent(out) :: ties(:)  !< two for each pair that meets
-      type(weld_type), allocatable, intent(out) :: welds(:)  !< one for each pair of cells
+      type(tie_type), allocatable, intent(out) :: ties(:)  !< two ties per pair of touching faces
+      type(weld_type), allocatable, intent(out) :: welds(:)  !< one weld per pair of cells
       integer :: i, k
 
       allocate (ties(0), welds(0))
@@ -43,7 +43,7 @@ contains
    !> .true. if two edges belong to one body.
    pure logical function are_welded(blocks, e, f)
       type(blocks_type), intent(in) :: blocks  !< at the start
-      integer, intent(in) :: e, f              !< edges, by their first vertices
+      integer, intent(in) :: e, f              !< edges, given by their first vertices
 
       associate (body => blocks%body(blocks%owner([e, f])))
          are_welded = body(1) > 0 .and. body(1) == body(2)
@@ -53,7 +53,7 @@ contains
    !> Append the ties of two faces, at both ends of their overlap, or their weld.
    pure subroutine tie_pair(blocks, e, f, shift, ties, welds)
       type(blocks_type), intent(in) :: blocks             !< at the start
-      integer, intent(in) :: e, f                         !< faces, by their first vertices
+      integer, intent(in) :: e, f                         !< faces, given by their first vertices
       real(wp), intent(in) :: shift(2)                    !< m, of the second one
       type(tie_type), allocatable, intent(inout) :: ties(:)
       type(weld_type), allocatable, intent(inout) :: welds(:)

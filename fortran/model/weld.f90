@@ -13,24 +13,24 @@ module dda_weld
    public :: weld_whole, weld_cracked, weld_open
 
    integer, parameter :: weld_whole = 0    !< it has a strain
-   integer, parameter :: weld_cracked = 1  !< a joint has its traction, and it is still closed
-   integer, parameter :: weld_open = 2     !< its edges are sides of the body
+   integer, parameter :: weld_cracked = 1  !< a joint has its traction; the face is closed
+   integer, parameter :: weld_open = 2     !< the edges of the face are sides of the body
 
    !> A welded face, from a to b in the order of the first cell, in the reference shapes.
    type :: weld_type
       integer :: block(2) = 0            !< its cells
-      integer :: edge(2) = 0             !< that contain it, by their first vertices
+      integer :: edge(2) = 0             !< edges that contain it, given by their first vertices
       real(wp) :: length = 0.0_wp        !< L, m
       real(wp) :: along(2) = 0.0_wp      !< unit vector from a to b
-      real(wp) :: middle(2, 2) = 0.0_wp  !< offsets ρ of its middle in both cells, m
+      real(wp) :: middle(2, 2) = 0.0_wp  !< offsets ρ of its midpoint in both cells, m
       real(wp) :: area(2) = 0.0_wp       !< of its triangles, m²
       !> m, added to positions of the second cell if it is an image in level ground; else 0
       real(wp) :: shift(2) = 0.0_wp
-      integer :: joint = 0               !< joint material that it becomes where it breaks; 0: never
+      integer :: joint = 0               !< joint material that replaces it when it breaks; 0: never
       integer :: state = weld_whole
       !> [component,cell] initial stress that the broken face left in its cells, Pa m²
       real(wp) :: left(3, 2) = 0.0_wp
-      real(wp) :: kept = 0.0_wp          !< fraction of it that is still there
+      real(wp) :: kept = 0.0_wp          !< fraction of that stress that remains
    end type weld_type
 
 contains
@@ -38,7 +38,7 @@ contains
    !> Create the face of two edges between two positions, m, counted from the first edge's start.
    pure type(weld_type) function new_weld(blocks, e, f, low, high, shift) result(weld)
       type(blocks_type), intent(in) :: blocks  !< at the start
-      integer, intent(in) :: e, f              !< edges, by their first vertices
+      integer, intent(in) :: e, f              !< edges, given by their first vertices
       real(wp), intent(in) :: low, high        !< m
       real(wp), intent(in) :: shift(2)         !< m, of the second edge
       real(wp) :: normal(2), middle(2)
@@ -60,9 +60,9 @@ contains
 
    !> Store the area with the cell's own strain in blocks, and mark edges within bodies.
    pure subroutine set_welds(blocks, welds)
-      type(blocks_type), intent(inout) :: blocks  !< as drawn, with the bodies of blocks
+      type(blocks_type), intent(inout) :: blocks  !< blocks of the input, with their bodies
       type(weld_type), intent(in) :: welds(:)     !< all faces between neighbours
-      real(wp), parameter :: covered = 1.0e-6_wp  !< of an edge: what may be left free
+      real(wp), parameter :: covered = 1.0e-6_wp  !< fraction of an edge that may remain free
       real(wp) :: free(size(blocks%owner))
       integer :: i
 
@@ -97,7 +97,7 @@ contains
    pure subroutine take_area(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< at the start
       type(weld_type), intent(in) :: welds(:)     !< faces
-      real(wp), parameter :: nothing = 1.0e-9_wp  !< of the area of a cell: rounding
+      real(wp), parameter :: nothing = 1.0e-9_wp  !< fraction of the area of a cell: rounding
       integer :: i, k
 
       do i = 1, size(welds)
@@ -128,8 +128,8 @@ contains
    !> Faces between some of the blocks, with the numbers of these blocks.
    pure function welds_within(welds, block, vertex) result(within)
       type(weld_type), intent(in) :: welds(:)  !< of a model
-      integer, intent(in) :: block(:)          !< [blocks] number of each, or 0
-      integer, intent(in) :: vertex(:)         !< [vertices] number of each, or 0
+      integer, intent(in) :: block(:)          !< [blocks] new number of each block, or 0
+      integer, intent(in) :: vertex(:)         !< [vertices] new number of each vertex, or 0
       type(weld_type), allocatable :: within(:)
       integer :: i
 

@@ -32,7 +32,7 @@ module dda_journal
       integer(long) :: bytes = 0
       integer :: samples = 0, frames = 0
       integer :: contacts = 0       !< in all frames
-      integer :: iterations = 0     !< largest of a step since the last sample
+      integer :: iterations = 0     !< largest number in a step since the last sample
    end type journal_type
 
    !> A journal that is being read, up to its known length.
@@ -102,7 +102,7 @@ contains
 
    !> Copy the first bytes of a file to another file.
    subroutine copy_bytes(from, to, bytes, error)
-      type(byte_file_type), intent(in) :: from, to  !< open, at their beginnings
+      type(byte_file_type), intent(in) :: from, to  !< open files, at their beginnings
       integer(long), intent(in) :: bytes            !< to be copied
       type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       integer(int8), allocatable :: part(:)

@@ -45,7 +45,7 @@ module dda_output_file
    type :: output_type
       type(dataset_type) :: dataset
       logical :: has(number_of_families)          !< of variables
-      integer :: lengths(size(dimension_names))   !< of dimensions, as a row has them
+      integer :: lengths(size(dimension_names))   !< lengths of dimensions, as in a row
       integer :: samples = 0                      !< written and buffered
       integer :: waiting = 0                      !< buffered
       integer :: frames = 0
@@ -489,7 +489,7 @@ contains
    !> Write the next frame of the journal, variable by variable.
    subroutine put_frame(output, reader, contacts, error)
       type(output_type), intent(inout) :: output  !< file being written
-      type(reader_type), intent(inout) :: reader  !< of the journal, behind the head of the row
+      type(reader_type), intent(inout) :: reader  !< reader of the journal, after the row header
       integer, intent(in) :: contacts  !< number of contacts
       type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
 

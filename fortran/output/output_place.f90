@@ -43,7 +43,7 @@ contains
    !> Return an error if an output cannot be written, before anything is written.
    subroutine check_target(model, resumes, error)
       type(model_type), intent(in) :: model  !< with the name of its output
-      logical, intent(in) :: resumes  !< from checkpoints, which are checked when they are read
+      logical, intent(in) :: resumes  !< the run resumes from checkpoints, which are checked later
       type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
       logical :: folder
       integer :: i

@@ -91,7 +91,7 @@ contains
    elemental logical function is_in(variable, row, has)
       type(output_variable_type), intent(in) :: variable  !< of the schema
       integer, intent(in) :: row                          !< each_time, each_frame, each_contact
-      logical, intent(in) :: has                          !< the model has its family
+      logical, intent(in) :: has  !< the model has the family of the variable
 
       is_in = variable%row == row .and. has
    end function is_in

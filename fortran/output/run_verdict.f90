@@ -26,17 +26,17 @@ module dda_run_verdict
    public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
       judge_movement, conclude
 
-   real(wp), parameter :: rounding = 1.0e-9_wp   !< of the largest displacement or value
-   real(wp), parameter :: shown_beside = 0.01_wp !< of the larger axis: a smaller value is omitted
+   real(wp), parameter :: rounding = 1.0e-9_wp   !< fraction of the largest displacement or value
+   real(wp), parameter :: shown_beside = 0.01_wp !< smallest shown value over the larger
    character(len=1), parameter :: axes(2) = ['x', 'y']
-   real(wp), parameter :: much_above = 0.05_wp  !< of Arias intensity: more is reported
+   real(wp), parameter :: much_above = 0.05_wp  !< fraction of Arias intensity: more is reported
 
    !> A verdict under construction.
    type, extends(verdict_lines_type) :: run_verdict_type
       real(wp) :: frequency = 0.0_wp         !< frequency below which accelerations are reported, Hz
       type(intensity_type), allocatable :: shaken(:)   !< [measured points]
       real(wp), allocatable :: joints(:,:)             !< [measured joints, columns] last sample
-      real(wp), allocatable :: joints_most(:,:)        !< [joints, columns] largest by size
+      real(wp), allocatable :: joints_most(:,:)        !< [joints, columns] largest absolute value
    end type run_verdict_type
 
 contains
@@ -86,7 +86,7 @@ contains
    !> Complete the verdict of a run after its last sample.
    subroutine conclude(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
-      type(simulation_type), intent(in) :: simulation    !< at the time of the last
+      type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
       logical :: told
       integer :: i
 
@@ -294,7 +294,7 @@ contains
       type(run_verdict_type), intent(inout) :: verdict   !< gets a figure
       type(simulation_type), intent(in) :: simulation    !< at its present time
       integer, intent(in) :: k                           !< position in the list of maxima
-      logical, intent(in) :: ends                        !< its value at the end is shown too
+      logical, intent(in) :: ends                        !< the value at the end is shown too
       character(len=32) :: keys(2)
       character(len=:), allocatable :: place
 
@@ -356,7 +356,7 @@ contains
    !> Numbers are for all and for resolved frequencies; lines are for resolved ones, along one axis.
    subroutine judge_point(verdict, simulation, i, told)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
-      type(simulation_type), intent(in) :: simulation    !< at the time of the last
+      type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
       integer, intent(in) :: i                           !< number of the point
       logical, intent(in) :: told                        !< it has figures
       character(len=:), allocatable :: name
@@ -423,7 +423,7 @@ contains
    !> Add slip, opening and force of measured joints.
    subroutine judge_joints(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
-      type(simulation_type), intent(in) :: simulation    !< at the time of the last
+      type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
       character(len=:), allocatable :: name
       integer :: i, k
 
@@ -445,7 +445,7 @@ contains
       type(run_verdict_type), intent(inout) :: verdict       !< gets figures and values
       type(output_variable_type), intent(in) :: variable     !< of measured joints
       character(len=*), intent(in) :: joint                  !< its name
-      real(wp), intent(in) :: most_and_last(2)               !< largest by size, last; NaN: none
+      real(wp), intent(in) :: most_and_last(2)  !< largest absolute value, last value; NaN: none
       character(len=160) :: key(2)
       integer :: k
 

@@ -26,7 +26,7 @@ contains
    !> Collect a sample, variable by variable, in the order of the schema.
    subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< at its present time
-      integer, intent(in) :: iterations  !< largest of a step since the last sample
+      integer, intent(in) :: iterations  !< largest number in a step since the last sample
       real(wp), intent(out) :: sample(:)  !< [`size_of_sample`]
       real(wp) :: motion(2, 3), through(2, size(simulation%model%boundary_motions), &
          columns_of(in_boundary_motions)), joint(columns_of(in_measured_joints))

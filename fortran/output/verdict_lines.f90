@@ -13,7 +13,7 @@ module dda_verdict_lines
    character(len=*), parameter :: check_says_more = 'what to change: sitedda check FILE.nml', &
       no_bars = 'these figures have no error bars: sitedda accuracy FILE.nml gives them'
 
-   integer, parameter :: columns(3) = [20, 34, 48]  !< before largest value, end value, location
+   integer, parameter :: columns(3) = [20, 34, 48]  !< columns of values and location
    !> Fraction of the largest value below which a final value has died out.
    real(wp), parameter :: died_out = 1.0e-5_wp
 
@@ -33,7 +33,7 @@ module dda_verdict_lines
       character(len=:), allocatable :: name        !< for a reader
       type(key_type) :: key(2)                 !< keys of its numbers: largest, at the end; or blank
       character(len=:), allocatable :: shown       !< unit for a reader
-      character(len=:), allocatable :: place       !< where and when it was largest
+      character(len=:), allocatable :: place       !< position and time of the largest value
       real(wp) :: value(2) = 0.0_wp                !< in that unit
    end type figure_type
 
@@ -88,7 +88,7 @@ contains
       character(len=*), intent(in) :: keys(2)            !< of its numbers, see `figure_type`
       real(wp), intent(in) :: value(2)                   !< nothing for a blank key
       character(len=*), intent(in) :: units              !< of its numbers
-      character(len=*), intent(in) :: place              !< where and when it was largest
+      character(len=*), intent(in) :: place              !< position and time of the largest value
       character(len=:), allocatable :: shown
       real(wp) :: scale
 
@@ -102,7 +102,7 @@ contains
       character(len=*), intent(in) :: units  !< as in the list of maxima
       real(wp), intent(in) :: value          !< not negative
       character(len=:), allocatable, intent(out) :: shown
-      real(wp), intent(out) :: scale         !< factor from units to the shown ones
+      real(wp), intent(out) :: scale         !< factor from units to those shown
       integer :: i
 
       shown = units

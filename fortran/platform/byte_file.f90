@@ -198,7 +198,7 @@ contains
    !> Open an open file again, by any of its names, to read it from its beginning.
    subroutine open_again(file, other, error)
       type(byte_file_type), intent(out) :: file       !< open afterwards
-      type(byte_file_type), intent(in) :: other       !< open, flushed; not written meanwhile
+      type(byte_file_type), intent(in) :: other       !< open file, flushed; not written meanwhile
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer(long) :: unused
 
@@ -334,7 +334,7 @@ contains
    !> Return the error of a failed call, with the reason given by the system.
    subroutine system_failure(file, failure, error)
       type(byte_file_type), intent(in) :: file  !< open
-      character(len=*), intent(in) :: failure  !< what cannot be done: 'cannot be read', …
+      character(len=*), intent(in) :: failure  !< the failed action: 'cannot be read', …
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
       integer(c_int), pointer :: number
 

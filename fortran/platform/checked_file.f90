@@ -23,7 +23,7 @@ module dda_checked_file
    type, extends(archive_stream_type) :: checked_stream_type
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
-      type(error_type), allocatable :: error  !< the first one; nothing happens after it
+      type(error_type), allocatable :: error  !< the first error; nothing is done after it
    contains
       procedure :: put => put_bytes
       procedure :: get => get_bytes

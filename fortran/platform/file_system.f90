@@ -20,7 +20,7 @@ module dda_file_system
    !> Status of a file.
    type :: file_status_type
       logical :: exists = .false.
-      logical :: regular = .false.  !< bytes on a disk: no folder, link, pipe or device
+      logical :: regular = .false.  !< regular file: no folder, link, pipe or device
       logical :: link = .false.     !< a symbolic one
       logical :: protected = .false. !< its owner may not write it
       integer(long) :: names = 0    !< hard links
@@ -110,7 +110,7 @@ contains
    !> Status of a file name; of a symbolic link itself, unless it is to be followed.
    type(file_status_type) function status_of(name, follow) result(status)
       character(len=*), intent(in) :: name           !< path
-      logical, intent(in), optional :: follow        !< a link: what it leads to
+      logical, intent(in), optional :: follow        !< follow a link to its target
       integer(c_int) :: flags
       type(statx_type) :: found
 

@@ -19,12 +19,12 @@ module dda_free_memory
    real(wp), parameter :: unknown = huge(1.0_wp)/kibi  !< no known limit
    character(len=*), parameter :: own_status = '/proc/self/status', groups = '/sys/fs/cgroup'
    integer, parameter :: longest_line = 1024
-   real(wp), parameter :: step_bytes = 3000.0_wp  !< of a block, iterations and output, measured
-   real(wp), parameter :: worth_asking = 2.0_wp**23  !< bytes; less is allocated unchecked
+   real(wp), parameter :: step_bytes = 3000.0_wp  !< bytes per block and step, measured
+   real(wp), parameter :: worth_asking = 2.0_wp**23  !< bytes; less is not checked
    character(len=*), parameter :: advice_on_factors = "try solver = 'jacobi', which makes none"
    character(len=*), parameter :: advice_on_limits = 'raise the limit of the process (ulimit -v)'
 
-   real(wp), parameter :: call_bytes = 2.0_wp**22  !< of a call of LAPACK beside its buffer
+   real(wp), parameter :: call_bytes = 2.0_wp**22  !< bytes of a LAPACK call without its buffer
 
    !> Memory reserved for operations that must not fail, deallocated while they run.  Its pages are
    !> never written to.
@@ -114,14 +114,14 @@ contains
       character(len=*), intent(in) :: what     !< what needs them, for the message
       character(len=*), intent(in) :: advice   !< what to do
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
-      type(reserve_type), volatile :: trial  ! lest a compiler leaves it out, which nothing reads
+      type(reserve_type), volatile :: trial  ! prevents compilers from removing the unread array
 
       call make_reserve(trial, bytes, what, advice, error)
    end subroutine require_addresses
 
    !> Reserve memory, or return an error.
    subroutine make_reserve(reserve, bytes, what, advice, error)
-      type(reserve_type), intent(inout) :: reserve  !< made, unless it was
+      type(reserve_type), intent(inout) :: reserve  !< reserve; allocated unless it exists
       real(wp), intent(in) :: bytes            !< to reserve
       character(len=*), intent(in) :: what     !< what needs it, for the message
       character(len=*), intent(in) :: advice   !< what to do
@@ -159,7 +159,7 @@ contains
    !> Bytes left by a limit of the process.
    real(wp) function below_limit(resource, taken) result(bytes)
       integer(c_int), intent(in) :: resource  !< RLIMIT_…
-      character(len=*), intent(in) :: taken   !< what it counts, as the status of a process has it
+      character(len=*), intent(in) :: taken !< name of the counted amount in the status of a process
       integer(c_long) :: limits(2)
 
       bytes = unknown
@@ -188,8 +188,8 @@ contains
 
    !> Number after a key at the start of a line.
    real(wp) function number_after(file, key, otherwise) result(value)
-      character(len=*), intent(in) :: file, key  !< path; '': the first line
-      real(wp), intent(in) :: otherwise          !< where there is none, or no such file
+      character(len=*), intent(in) :: file, key  !< path; key, '': the first line
+      real(wp), intent(in) :: otherwise          !< text if there is no such line or file
       character(len=:), allocatable :: text
       integer :: status
 
@@ -200,7 +200,7 @@ contains
 
    !> Text after a key at the start of a line of a file; blank if missing.
    function text_after(file, key) result(text)
-      character(len=*), intent(in) :: file, key  !< path; '': the first line
+      character(len=*), intent(in) :: file, key  !< path; key, '': the first line
       character(len=:), allocatable :: text
       character(len=longest_line) :: line
       integer :: unit, status

@@ -19,15 +19,15 @@ module dda_interrupts
    integer(c_int), parameter :: interrupt = 2_c_int, user = 10_c_int, terminate = 15_c_int, &
       file_size = 25_c_int
    integer(c_intptr_t), parameter :: ignored = 1_c_intptr_t   !< SIG_IGN
-   real(wp), parameter :: patience = 0.3_wp  !< s of the processor for a step to end
-   real(wp), parameter :: between = 0.05_wp  !< s between two questions to the host
+   real(wp), parameter :: patience = 0.3_wp  !< processor time for a step to end, s
+   real(wp), parameter :: between = 0.05_wp  !< s between two calls of the host
 
    !> Messages to the working thread.
    type :: request_type
-      integer(c_int) :: signal = 0      !< that this thread was asked to stop with; 0: none
+      integer(c_int) :: signal = 0      !< signal that requested this thread to stop; 0: none
       logical :: host = .false.         !< the host requests a stop
-      integer(long) :: asked = 0        !< clock count of the last question to the host
-      real(wp) :: since = -1.0_wp       !< processor time when a step first heard of it, s
+      integer(long) :: asked = 0        !< clock count of the last call of the host
+      real(wp) :: since = -1.0_wp       !< processor time when a step first noticed the request, s
    end type request_type
 
    integer(c_int), volatile :: last_signal = 0   !< that the process has received
@@ -133,7 +133,7 @@ contains
 
    !> Return an error if a stop is requested.
    subroutine fail_if_stopped(error)
-      type(error_type), allocatable, intent(inout) :: error  !< of what ends, which may be the cause
+      type(error_type), allocatable, intent(inout) :: error  !< error of the ended operation
 
       if (stop_requested()) call fail(error, error_interrupted, 'interrupted')
    end subroutine fail_if_stopped

@@ -72,7 +72,7 @@ contains
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: name           !< in the file
       integer, intent(in) :: kind                    !< nf90_double, …
-      character(len=*), intent(in) :: dimensions(:)  !< their names, the fastest first
+      character(len=*), intent(in) :: dimensions(:)  !< names of the dimensions, the fastest first
       integer :: i, id, ids(size(dimensions))
 
       do i = 1, size(dimensions)
@@ -167,7 +167,7 @@ contains
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: variable  !< of the file, dimension `name_length` first
       character(len=*), intent(in) :: names(:)  !< [names] blank-padded
-      character(len=*), intent(in), optional :: otherwise !< for a blank one, and its number
+      character(len=*), intent(in), optional :: otherwise !< text for a blank name, plus number
       character(len=name_length) :: ended(names_at_once), name
       integer :: first, i, n, id
 

@@ -17,7 +17,7 @@ module dda_own_file
    !> A kind of file, identified by its first bytes.
    type :: own_kind_type
       character(len=24) :: name        !< for messages
-      character(len=mark_length) :: mark(4)  !< one of them, without blanks behind; else blank
+      character(len=mark_length) :: mark(4)  !< one mark, without trailing blanks; else blank
    end type own_kind_type
 
    type(own_kind_type), parameter :: netcdf_file = own_kind_type('a netCDF file', &
@@ -53,7 +53,7 @@ contains
    !> Remove a file if it is of a given kind.
    subroutine remove_own(name, kind)
       character(len=*), intent(in) :: name     !< path
-      type(own_kind_type), intent(in) :: kind  !< of what may go
+      type(own_kind_type), intent(in) :: kind  !< kind of a file that may be removed
       type(error_type), allocatable :: other
       type(file_status_type) :: found
 

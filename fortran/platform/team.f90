@@ -16,8 +16,8 @@ module dda_team
    public :: begin_team, adjust_team, largest_team, team_words
 
    real(wp), parameter :: between = 0.3_wp        !< s between checks: many turns
-   real(wp), parameter :: bearable = 0.25_wp      !< processors that may be lost
-   real(wp), parameter :: first_pause = 5.0_wp    !< s before the whole team is tried again
+   real(wp), parameter :: bearable = 0.25_wp      !< processors that may be lost to other programs
+   real(wp), parameter :: first_pause = 5.0_wp    !< s before the full team is tried again
    real(wp), parameter :: longest_pause = 64.0_wp !< s; it doubles with each try that fails
    character(len=*), parameter :: waits = '/proc/thread-self/schedstat'
 
@@ -42,7 +42,7 @@ contains
 
       allowed = 1
       !$ allowed = omp_get_max_threads()
-      if (allowed == team%now) allowed = team%full  ! left smaller by the run before
+      if (allowed == team%now) allowed = team%full  ! reduced by an earlier run
       team = team_type()
       team%full = allowed
       call set_size(allowed)
@@ -71,7 +71,7 @@ contains
 
    !> Set the team size by the waiting times of the last seconds.
    subroutine resize(lost, seconds)
-      real(wp), intent(in) :: lost     !< processors that the team waited for in the mean
+      real(wp), intent(in) :: lost     !< mean number of processors for which the team waited
       real(wp), intent(in) :: seconds  !< since the look before
 
       if (team%now < team%full) then

@@ -15,7 +15,7 @@ contains
    subroutine read_text_file(file, text, largest, error)
       character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable, intent(out) :: text  !< the whole file
-      integer(long), intent(in) :: largest  !< bytes that are read at most
+      integer(long), intent(in) :: largest  !< largest number of bytes that are read
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=256) :: message
       integer(long) :: bytes

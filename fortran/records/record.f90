@@ -74,7 +74,7 @@ contains
 
    !> Check that the requested format, quantity, unit and time step exist and agree.
    subroutine check_request(file, format, quantity, unit, given, step, error)
-      character(len=*), intent(in) :: file, format, quantity, unit  !< as the caller gives them
+      character(len=*), intent(in) :: file, format, quantity, unit  !< values given by the caller
       type(unit_type), intent(in) :: given  !< unit that the caller names
       real(wp), intent(in) :: step  !< s; ≤ 0: not given
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -129,7 +129,7 @@ contains
    !> Set quantity, unit and time step from header or caller; they must not contradict.
    subroutine check_header(reader, record, wanted, unit, given, step)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
-      type(record_type), intent(inout) :: record  !< as read; gets what its header does not state
+      type(record_type), intent(inout) :: record  !< record, completed if its header is not
       character(len=*), intent(in) :: wanted, unit  !< quantity and unit of the caller, or blank
       type(unit_type), intent(in) :: given  !< unit that the caller names
       real(wp), intent(in) :: step  !< s; ≤ 0: not given

@@ -23,7 +23,7 @@ contains
 
    !> Read the one trace of a PEER file, in the unit of the file.
    subroutine read_at2(reader, record)
-      type(line_reader_type), intent(inout) :: reader        !< at the start of the file
+      type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file
       character(len=:), allocatable :: text
       integer(long) :: samples

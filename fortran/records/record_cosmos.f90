@@ -33,7 +33,7 @@ module dda_record_cosmos
       real(wp) :: time_step = 0.0_wp             ! s, from the last real header
       real(wp) :: duration = 0.0_wp              ! s, likewise; 0: unknown
       integer :: text_line = 0                   ! lines since the last section ended
-      logical :: in_samples = .false.            ! among lines of samples that are passed over
+      logical :: in_samples = .false.            ! among lines of samples that are skipped
       character(len=:), allocatable :: title, station ! of the text header
    end type state_type
 
@@ -41,7 +41,7 @@ contains
 
    !> Read the `channel`-th section with the quantity, in the unit of the file.
    subroutine read_cosmos(reader, record, quantity, channel)
-      type(line_reader_type), intent(inout) :: reader        !< at the start of the file
+      type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file
       character(len=*), intent(in) :: quantity               !< blank: that of the first section
       !> 1, 2, … among the sections of the quantity
@@ -138,7 +138,7 @@ contains
 
    !> Text after the last occurrence of a word; blank if it does not occur.
    pure function after(text, word) result(rest)
-      character(len=*), intent(in) :: text, word  !< looked through; looked for
+      character(len=*), intent(in) :: text, word  !< text to be searched; word to be found
       character(len=:), allocatable :: rest
       integer :: at
 
@@ -211,7 +211,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       !> line in lower case; what it counts, for messages
       character(len=*), intent(in) :: lowered, what
-      integer(long), intent(out) :: count  !< as the line states it
+      integer(long), intent(out) :: count  !< count as stated in the line
       real(wp) :: value
 
       call first_number(reader, lowered, 'number of '//what, value)

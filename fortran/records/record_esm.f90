@@ -20,7 +20,7 @@ contains
 
    !> Read the one trace of an ESM file, in the unit of the file.
    subroutine read_esm(reader, record)
-      type(line_reader_type), intent(inout) :: reader        !< at the start of the file
+      type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file
       character(len=:), allocatable :: text
       real(wp) :: count, duration  ! samples, s; negative if the header does not state them

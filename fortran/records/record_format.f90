@@ -15,13 +15,13 @@ module dda_record_format
    character(len=*), parameter :: names = "'smc', 'at2', 'knet', 'esm', 'cosmos', 'text'"
    character(len=*), parameter :: known_formats = "'auto', "//names
    integer, parameter :: lines_to_look_at = 60     ! a CSMIP header is 45 lines long
-   integer, parameter :: at2_header = 10           ! lines among which NPTS counts as PEER's
+   integer, parameter :: at2_header = 10           ! lines in which NPTS identifies the PEER format
 
 contains
 
    !> Find the format; an error if no line identifies it.
    subroutine detect(reader, format)
-      type(line_reader_type), intent(inout) :: reader         !< at the start of the file, and after
+      type(line_reader_type), intent(inout) :: reader  !< at the start of the file, on return too
       character(len=:), allocatable, intent(out) :: format    !< 'smc', 'at2', …
       character(len=:), allocatable :: text, first
       logical :: found, open
@@ -50,7 +50,7 @@ contains
    !> A title excludes columns.
    subroutine look_for_columns(text, heading, open, format)
       character(len=*), intent(in) :: text      !< line of the file, without comment
-      integer, intent(inout) :: heading         !< columns that an earlier line names; 0: none did
+      integer, intent(inout) :: heading  !< number of columns named by an earlier line; 0: none
       logical, intent(inout) :: open            !< columns may still follow
       character(len=:), allocatable, intent(inout) :: format  !< 'text' if they do
       integer :: numbers

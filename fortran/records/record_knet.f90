@@ -24,7 +24,7 @@ contains
 
    !> Read the one trace of a K-NET file, in gal.
    subroutine read_knet(reader, record)
-      type(line_reader_type), intent(inout) :: reader        !< at the start of the file
+      type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file
       real(wp) :: frequency, duration, factor  ! samples/s, s, gal per count
       integer(long) :: samples

@@ -68,7 +68,7 @@ contains
    !> Read a declared number of values from the following lines, with or without blanks between.
    subroutine read_values(reader, expected, what, list)
       type(line_reader_type), intent(inout) :: reader  !< of the file
-      integer(long), intent(in) :: expected                !< how many the header declares
+      integer(long), intent(in) :: expected                !< number declared by the header
       character(len=*), intent(in) :: what                 !< 'samples', … for messages
       type(sample_list_type), intent(inout) :: list        !< values are added to it
       character(len=:), allocatable :: text, surplus
@@ -87,7 +87,7 @@ contains
    !> Read a declared number of samples, followed only by blank lines.
    subroutine read_trace(reader, expected, what, values)
       type(line_reader_type), intent(inout) :: reader      !< before the first sample
-      integer(long), intent(in) :: expected                !< how many the header declares
+      integer(long), intent(in) :: expected                !< number declared by the header
       character(len=*), intent(in) :: what                 !< 'samples', … for messages
       real(wp), allocatable, intent(out) :: values(:)      !< [samples] in the file's unit
       type(sample_list_type) :: list
@@ -108,7 +108,7 @@ contains
    subroutine read_row(reader, text, commas, most, surplus, list)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text  !< line of the file
-      logical, intent(in) :: commas  !< a comma may follow a number; else numbers may run together
+      logical, intent(in) :: commas  !< commas may separate numbers; .false.: numbers need no blanks
       integer(long), intent(in) :: most  !< numbers that the list may have
       character(len=*), intent(in) :: surplus  !< message if there are more
       type(sample_list_type), intent(inout) :: list  !< values are added to it
@@ -149,7 +149,7 @@ contains
    pure subroutine first_number(reader, text, what, value)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       character(len=*), intent(in) :: text                 !< '100Hz', ' .005 SEC,', …
-      character(len=*), intent(in) :: what                 !< what the number is, for the message
+      character(len=*), intent(in) :: what                 !< name of the number, for the message
       real(wp), intent(out) :: value  !< as stated
       integer :: position, state, last
       character(len=:), allocatable :: word
@@ -173,7 +173,7 @@ contains
    !> Check a declared number of samples.
    pure subroutine check_count(reader, value, count)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
-      real(wp), intent(in) :: value                        !< as the header states it
+      real(wp), intent(in) :: value                        !< value as stated in the header
       integer(long), intent(out) :: count                  !< samples
 
       count = whole_number(value)

@@ -26,7 +26,7 @@ contains
 
    !> Read the one trace of an SMC file, in the unit of the file.
    subroutine read_smc(reader, record)
-      type(line_reader_type), intent(inout) :: reader        !< at the start of the file
+      type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file
       integer(long) :: comments, samples
 
@@ -93,9 +93,9 @@ contains
    !> Read numbers on as many lines as in the format, to detect a missing number.
    subroutine read_header(reader, expected, lines, what, list)
       type(line_reader_type), intent(inout) :: reader  !< of the file
-      integer(long), intent(in) :: expected  !< how many the header declares
-      integer, intent(in) :: lines  !< that the format gives them
-      character(len=*), intent(in) :: what  !< what is counted, for messages
+      integer(long), intent(in) :: expected  !< number declared by the header
+      integer, intent(in) :: lines  !< lines according to the format
+      character(len=*), intent(in) :: what  !< name of the counted items, for messages
       type(sample_list_type), intent(out) :: list  !< numbers read
       integer :: before
 

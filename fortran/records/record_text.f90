@@ -19,7 +19,7 @@ module dda_record_text
    !> Columns read so far.
    type :: column_type
       integer :: columns = 0               ! 1 or 2, from the first line with numbers or names
-      logical :: begun = .false.           ! such a line has been met
+      logical :: begun = .false.           ! such a line has been read
       real(wp) :: start = 0.0_wp           ! first time (s)
       real(wp) :: last = 0.0_wp            ! latest time (s)
       real(wp) :: step = 0.0_wp            ! first step (s)
@@ -30,7 +30,7 @@ contains
 
    !> Read one or two columns; `record%time_step` > 0 is the caller's.
    subroutine read_text(reader, record)
-      type(line_reader_type), intent(inout) :: reader        !< at the start of the file
+      type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file
       type(column_type) :: column
       character(len=:), allocatable :: text

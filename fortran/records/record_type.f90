@@ -15,9 +15,9 @@ module dda_record_type
       real(wp) :: time_step = 0.0_wp                !< time between samples (s)
       real(wp), allocatable :: values(:)            !< samples (m/s², m/s or m) [samples]
       character(len=:), allocatable :: quantity     !< 'acceleration', 'velocity' or 'displacement'
-      character(len=:), allocatable :: station      !< as the header names it, blank if it does not
+      character(len=:), allocatable :: station      !< name in the header; blank if there is none
       character(len=:), allocatable :: description  !< event and component of the header
-      character(len=:), allocatable :: file         !< where it was read from
+      character(len=:), allocatable :: file         !< file from which it was read
       !> 'smc', 'at2', 'knet', 'esm', 'cosmos' or 'text'
       character(len=:), allocatable :: format
       !> of the numbers in the file, as stated there or by the caller

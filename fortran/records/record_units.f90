@@ -47,7 +47,7 @@ contains
 
    !> Reduce spellings to one: lower case, no blanks, no power signs, seconds as `s`.
    pure function plain(text) result(short)
-      character(len=*), intent(in) :: text  !< as the caller or a header writes it
+      character(len=*), intent(in) :: text  !< text written by the caller or in a header
       character(len=:), allocatable :: short
       character(len=:), allocatable :: lowered
       integer :: i

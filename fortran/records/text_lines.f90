@@ -14,7 +14,7 @@ module dda_text_lines
    private
    public :: line_reader_type, open_lines, next_line, put_back, rewind_lines, fail_at
 
-   integer, parameter :: longest_line = 10000               !< characters; longer is no record
+   integer, parameter :: longest_line = 10000  !< characters; a record has no longer line
    integer(long), parameter :: largest_file = 268435456_long !< bytes (256 MiB)
 
    integer, parameter :: blank = 32  !< bytes below it are control characters
@@ -26,9 +26,9 @@ module dda_text_lines
    type :: line_reader_type
       character(len=:), allocatable :: file        !< its name, for messages
       type(error_type), allocatable :: error       !< the first one
-      integer :: line = 0                          !< number of the line last handed out
+      integer :: line = 0                          !< number of the last returned line
       integer, private :: next = 1                 !< position of the next line in the text
-      integer, private :: last = 1                 !< position of the line last handed out
+      integer, private :: last = 1                 !< position of the last returned line
       character(len=:), allocatable, private :: text
    end type line_reader_type
 
@@ -60,7 +60,7 @@ contains
    subroutine next_line(reader, text, found)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=:), allocatable, intent(out) :: text     !< the line
-      logical, intent(out) :: found                          !< whether there was one
+      logical, intent(out) :: found                          !< a line was found
       integer :: after
 
       text = ''
@@ -115,7 +115,7 @@ contains
    !> Return an input error at the last line, with file and line number; keep an earlier error.
    pure subroutine fail_at(reader, what)
       type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
-      character(len=*), intent(in) :: what                   !< a sentence without its full stop
+      character(len=*), intent(in) :: what                   !< sentence without the full stop
 
       if (.not. allocated(reader%error)) call fail(reader%error, error_input, &
          "'"//short_path(reader%file)//"', line "//to_text(reader%line)//': '//what)

@@ -18,9 +18,9 @@ module dda_model_doubts
    private
    public :: doubt_as_read, doubt_as_begun
 
-   integer, parameter :: few_blocks = 200  !< of a small model, whose check takes tenths of a second
-   integer, parameter :: many_blocks = 5000       !< of a large model, of which two need much memory
-   integer(long), parameter :: many_steps = 2500 !< of a long run, of which a check is less than 5 %
+   integer, parameter :: few_blocks = 200  !< blocks up to which every run is checked
+   integer, parameter :: many_blocks = 5000       !< blocks above which only the input is checked
+   integer(long), parameter :: many_steps = 2500 !< steps of a long run: a check costs below 5 %
    !> Limit of open–close iterations of the search for equilibrium: static models need fewer, and
    !> the search in a falling model takes at most as long as its run.
    integer(long), parameter :: least_budget = 200

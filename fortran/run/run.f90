@@ -47,10 +47,10 @@ module dda_run
       type(rate_limiter_type) :: publishing                 !< of the partial output
       real(wp), allocatable :: sample(:)
       type(reserve_type) :: reserve                 !< memory to write the output in
-      character(len=:), allocatable :: notice       !< where a resumed run continues from
+      character(len=:), allocatable :: notice       !< position from which a resumed run continues
       integer(long) :: saved = 0                    !< clock count at the last checkpoint
       logical :: writes = .false.
-      logical :: waits = .false.                    !< its first stage has not begun
+      logical :: waits = .false.                    !< the first stage has not begun
       logical :: has_output = .false.               !< it will write an output
       logical :: sound = .true.                     !< no step has failed
       logical :: was_complete = .false.             !< its output was complete before it was resumed
@@ -85,7 +85,7 @@ contains
 
    !> Run the first stages, and open the output with the first state.
    subroutine begin_stages(run, error)
-      type(run_type), intent(inout) :: run  !< as `open_drawn` leaves it
+      type(run_type), intent(inout) :: run  !< run as set up by `open_drawn`
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       run%waits = .false.
@@ -149,7 +149,7 @@ contains
    !> Open the journal, which prevents other runs from writing the same output.
    subroutine open_files(run, resumes, error)
       type(run_type), intent(inout) :: run  !< and its files
-      logical, intent(in) :: resumes  !< from a checkpoint, if there is one
+      logical, intent(in) :: resumes  !< resume from a checkpoint, if there is one
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
 
       associate (model => run%simulation%model)

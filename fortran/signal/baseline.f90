@@ -30,8 +30,8 @@ module dda_baseline
    public :: baseline_type, make_motion_curve
    public :: motion_curve_type, displacement_at, velocity_at, acceleration_at, step_acceleration
 
-   real(wp), parameter :: largest = 1.0e12_wp   ! of values and times: keeps sums far from overflow
-   real(wp), parameter :: still = 1.0e-4_wp     ! of the largest velocity: at the end, rounding
+   real(wp), parameter :: largest = 1.0e12_wp  ! largest value or time: keeps sums far from overflow
+   real(wp), parameter :: still = 1.0e-4_wp  ! fraction of the largest velocity: rounding at the end
 
    !> Treatment of a record.
    type :: baseline_type

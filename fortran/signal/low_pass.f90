@@ -12,13 +12,13 @@ module dda_low_pass
 
    integer, parameter :: sections = 2
    real(wp), parameter :: damping(sections) = cos([1, 3]*pi/8)
-   real(wp), parameter :: most_share = 0.45_wp   !< of the sampling rate that f may be
-   real(wp), parameter :: same_step = 1.0e-9_wp  !< relative; rounding of times
+   real(wp), parameter :: most_share = 0.45_wp   !< largest f as a fraction of the sampling rate
+   real(wp), parameter :: same_step = 1.0e-9_wp  !< relative difference: rounding of times
 
    !> A filter of one motion.
    type :: low_pass_type
       real(wp) :: frequency = 0.0_wp           !< f, Hz
-      real(wp) :: step = 0.0_wp                !< h that the factor is for, s
+      real(wp) :: step = 0.0_wp                !< step h of the factor, s
       real(wp) :: factor = 0.0_wp              !< ωh/2
       real(wp) :: rate(sections) = 0.0_wp      !< w, m/s²
       real(wp) :: passed(0:sections) = 0.0_wp  !< a, and u of each, m/s²
@@ -28,7 +28,7 @@ contains
 
    !> Create a filter in its zero state.
    pure type(low_pass_type) function new_low_pass(frequency) result(filter)
-      real(wp), intent(in) :: frequency  !< where half the power passes, Hz
+      real(wp), intent(in) :: frequency  !< frequency at which half the power passes, Hz
 
       filter%frequency = frequency
    end function new_low_pass

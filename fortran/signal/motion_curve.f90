@@ -28,7 +28,7 @@ module dda_motion_curve
       logical :: ends_at_rest = .true.         !< except for rounding
       !> velocity between the last two samples of a displacement that ends at rest (m/s)
       real(wp) :: cut_velocity = 0.0_wp
-      real(wp) :: removed(2) = 0.0_wp          !< most that drift removal took (m/s, m)
+      real(wp) :: removed(2) = 0.0_wp          !< largest removed drift (m/s, m)
       character(len=:), allocatable :: method  !< processing of the record, for a report
    end type motion_curve_type
 
@@ -164,8 +164,8 @@ contains
       type(motion_curve_type), intent(out) :: curve  !< joined samples
       real(wp), intent(in) :: displacement(:)  !< m [samples]
       real(wp), intent(in) :: time_step        !< s
-      logical, intent(in) :: from_rest         !< no velocity and acceleration at the first sample
-      logical, intent(in) :: to_rest           !< none at the last one
+      logical, intent(in) :: from_rest         !< zero velocity and acceleration at the first sample
+      logical, intent(in) :: to_rest           !< zero velocity and acceleration at the last sample
       integer :: i, last
 
       last = size(displacement)

@@ -22,22 +22,22 @@ module dda_response_spectrum
 
    real(wp), parameter :: damping = 0.05_wp
    real(wp), parameter :: shortest = 0.02_wp, longest = 5.0_wp  !< periods, s
-   integer, parameter :: periods = 80                   !< of a spectrum, equal ratios apart
-   integer, parameter :: samples_per_period = 50        !< the peak is missed by less than 0.2 %
-   real(wp), parameter :: coarsest = 0.5_wp*longest     !< step that resolves no period beyond it, s
-   real(wp), parameter :: finest = 0.005_wp*shortest     !< step that free vibration needs, s
-   real(wp), parameter :: same_step = 1.0e-9_wp         !< relative; rounding of times
-   real(wp), parameter :: small_step = 1.0e-2_wp        !< of |z|: below, μ and ρ from their series
+   integer, parameter :: periods = 80  !< number of periods of a spectrum, at equal ratios
+   integer, parameter :: samples_per_period = 50        !< samples for a peak error below 0.2 %
+   real(wp), parameter :: coarsest = 0.5_wp*longest     !< longest step that resolves any period, s
+   real(wp), parameter :: finest = 0.005_wp*shortest     !< step required by free vibration, s
+   real(wp), parameter :: same_step = 1.0e-9_wp         !< relative difference: rounding of times
+   real(wp), parameter :: small_step = 1.0e-2_wp !< |z| below which μ and ρ are computed from series
 
    !> Oscillators under one motion; number 0 is the low-pass, which has the highest frequency.
    type :: response_spectrum_type
-      real(wp) :: step = 0.0_wp                         !< that the factors are for, s
+      real(wp) :: step = 0.0_wp                         !< step of the factors, s
       integer :: parts(0:periods) = 1                   !< of a step
-      real(wp) :: share(0:periods) = 1.0_wp             !< of a step in one of its parts
+      real(wp) :: share(0:periods) = 1.0_wp             !< fraction of a step in one of its parts
       real(wp), dimension(0:periods, 2) :: q = 0.0_wp   !< state, m/s; real and imaginary part
       real(wp), dimension(0:periods, 2) :: decay = 0.0_wp, before = 0.0_wp, after = 0.0_wp
       real(wp) :: weight(0:periods) = 0.0_wp            !< ω²/Im λ, 1/s
-      real(wp) :: largest(0:periods) = 0.0_wp           !< of it so far, m/s²
+      real(wp) :: largest(0:periods) = 0.0_wp           !< largest value so far, m/s²
    end type response_spectrum_type
 
 contains
@@ -70,7 +70,7 @@ contains
    pure subroutine continue_motion(spectrum, before, after, step)
       type(response_spectrum_type), intent(inout) :: spectrum  !< of the motion so far
       real(wp), intent(in) :: before, after  !< acceleration at the start and end of the step, m/s²
-      real(wp), intent(in) :: step           !< time between them, s; nothing happens in none
+      real(wp), intent(in) :: step           !< time between them, s; 0: nothing is done
       real(wp) :: change, one, other, q(2)
       integer :: i, part
 
@@ -78,7 +78,7 @@ contains
       if (abs(step - spectrum%step) > same_step*step) call set_step(spectrum, step)
       associate (s => spectrum)
          do part = 1, s%parts(1)
-            do i = 0, count(s%parts >= part) - 1  ! parts fall with the period
+            do i = 0, count(s%parts >= part) - 1  ! the number of parts decreases with the period
                change = (after - before)*s%share(i)
                one = before + (part - 1)*change
                other = before + part*change
@@ -182,7 +182,7 @@ contains
    !> Find the largest spectral acceleration and its period, after a motion has ended.
    elemental subroutine spectral_acceleration(spectrum, last, largest, at)
       type(response_spectrum_type), intent(in) :: spectrum  !< of a motion
-      real(wp), intent(in) :: last      !< acceleration at its end, which falls to zero then, m/s²
+      real(wp), intent(in) :: last      !< acceleration at the end, after which it is zero, m/s²
       real(wp), intent(out) :: largest  !< m/s²
       real(wp), intent(out) :: at       !< s
       type(response_spectrum_type) :: free

@@ -22,7 +22,7 @@ module dda_spectrum
       real(wp) :: amplitude = 0.0_wp     !< interpolated, in the unit of the amplitudes
       integer :: bin = 0                 !< the highest bin, index in the spectrum
       real(wp) :: bin_frequency = 0.0_wp !< Hz, of that bin
-      real(wp) :: bin_width = 0.0_wp     !< Hz between bins: what the interpolation refines
+      real(wp) :: bin_width = 0.0_wp     !< Hz between bins, refined by interpolation
       !> false: the highest bin is at an end of the band and has a higher neighbour or none
       logical :: interpolated = .false.
    end type spectral_peak_type

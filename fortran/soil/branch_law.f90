@@ -23,7 +23,7 @@ module dda_branch_law
    !> Response of a strain point to a change of its strain.
    type :: response_type
       real(wp) :: acting = 0.0_wp   !< stress that acts in the step, over G
-      real(wp) :: tangent = 0.0_wp  !< its derivative by Δγ
+      real(wp) :: tangent = 0.0_wp  !< derivative with respect to Δγ
       real(wp) :: end = 0.0_wp      !< stress at the end of the step, over G
       real(wp) :: loss = 0.0_wp     !< of the step, J/m³ over G
    end type response_type
@@ -33,7 +33,7 @@ contains
    !> Compute the response of branches.
    pure type(response_type) function respond(branches, elastic, strain, change) result(response)
       type(branches_type), intent(in) :: branches  !< fitted
-      real(wp), intent(in) :: elastic(:)  !< [n] e₀ of the branches that slip
+      real(wp), intent(in) :: elastic(:)  !< [n] e₀ of slipping branches
       real(wp), intent(in) :: strain      !< γ₀
       real(wp), intent(in) :: change      !< Δγ
 
@@ -153,7 +153,7 @@ contains
       real(wp), intent(in) :: strain               !< e₀
       real(wp), intent(in) :: taken                !< Δe
       real(wp), intent(in) :: time_step            !< Δt, s
-      real(wp), intent(inout) :: memory(:)         !< [mechanisms] ζ, becomes that of the end
+      real(wp), intent(inout) :: memory(:)  !< [mechanisms] ζ at the start; on return at the end
       real(wp), intent(out) :: loss                !< J/m³ over G
       real(wp) :: h, more
       integer :: l

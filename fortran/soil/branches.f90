@@ -33,11 +33,11 @@ module dda_branches
       loop_damping
 
    integer, parameter :: samples = 8                !< strains of a fit for each branch
-   real(wp), parameter :: sum_weight = 1.0e3_wp     !< of Σ g_j + g_b = 1 among relative errors
-   real(wp), parameter :: loop_weight = 3.0_wp      !< of errors of D among relative errors of G_s
-   real(wp), parameter :: small_misfit = 2.0e-3_wp  !< of D, at which weights stay
+   real(wp), parameter :: sum_weight = 1.0e3_wp     !< weight of Σ g_j + g_b = 1 relative to errors
+   real(wp), parameter :: loop_weight = 3.0_wp  !< weight of errors of D relative to those of G_s
+   real(wp), parameter :: small_misfit = 2.0e-3_wp  !< misfit of D below which weights are constant
    integer, parameter :: most_fits = 8              !< with new weights
-   real(wp), parameter :: least_weight = 0.05_wp    !< what an error of 0 leaves of its square
+   real(wp), parameter :: least_weight = 0.05_wp    !< smallest factor of a weight, for zero error
    real(wp), parameter :: first_reduction = 0.998_wp !< G_s/G at which branches begin
    real(wp), parameter :: body_reduction = 0.8_wp    !< G_s/G at which the body begins to slip
    real(wp), parameter :: least_strain = 1.0e-7_wp  !< of a branch
@@ -56,7 +56,7 @@ module dda_branches
       real(wp), allocatable :: strain(:)     !< [n] γ_j, ascending
       real(wp), allocatable :: modulus(:)    !< [n] g_j
       real(wp), allocatable :: slipping(:)   !< [n] F_j
-      type(damping_type) :: body             !< of small strains, fitted
+      type(damping_type) :: body             !< small-strain body, fitted
       real(wp) :: body_strain = huge(1.0_wp) !< γ_b
       real(wp) :: body_cap = huge(1.0_wp)    !< y
       real(wp) :: misfit(2) = 0.0_wp         !< largest relative error of G_s; error of D
@@ -68,8 +68,8 @@ contains
    subroutine fit_branches(curve, n, masing, damping, limit, branches, error)
       type(curve_type), intent(in) :: curve  !< two strains at least
       integer, intent(in) :: n               !< branches, 2 at least
-      logical, intent(in) :: masing          !< damping of Masing's rules, instead of the curve's
-      type(damping_type), intent(in) :: damping  !< of small strains, not fitted
+      logical, intent(in) :: masing  !< damping by Masing's rules, instead of that of the curve
+      type(damping_type), intent(in) :: damping  !< small-strain damping, not fitted
       real(wp), intent(in) :: limit          !< largest ω_l that the time steps admit, rad/s
       type(branches_type), intent(out) :: branches  !< fitted
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -93,7 +93,7 @@ contains
    !> Set the viscoelastic body of a damping ratio, which slips beyond a strain.
    subroutine set_body(branches, damping, limit, strain, error)
       type(branches_type), intent(inout) :: branches  !< gets it
-      type(damping_type), intent(in) :: damping  !< with its ratio D_min, 0: none; not fitted
+      type(damping_type), intent(in) :: damping  !< damping with ratio D_min, not fitted; 0: none
       real(wp), intent(in) :: limit      !< largest ω_l that the time steps admit, rad/s
       real(wp), intent(in) :: strain     !< γ_b
       type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
@@ -163,7 +163,7 @@ contains
    pure function loops(branches, strain, reduction) result(ratio)
       type(branches_type), intent(in) :: branches  !< with γ_j
       real(wp), intent(in) :: strain(:)            !< above 0
-      real(wp), intent(in) :: reduction(:)         !< G_s/G of the soil at these
+      real(wp), intent(in) :: reduction(:)         !< G_s/G of the soil at these strains
       real(wp) :: ratio(size(strain), branches%n)
       integer :: j
 
@@ -278,7 +278,7 @@ contains
    subroutine find_misfits(branches, curve, masing)
       type(branches_type), intent(inout) :: branches  !< fitted
       type(curve_type), intent(in) :: curve           !< that it is to have
-      logical, intent(in) :: masing                   !< the damping is not the curve's
+      logical, intent(in) :: masing                   !< the damping is not that of the curve
       real(wp) :: strain(301), low, high
 
       low = max(misfit_range(1), curve%strain(1))

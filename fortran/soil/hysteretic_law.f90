@@ -21,7 +21,7 @@ module dda_hysteretic_law
    private
    public :: hysteretic_law_type, new_hysteretic_law
 
-   real(wp), parameter :: most_off = 0.3_wp  !< of a damping ratio, points, without a word
+   real(wp), parameter :: most_off = 0.3_wp  !< largest unreported error of a ratio
 
    !> Branches of a soil in the plane.
    type, extends(material_law_type) :: hysteretic_law_type
@@ -40,10 +40,10 @@ module dda_hysteretic_law
    !> Small-strain body in a step: shear (two components) and volume.
    type :: body_type
       real(wp) :: before(3) = 0.0_wp    !< stress at the start, over the modulus
-      real(wp) :: trial(3) = 0.0_wp     !< at the end if nothing slips
-      real(wp) :: stiffness = 0.0_wp    !< growth of the trial stress with the strain
+      real(wp) :: trial(3) = 0.0_wp     !< trial stress at the end without slip
+      real(wp) :: stiffness = 0.0_wp    !< derivative of the trial stress with respect to the strain
       real(wp) :: after(3) = 0.0_wp     !< at the end
-      real(wp) :: slope(2, 2) = 0.0_wp  !< growth of the shear at the end
+      real(wp) :: slope(2, 2) = 0.0_wp  !< derivative of the shear at the end
    end type body_type
 
 contains
@@ -85,7 +85,7 @@ contains
 
    !> Moduli: G, and that of (σx + σy)/2 over εx + εy, Pa.
    pure function moduli(point)
-      type(strain_point_type), intent(in) :: point  !< where the law acts
+      type(strain_point_type), intent(in) :: point  !< strain point of the law
       real(wp) :: moduli(2)
 
       moduli = [point%elasticity(3, 3), 0.5_wp*(point%elasticity(1, 1) + point%elasticity(1, 2))]
@@ -95,7 +95,7 @@ contains
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(hysteretic_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point       !< at its position
-      real(wp), intent(in) :: state(:)                   !< [any] at the start of the step
+      real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
       type(step_type), intent(in) :: step                !< the present one
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
@@ -155,8 +155,8 @@ contains
    !> Set up the small-strain body in a step.
    pure type(body_type) function body_of(branches, state, change, time_step) result(body)
       type(branches_type), intent(in) :: branches  !< fitted
-      real(wp), intent(in) :: state(:)             !< [any] of the point, at the start
-      real(wp), intent(in) :: change(3)            !< of the strains of shear and volume
+      real(wp), intent(in) :: state(:)             !< [any] state of the point at the start
+      real(wp), intent(in) :: change(3)            !< change of the strains of shear and volume
       real(wp), intent(in) :: time_step            !< Δt, s
       integer :: l, i
 
@@ -181,7 +181,7 @@ contains
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(hysteretic_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point    !< at its position
-      real(wp), intent(inout) :: state(:)             !< [any] at the start, becomes that of the end
+      real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
       real(wp), intent(in) :: strain(3), change(3)    !< ε at the start, Δε
       type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(out) :: loss(losses)           !< J/m³
@@ -234,7 +234,7 @@ contains
    pure subroutine finish_body(branches, state, change, modulus, step, loss)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(inout) :: state(:)          !< [any] of the point
-      real(wp), intent(in) :: change(3)            !< of the strains of shear and volume
+      real(wp), intent(in) :: change(3)            !< change of the strains of shear and volume
       real(wp), intent(in) :: modulus(2)           !< of both, Pa
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(inout) :: loss(losses)      !< J/m³

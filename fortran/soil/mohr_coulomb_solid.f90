@@ -24,7 +24,7 @@ module dda_mohr_coulomb_solid
    public :: mohr_coulomb_solid_type
 
    integer, parameter :: plastic(3) = [1, 2, 3]  !< ε^p in a state
-   integer, parameter :: across = 4              !< ε^p across the plane
+   integer, parameter :: across = 4              !< ε^p out of the plane
    integer, parameter :: strained = 5            !< κ
    integer, parameter :: mean_stress = 6         !< ½(σx + σy) of the last step, Pa
    !> fraction of the radius of the largest Mohr circle: bound of the jumps of a yielding face;
@@ -90,7 +90,7 @@ contains
 
       !> Interpolate between two values.
       pure real(wp) function mix(from, to)
-         real(wp), intent(in) :: from, to  !< at the peak, at the end
+         real(wp), intent(in) :: from, to  !< value at the peak, value at the end
 
          mix = from
          if (to < from) mix = from + lost*(to - from)
@@ -100,8 +100,8 @@ contains
    !> Return the stress for a strain, counted from the start of the law.
    pure subroutine return_stress(self, point, state, strain, circle)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point        !< where the law acts
-      real(wp), intent(in) :: state(:)                    !< [any] at the start of the step
+      type(strain_point_type), intent(in) :: point        !< strain point of the law
+      real(wp), intent(in) :: state(:)                    !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3)                   !< ε₀ + θΔε
       type(circle_type), intent(out) :: circle            !< with the return
       real(wp) :: trial(3), mean, third
@@ -133,7 +133,7 @@ contains
    pure function frozen_stress(self, point, state, strain, change, step) result(stress)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< at its position
-      real(wp), intent(in) :: state(:)                    !< [any] at the start of the step
+      real(wp), intent(in) :: state(:)                    !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)        !< ε at the start, Δε
       type(step_type), intent(in) :: step                 !< the present one
       real(wp) :: stress(3)
@@ -167,7 +167,7 @@ contains
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< at its position
-      real(wp), intent(in) :: state(:)                    !< [any] at the start of the step
+      real(wp), intent(in) :: state(:)                    !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)        !< ε at the start, Δε
       type(step_type), intent(in) :: step                 !< the present one
       real(wp), intent(out) :: stress(3), tangent(3, 3)   !< Pa
@@ -200,7 +200,7 @@ contains
    pure subroutine finish(self, point, state, strain, change, step, loss)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< at its position
-      real(wp), intent(inout) :: state(:)             !< [any] at the start, becomes that of the end
+      real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
       real(wp), intent(in) :: strain(3), change(3)    !< ε at the start, Δε
       type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(out) :: loss(losses)           !< J/m³
@@ -226,8 +226,8 @@ contains
 
    !> Twice the elastic energy, J/m³: ε^e·Dε^e with −ε^p out of the plane.
    pure real(wp) function doubled(point, elastic, third)
-      type(strain_point_type), intent(in) :: point  !< where the law acts
-      real(wp), intent(in) :: elastic(3), third     !< ε^e in the plane, ε^p across it
+      type(strain_point_type), intent(in) :: point  !< strain point of the law
+      real(wp), intent(in) :: elastic(3), third     !< ε^e in the plane, ε^p out of the plane
 
       doubled = dot_product(elastic, matmul(point%elasticity, elastic))
       if (point%plane_strain) doubled = doubled + third*(point%elasticity(1, 1)*third &

@@ -69,7 +69,7 @@ contains
    pure subroutine mean_along(e, change, cap, mean, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(out) :: mean(2), slope(2, 2)
-      real(wp), parameter :: nothing = 1.0e-13_wp   !< of the cap: its rounding
+      real(wp), parameter :: nothing = 1.0e-13_wp   !< fraction of the cap: rounding
       real(wp) :: length, along(2), foot(2), start, ends(2), half
 
       length = hypot(change(1), change(2))
@@ -123,7 +123,7 @@ contains
       else if (ends(2) <= 0.0_wp) then
          log_ratio = log_1p(length*(1.0_wp - turn)/(r(2) - ends(2)))
       else
-         distance = norm2(foot)  ! at least the cap: the piece is beyond it
+         distance = norm2(foot)  ! at least the cap, since the segment is beyond it
          log_ratio = asinh(ends(2)/distance) - asinh(ends(1)/distance)
       end if
    end function log_ratio

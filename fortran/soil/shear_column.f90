@@ -24,14 +24,14 @@ module dda_shear_column
 
    integer, parameter :: most_iterations = 100
    integer, parameter :: most_halvings = 12
-   real(wp), parameter :: tolerance = 1.0e-11_wp  !< of forces, over the largest in the step
+   real(wp), parameter :: tolerance = 1.0e-11_wp  !< relative tolerance of forces
 
    !> A column, from the surface downwards.
    type :: shear_column_type
       real(wp), allocatable :: thickness(:)   !< [cells] h, m
       real(wp), allocatable :: density(:)     !< [cells] ρ, kg/m³
       real(wp), allocatable :: modulus(:)     !< [cells] G of small strains, Pa
-      integer, allocatable :: soil(:)         !< [cells] which of the soils
+      integer, allocatable :: soil(:)         !< [cells] number of the soil
       type(branches_type), allocatable :: branches(:)  !< [soils]
       real(wp) :: dashpot = 0.0_wp            !< ρ v of the half-space, Pa s/m; 0: given motion
    end type shear_column_type
@@ -42,13 +42,13 @@ module dda_shear_column
       real(wp), allocatable :: strain(:)      !< [cells] γ
       real(wp), allocatable :: stress(:)      !< [cells] τ at the end of the step, Pa
       real(wp), allocatable :: largest(:,:)   !< [2,cells] |γ| and |τ| (Pa) of all steps so far
-      real(wp), allocatable :: body_strain(:) !< [cells] e of the body of small strains
-      real(wp), allocatable :: elastic(:,:)   !< [branches,cells] e of the branches that slip
+      real(wp), allocatable :: body_strain(:) !< [cells] e of the small-strain body
+      real(wp), allocatable :: elastic(:,:)   !< [branches,cells] e of slipping branches
       real(wp), allocatable :: memory(:,:)    !< [mechanisms,cells] ζ
       real(wp) :: reaction = 0.0_wp           !< force on the base in the last step, Pa
       real(wp) :: work = 0.0_wp               !< at the base, J/m²
       real(wp) :: slipped = 0.0_wp            !< lost by slip, J/m²
-      real(wp) :: damped = 0.0_wp             !< lost by the mechanisms of small strains, J/m²
+      real(wp) :: damped = 0.0_wp             !< loss by the small-strain mechanisms, J/m²
       integer :: iterations = 0               !< of the last step
    end type shear_state_type
 
@@ -130,8 +130,8 @@ contains
       type(shear_state_type), intent(in) :: state    !< at the start of the step
       real(wp), intent(in) :: time_step              !< Δt, s
       real(wp), intent(in) :: load(:), d(:)          !< [nodes] Pa; Δu, m
-      real(wp), intent(out) :: stress(:)             !< [cells] that act, Pa
-      real(wp), intent(out) :: tangent(:)            !< [cells] their derivatives by Δγ, Pa
+      real(wp), intent(out) :: stress(:)             !< [cells] stress in the step, Pa
+      real(wp), intent(out) :: tangent(:)            !< [cells] derivatives with respect to Δγ, Pa
       real(wp), intent(out) :: residual(:)           !< [nodes] Pa
       real(wp), intent(out) :: scale                 !< Pa
       type(response_type) :: soil, body
@@ -236,7 +236,7 @@ contains
       real(wp), intent(in) :: time_step      !< Δt, s
       real(wp), intent(in) :: base           !< velocity of base or outcrop, m/s
       real(wp), intent(in) :: d(:), load(:)  !< [nodes] Δu, m; Pa
-      real(wp), intent(in) :: stress(:)      !< [cells] that acted, Pa
+      real(wp), intent(in) :: stress(:)      !< [cells] stress in the step, Pa
       real(wp) :: force(size(d))
       integer :: i, n
 
@@ -284,7 +284,7 @@ contains
    function end_accelerations(column, state, base, outcrop) result(acceleration)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       type(shear_state_type), intent(in) :: state  !< of the column
-      real(wp), intent(in) :: base     !< acceleration of a base that is moved, m/s²
+      real(wp), intent(in) :: base     !< acceleration of a prescribed base, m/s²
       real(wp), intent(in) :: outcrop  !< velocity of an outcrop of the half-space, m/s
       real(wp) :: acceleration(size(state%velocity))
       real(wp), dimension(size(acceleration)) :: diagonal, force

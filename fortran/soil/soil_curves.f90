@@ -15,8 +15,8 @@ module dda_soil_curves
    public :: soil_type, curve_of
 
    integer, parameter :: samples = 91  !< strains of a table
-   integer, parameter :: parts = 60    !< of their intervals, in integrals of Masing's rules
-   integer, parameter :: below = 60    !< intervals before the table where such integrals begin
+   integer, parameter :: parts = 60    !< parts of an interval, in integrals of Masing's rules
+   integer, parameter :: below = 60    !< intervals before the table at which such integrals begin
    real(wp), parameter :: strains(2) = [1.0e-6_wp, 0.0316227766016837933_wp]
    real(wp), parameter :: atmosphere = 101325.0_wp  !< Pa
 

@@ -24,7 +24,7 @@ module dda_yield_return
    !> σ_i, σ_j of the pairs that a trial stress with σ₁ ≥ σ₂ can reach
    integer, parameter :: major(pairs) = [1, 1, 3, 2, 3], minor(pairs) = [2, 3, 2, 3, 1]
    real(wp), parameter :: rounding = 1.0e-13_wp   !< of the trial stress
-   real(wp), parameter :: singular = 1.0e-10_wp   !< pivot over the diagonal: parallel planes
+   real(wp), parameter :: singular = 1.0e-10_wp   !< ratio of pivot to diagonal: parallel planes
 
    !> Strengths.
    type :: strength_type
@@ -50,7 +50,7 @@ contains
       type(strength_type), intent(in) :: strength  !< of the point
       real(wp), intent(in) :: elastic(3, 3)        !< D of principal strains, Pa
       real(wp), intent(in) :: trial(3)             !< σ₁ ≥ σ₂, σ₃, Pa
-      real(wp), intent(in) :: frozen(3)            !< principal stresses whose means are frozen, Pa
+      real(wp), intent(in) :: frozen(3)            !< principal stresses with frozen means, Pa
       real(wp) :: gradient(3, bounds), bound(bounds), off, least
       type(return_type) :: other
       integer :: n
@@ -79,7 +79,7 @@ contains
    !> Planes of strength: gradients and bounds.
    pure subroutine planes(strength, frozen, gradient, bound)
       type(strength_type), intent(in) :: strength  !< of the point
-      real(wp), intent(in) :: frozen(3)            !< principal stresses whose means are frozen, Pa
+      real(wp), intent(in) :: frozen(3)            !< principal stresses with frozen means, Pa
       real(wp), intent(out) :: gradient(3, bounds)
       real(wp), intent(out) :: bound(bounds)       !< Pa
       real(wp) :: sine, frozen_sine
@@ -110,7 +110,7 @@ contains
       real(wp), intent(in) :: bound(bounds)      !< Pa
       integer, intent(in) :: list(:)             !< planes
       type(return_type), intent(out) :: to       !< there
-      real(wp), intent(out) :: off               !< huge: the planes do not meet
+      real(wp), intent(out) :: off               !< violation; huge if the planes do not intersect
       real(wp) :: n(3, 3), stiff(3, 3), matrix(3, 3), right(3, 4)
       logical :: meets
 

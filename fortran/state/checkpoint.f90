@@ -46,7 +46,7 @@ module dda_checkpoint
       type(rate_limiter_type) :: flushing = rate_limiter_type(cost_ratio=400)
       type(archive_type) :: archive
       character(len=:), allocatable :: build  !< compiler and options
-      integer(long) :: input = 0    !< checksum of the input's text and block files
+      integer(long) :: input = 0    !< checksum of the input text and block files
       integer(long) :: motions = 0  !< checksum of the motions made from the records
    end type checkpoints_type
 
@@ -68,7 +68,7 @@ contains
    !> Compute the checksums of an input and its files.
    subroutine digest_model(model, input, motions)
       type(model_type), intent(in) :: model  !< as read from the input
-      integer(long), intent(out) :: input, motions  !< checksums of text and blocks, of the curves
+      integer(long), intent(out) :: input, motions  !< checksums of text with blocks, of curves
       type(archive_type) :: archive
       type(motion_curve_type) :: curve
       character(len=:), allocatable :: text

@@ -20,7 +20,7 @@ contains
    pure subroutine graph_of(matrix, graph, coupled)
       type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
       type(block_graph_type), intent(out) :: graph   !< of its block rows
-      logical, intent(in), optional :: coupled(:)    !< [entries] entries that count; default all
+      logical, intent(in), optional :: coupled(:)  !< [entries] entries that are used; default: all
       integer :: v, e, middle
 
       graph%n = matrix%n

@@ -23,7 +23,7 @@ module dda_front_plan
    public :: front_plan_type, make_plan, plan_updates, longest_front_vector, &
       is_passed, locate_column, band
 
-   integer, parameter :: band = 8           !< columns of an update made and kept together
+   integer, parameter :: band = 8  !< columns of an update that are computed and stored together
 
    !> Symbolic Cholesky factor.  Rows and columns are identified by permuted index: their position
    !> in the order of elimination.
@@ -38,13 +38,13 @@ module dda_front_plan
       integer, allocatable :: child(:)     !< [fronts] children, front by front
       integer, allocatable :: row_start(:) !< [fronts+1] where the rows below each front begin
       integer, allocatable :: row(:)       !< [rows] rows below each front's pivots, ascending
-      integer, allocatable :: position(:)  !< [rows] the same rows counted in the parent's front
+      integer, allocatable :: position(:)  !< [rows] positions of these rows in the parent's front
       !> [rows] last row, counted in its front, that follows without a gap
       integer, allocatable :: run_end(:)
       !> [fronts] leading rows that are pivots of the parent
       integer, allocatable :: inside(:)
       integer, allocatable :: entry_start(:) !< [n+1] where the lower blocks of each column begin
-      integer, allocatable :: entry(:)     !< [entries] which one; negative if it enters transposed
+      integer, allocatable :: entry(:)     !< [entries] number of the block; negative if transposed
       integer, allocatable :: entry_row(:) !< [entries] its row, counted in the front
       !> [fronts+1] first number of each front's columns of the factor
       integer(long), allocatable :: factor_start(:)
@@ -56,9 +56,9 @@ module dda_front_plan
       !> [fronts] offset of each update: in the workspace of a thread, or in the common workspace
       !> for updates of root fronts and updates that are added to them
       integer(long), allocatable :: update_start(:)
-      integer(long) :: updates_passed = 0  !< numbers that pass from tasks to root fronts
+      integer(long) :: updates_passed = 0  !< numbers of updates from tasks to root fronts
       integer(long) :: updates_of_task = 0 !< largest further need of a task
-      integer(long) :: updates_of_roots = 0 !< after those that are passed on, when tasks are done
+      integer(long) :: updates_of_roots = 0 !< updates of root fronts, after passed ones
       type(task_plan_type) :: sharing      !< division between threads
       !> [rows] position of each row in the vector of a solve; see `set_solve_rows`
       integer, allocatable :: solve_row(:)
@@ -417,7 +417,7 @@ contains
    pure subroutine locate_column(rows, column, before, ld, skipped)
       integer, intent(in) :: rows, column    !< block rows of the update; one of its columns
       integer(long), intent(out) :: before   !< numbers before the column
-      integer, intent(out) :: ld, skipped    !< its rows, and block rows left out above them
+      integer, intent(out) :: ld, skipped    !< its rows, and number of omitted block rows above
       integer :: bands
 
       bands = (column - 1)/band

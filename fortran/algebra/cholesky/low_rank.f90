@@ -65,8 +65,8 @@ contains
    subroutine update_low_rank(low, factor, changes, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
-      type(rank_one_type), intent(in) :: changes  !< from the matrix that `low` represents
-      logical, intent(out) :: done  !< .false.: the matrix has to be factorised
+      type(rank_one_type), intent(in) :: changes  !< changes of the matrix that `low` represents
+      logical, intent(out) :: done  !< .false.: the matrix must be factorised
       integer :: before, first, i, known
 
       done = changes%n <= most_changes
@@ -114,7 +114,7 @@ contains
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
       integer, intent(in) :: first  !< panel of columns
-      logical, intent(out) :: done  !< .false.: the matrix has to be factorised
+      logical, intent(out) :: done  !< .false.: the matrix must be factorised
       integer :: last
 
       last = (low%terms%n + vector_width - 1)/vector_width
@@ -143,7 +143,7 @@ contains
    !> Factorise C = T D Tᵀ; .false. if a pivot does not have the sign of its term.
    pure subroutine factorise_capacity(low, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
-      logical, intent(out) :: done  !< .false.: the matrix has to be factorised
+      logical, intent(out) :: done  !< .false.: the matrix must be factorised
       integer :: i, j, n
 
       n = low%n

@@ -16,7 +16,7 @@ module dda_arnoldi
 
    !> A symmetric linear operator.
    type, abstract :: operator_type
-      integer(long) :: products = 0  !< how often it was applied
+      integer(long) :: products = 0  !< number of applications
    contains
       procedure(apply_operator), deferred :: apply
    end type operator_type

@@ -14,7 +14,7 @@ module dda_arpack
       subroutine dsaupd(ido, bmat, n, which, nev, tol, resid, ncv, v, ldv, iparam, ipntr, workd, &
          workl, lworkl, info)
          import :: wp
-         integer, intent(inout) :: ido  !< what to do next; 0 at first
+         integer, intent(inout) :: ido  !< next action; 0 at first
          character(len=1), intent(in) :: bmat  !< 'I': standard problem
          integer, intent(in) :: n, nev, ncv, ldv, lworkl  !< size, eigenvalues, basis, dimensions
          character(len=2), intent(in) :: which  !< 'LA': algebraically largest
@@ -29,7 +29,7 @@ module dda_arpack
          ncv, v, ldv, iparam, ipntr, workd, workl, lworkl, info)
          import :: wp
          logical, intent(in) :: rvec  !< vectors too
-         character(len=1), intent(in) :: howmny, bmat  !< 'A': all; as before
+         character(len=1), intent(in) :: howmny, bmat  !< 'A': all; 'I': standard problem
          logical, intent(inout) :: select(*)  !< workspace
          real(wp), intent(inout) :: d(*), z(ldz, *)  !< eigenvalues, ascending, and vectors
          integer, intent(in) :: ldz, n, nev, ncv, ldv, lworkl  !< sizes as before

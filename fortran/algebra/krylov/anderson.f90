@@ -10,15 +10,15 @@ module dda_anderson
    private
    public :: anderson_type, forget, accelerate
 
-   integer, parameter :: depth = 10   !< differences that are kept
-   integer, parameter :: long = 6*parallel_from  !< unknowns from which threads repay their start
+   integer, parameter :: depth = 10   !< number of stored differences
+   integer, parameter :: long = 6*parallel_from  !< unknowns from which threads save time
    !> fraction of the diagonal added to the normal equations, against rounding in their elimination
    real(wp), parameter :: regular = depth*epsilon(1.0_wp)
 
    !> Differences of the last iterations.
    type :: anderson_type
       integer :: count = 0                            !< iterations since the start
-      real(wp), allocatable :: image(:), residual(:)  !< [n] g and g − x of the iteration before
+      real(wp), allocatable :: image(:), residual(:)  !< [n] g and g − x of the last iteration
       real(wp), allocatable :: d_image(:,:), d_residual(:,:)  !< [n, depth]
       real(wp) :: normal(depth, depth) = 0.0_wp  !< products of the columns d_residual
    end type anderson_type

@@ -10,7 +10,7 @@ module dda_block_jacobi
    private
    public :: block_jacobi_type, invert_diagonal, most_iterations, most_condition
 
-   integer, parameter :: parallel_from = 500  !< blocks from which threads repay their start
+   integer, parameter :: parallel_from = 500  !< blocks from which threads save time
 
    !> Inverses of the diagonal blocks.
    type, extends(preconditioner_type) :: block_jacobi_type

@@ -62,14 +62,14 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K
       class(preconditioner_type), intent(inout) :: preconditioner  !< its workspace may change
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side
-      real(wp), intent(in) :: size               !< that residuals are measured by: ‖b‖, or more
+      real(wp), intent(in) :: size  !< norm that residuals are compared with: ‖b‖, or more
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution
-      real(wp), intent(in) :: tolerance, reduction  !< of ‖r‖/size, and of ‖r‖ / the first ‖r‖
+      real(wp), intent(in) :: tolerance, reduction !< limits of ‖r‖/size, and of ‖r‖ / the first ‖r‖
       integer, intent(in) :: most                !< iterations
       type(workspace_type), intent(inout) :: work  !< vectors of the iteration
       integer, intent(out) :: iterations  !< made
       real(wp), intent(out) :: residual          !< ‖r‖/size reached
-      logical, intent(out) :: enough             !< it is as small as requested
+      logical, intent(out) :: enough             !< the residual is as small as requested
       real(wp) :: wanted, slope, old_slope, alpha
       integer :: n
 

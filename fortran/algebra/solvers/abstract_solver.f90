@@ -19,8 +19,8 @@ module dda_abstract_solver
 
    !> Requested and reached convergence of a solve.
    type :: convergence_type
-      real(wp) :: scale = 0.0_wp                 !< norm that residuals are measured by
-      real(wp) :: reduction = 0.0_wp          !< fraction of the first residual that is enough, or 0
+      real(wp) :: scale = 0.0_wp                 !< norm that residuals are compared with
+      real(wp) :: reduction = 0.0_wp          !< sufficient fraction of the first residual, or 0
       real(wp) :: residual = 0.0_wp              !< ‖r‖/scale reached
       logical :: enough = .false.                !< the iteration has reached the tolerance
    end type convergence_type
@@ -29,7 +29,7 @@ module dda_abstract_solver
    type, abstract :: linear_solver_type
       character(len=6) :: name = ''              !< in `solver_names`
       integer :: factors = 0                     !< made by the last call
-      integer :: iterations = 0                  !< of the last solve; 0 with an exact factor
+      integer :: iterations = 0  !< iterations of the last solve; 0 with an exact factor
       type(workspace_type) :: work
    contains
       procedure(analyse_pattern), deferred :: analyse
@@ -53,7 +53,7 @@ module dda_abstract_solver
          import :: linear_solver_type, block_matrix_type, rank_one_type, error_type
          class(linear_solver_type), intent(inout) :: self  !< the solver
          type(block_matrix_type), intent(in) :: matrix  !< K̂
-         type(rank_one_type), intent(in) :: changes  !< from the values of the last call
+         type(rank_one_type), intent(in) :: changes  !< changes of the values since the last call
          type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       end subroutine renew_values
 

@@ -29,8 +29,8 @@ module dda_factor_solver
    type, extends(linear_solver_type) :: factor_solver_type
       type(factor_type) :: sparse         !< of a matrix
       logical :: kept = .false.           !< the factor is reused while no spring changes
-      logical :: exact = .false.          !< it is that of the present matrix
-      real(wp) :: contraction = 1.0_wp    !< of corrections with a kept factor
+      logical :: exact = .false.          !< it is the factor of the present matrix
+      real(wp) :: contraction = 1.0_wp    !< contraction of corrections with an earlier factor
       real(wp) :: last_correction = 0.0_wp  !< its length
    contains
       procedure :: analyse
@@ -55,7 +55,7 @@ contains
    subroutine renew(self, matrix, changes, error)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      type(rank_one_type), intent(in) :: changes  !< from the values of the last call
+      type(rank_one_type), intent(in) :: changes  !< changes of the values since the last call
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
       self%exact = .false.

@@ -15,14 +15,14 @@ module dda_lagged_factor
    private
    public :: lagged_factor_type, analyse_lagged, refactorise
 
-   real(sp), parameter :: shift = 16*epsilon(1.0_sp)  !< of a diagonal, over its rounding
+   real(sp), parameter :: shift = 16*epsilon(1.0_sp)  !< shift of the diagonal over its rounding
 
    !> The factor and its age.
    type, extends(preconditioner_type) :: lagged_factor_type
       type(factor_type) :: factor
-      type(low_rank_type) :: low                 !< update for the terms that have changed since
+      type(low_rank_type) :: low                 !< update for the terms changed since factorising
       logical :: factorised = .false.            !< there is a factor for this pattern
-      integer :: extra_iterations = 0            !< beyond those of a new factor, since it was made
+      integer :: extra_iterations = 0            !< extra iterations, compared with a new factor
    contains
       procedure :: apply
    end type lagged_factor_type

@@ -51,7 +51,7 @@ contains
    subroutine renew(self, matrix, changes, error)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      type(rank_one_type), intent(in) :: changes  !< from the values of the last call
+      type(rank_one_type), intent(in) :: changes  !< changes of the values since the last call
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       logical :: good
 

@@ -48,15 +48,15 @@ module dda_linear_solver
       character(len=6) :: name = 'auto'           !< as chosen
       character(len=6) :: method = ''             !< at work; 'auto' before the first values
       class(linear_solver_type), allocatable :: active
-      real(wp) :: loads = 0.0_wp                  !< least scale that residuals are measured by
+      real(wp) :: loads = 0.0_wp                  !< smallest scale that residuals are compared with
       logical :: rigid = .false.                  !< b contains terms that only make blocks rigid
       integer :: last_iterations = 0              !< of the last solve
-      integer :: shifted = 0                      !< factors with a larger diagonal of this pattern
-      logical :: exact = .true.                   !< the last solve was to full accuracy
+      integer :: shifted = 0  !< number of factors with a larger diagonal, for this pattern
+      logical :: exact = .true.                   !< the last solve had full accuracy
       integer(long) :: solves = 0                 !< systems solved
       integer(long) :: factors = 0                !< factors made
       integer(long) :: iterations = 0             !< of all solves
-      integer(long) :: handed_over = 0            !< solves that the chosen solver could not do
+      integer(long) :: handed_over = 0            !< solves repeated by the direct solver
    end type solver_type
 
 contains
@@ -95,7 +95,7 @@ contains
    subroutine set_method(solver, matrix, method)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
-      character(len=*), intent(in) :: method  !< in `solver_names`, except 'auto'
+      character(len=*), intent(in) :: method  !< one of `solver_names`, except 'auto'
 
       solver%method = method
       if (allocated(solver%active)) then
@@ -111,7 +111,7 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> terms of each diagonal block that couple no other block, for the bound `most_iterations`
       real(wp), intent(in) :: alone(compact_size, matrix%n)
-      type(rank_one_type), intent(in) :: changes  !< from the values of the last call
+      type(rank_one_type), intent(in) :: changes  !< changes of the values since the last call
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
       if (solver%name == 'auto') call decide(solver, matrix, alone)
@@ -228,7 +228,7 @@ contains
       real(wp), intent(in) :: change(6, matrix%n)  !< from the one before, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< solution of the one before, then of this, m
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
-      real(wp), intent(in) :: reduction  !< fraction of the first residual that is enough
+      real(wp), intent(in) :: reduction  !< sufficient fraction of the first residual
       logical :: done
 
       call solver%active%correct(matrix%n, change, x, done)

@@ -25,7 +25,7 @@ contains
 
    !> Create a solver by name, without a matrix.
    subroutine make_solver(name, solver)
-      character(len=*), intent(in) :: name  !< in `solver_names`, except 'auto'
+      character(len=*), intent(in) :: name  !< one of `solver_names`, except 'auto'
       class(linear_solver_type), allocatable, intent(out) :: solver  !< of that method
 
       select case (name)

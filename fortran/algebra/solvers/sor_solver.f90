@@ -13,7 +13,7 @@ module dda_sor_solver
 
    integer, parameter :: sweeps_between = 10    !< two computations of the residual
    integer, parameter :: patience = 1000        !< sweeps after which there must be progress
-   real(wp), parameter :: progress = 0.1_wp     !< of the residual; 11,000 sweeps at the most
+   real(wp), parameter :: progress = 0.1_wp     !< reduction of the residual; at most 11,000 sweeps
    real(wp), parameter :: omega = 1.5_wp        !< relaxation factor of the original
    real(wp), parameter :: diverged = 1.0e30_wp  !< a residual from which no sweep recovers
 
@@ -32,7 +32,7 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< its scale is not used, but ‖b‖
+      type(convergence_type), intent(inout) :: convergence  !< convergence; ‖b‖ replaces its scale
       real(wp) :: size_of_b, wanted, enough
 
       self%iterations = 0
