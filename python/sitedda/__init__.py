@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Two-dimensional discontinuous deformation analysis: site response, masonry, jointed rock."""
 
-# Names are imported on access: the program must react to signals, and may lack memory,
-# also during the import of its libraries.
+# Names are imported on access, so that the program handles signals and lack of memory
+# also while it imports its libraries.
 
 from .paths import install as find_short_paths
 
-TYPE_CHECKING = False  # except for readers of types; the module typing takes its time
+TYPE_CHECKING = False  # imports for type checkers only; importing typing is slow
 
 if TYPE_CHECKING:
     from .base.errors import (
@@ -121,7 +121,7 @@ _MODULES = (
     "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals", "site",
     "study",
 )  # fmt: skip
-# The module of each name.
+# The module that defines each name.
 _HOMES = {
     name: module
     for module, names in {
@@ -155,7 +155,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str):
-    """A public name, imported from its module."""
+    """Import a public name from its module on first access."""
     from importlib import import_module
 
     if name in _MODULES:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The short path of each module that callers use, as `sitedda.masonry` for `build.masonry`."""
+"""Short paths of public modules, such as `sitedda.masonry` for `sitedda.build.masonry`."""
 
 import sys
 from importlib import import_module
@@ -25,7 +25,7 @@ _PLACES |= {"simulation": "facade.run"}
 
 
 class _Finder(Loader):
-    """Finds a module by its short path: it is the same module, read once."""
+    """Finder of modules by their short paths; a module is loaded only once."""
 
     def find_spec(self, name: str, path=None, target=None) -> ModuleSpec | None:
         """See `importlib.abc.MetaPathFinder.find_spec`."""
@@ -35,17 +35,17 @@ class _Finder(Loader):
         return ModuleSpec(name, self)
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
-        """The module itself, whose own specification is kept."""
+        """Return the module with its original specification."""
         _, short, *inner = spec.name.split(".")
         module = import_module(".".join([__package__, _PLACES[short], *inner]))
         spec.loader_state = module.__spec__
         return module
 
     def exec_module(self, module: ModuleType) -> None:
-        """Nothing: it has been executed."""
+        """Do nothing, because the module has been executed already."""
         module.__spec__ = module.__spec__.loader_state
 
 
 def install() -> None:
-    """From here on modules are found by their short paths."""
+    """Install the finder of modules by their short paths."""
     sys.meta_path.insert(0, _Finder())

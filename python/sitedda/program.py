@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The program `sitedda`: it ends with one sentence, from the first import on.
+"""The program `sitedda`; it reports any error in one sentence, also during imports.
 
-This module imports nothing that takes time or memory, so that a signal, a library that is missing
-and too little memory are met here, wherever they come.
+This module imports only small modules, so that it can report signals, missing libraries and lack of
+memory that occur in any later import.
 """
 
 import gc
@@ -15,25 +15,25 @@ from .base.errors import InterruptedRun, OutOfMemory, SiteddaError, lacks_memory
 from .base.stop import Interruption
 
 _LIGHT = ("check", "example", "-h", "--help", "--version")
-# Bytes of addresses that the libraries take, measured (200 and 430 MiB with one thread), with the
-# buffer of 129 MiB of the engine's OpenBLAS.
+# Bytes of addresses that the libraries reserve: measured (200 and 430 MiB with one thread), plus
+# the buffer of 129 MiB of the engine's OpenBLAS.
 _LIGHT_ROOM, _ROOM = 6 * 2**26, 9 * 2**26
-_SCIPY_ROOM = 2**27  # of them, for SciPy, which has an OpenBLAS of its own
+_SCIPY_ROOM = 2**27  # part of these for SciPy, which has its own OpenBLAS
 
-# Libraries of arrays that xarray imports, where they are installed, to ask whether an array is one
-# of theirs: no array of the program is, and dask alone takes 0.4 s.  Matplotlib imports its axes in
-# three dimensions.  A study may run on dask, and whatever its functions import.
+# xarray imports these array libraries, if installed, only to test the type of arrays.  The program
+# does not use them, and dask alone takes 0.4 s.  Matplotlib imports its axes in three dimensions.
+# Studies are excepted: they may run on dask and call functions that import any library.
 _UNUSED = ("cubed", "cupy", "dask", "pint", "sparse", "mpl_toolkits.mplot3d")
-_OBJECTS = 20_000  # new ones before a garbage collection: with 700 it costs 6 % of a run
+_OBJECTS = 20_000  # new objects before a garbage collection; with 700, they take 6 % of a run
 
 _plain_showwarning = warnings.showwarning
 
 
 class _Watcher:
-    """A finder of modules that finds nothing, and knows what is about to be imported.
+    """Finder that finds no module but prepares for an import that is about to start.
 
-    SciPy is asked room for.  The classes of matplotlib write a list of their properties into their
-    documentation when they are made, which takes 0.05 s and which no program reads.
+    Before SciPy is imported, the finder checks the available memory. It also disables the generated
+    documentation of matplotlib's classes, which takes 0.05 s.
     """
 
     def find_spec(self, name: str, path=None, target=None) -> None:
@@ -47,17 +47,17 @@ class _Watcher:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit status, see `sitedda.command.main`."""
     if arguments is None:
-        # Each thread reserves memory; what is large here is the engine's, which has its own.
+        # Each thread reserves memory; only the engine solves large systems, with its own threads.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     with Interruption() as interruption:
-        status = _status(arguments, interruption)
-    if arguments is None:  # this process is the program, and at its end
+        status = _exit_status(arguments, interruption)
+    if arguments is None:  # this process is the program, which is about to end
         interruption.ignore()
         gc.freeze()  # the process ends: a last garbage collection takes 0.25 s
     return status
 
 
-def _status(arguments: list[str] | None, interruption: Interruption) -> int:
+def _exit_status(arguments: list[str] | None, interruption: Interruption) -> int:
     try:
         if arguments is None:
             _require_room(_LIGHT_ROOM if sys.argv[1:2] and sys.argv[1] in _LIGHT else _ROOM)
@@ -82,9 +82,9 @@ def _status(arguments: list[str] | None, interruption: Interruption) -> int:
 
 
 def _print_warning(message, category, *place, **more) -> None:
-    """Print warnings of this program only; those of libraries are shown on request (python -W).
+    """Print warnings of this program; print warnings of libraries only on request (python -W).
 
-    What the audit finds is a doubt of the verdict.
+    The verdict reports the warnings of the energy audit.
     """
     if category.__name__ == "AuditWarning":
         return
@@ -95,7 +95,7 @@ def _print_warning(message, category, *place, **more) -> None:
 
 
 def _require_room(size: int) -> None:
-    """An error if so many bytes of addresses are not available: OpenBLAS would end or hang."""
+    """Raise an error if fewer bytes of addresses are available: OpenBLAS would end or hang."""
     try:
         mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, prot=0).close()
     except OSError as trouble:
@@ -104,7 +104,7 @@ def _require_room(size: int) -> None:
 
 
 def _ending(trouble: BaseException) -> tuple[int, str] | None:
-    """Exit status and sentence of an expected error; None if it is a fault of the program."""
+    """Return exit status and message of an expected error, None for a fault of the program."""
     if isinstance(trouble, KeyboardInterrupt):
         return InterruptedRun.kind, "interrupted"
     if isinstance(trouble, SiteddaError):

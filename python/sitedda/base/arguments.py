@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of numbers that functions and commands are given; messages name the argument and value."""
+"""Check numeric arguments of functions and commands; messages name the argument and its value."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Range:
     low, high : float
         Bounds, which are finite.
     above : bool
-        The lower bound itself is too small.
+        Exclude the lower bound.
     whole : bool
-        Whole numbers alone.
+        Allow only whole numbers.
     """
 
     low: float
@@ -34,7 +34,7 @@ class Range:
     whole: bool = False
 
     def check(self, name: str, value) -> float | int:
-        """The value as a number; InputError if it is not a number, or beyond the bounds."""
+        """Return the value as a number; raise InputError if it is no number or out of range."""
         try:
             number = float(value)
         except (TypeError, ValueError, OverflowError):
@@ -45,13 +45,13 @@ class Range:
         return int(number) if self.whole else number
 
     def __str__(self) -> str:
-        """The range in words."""
+        """Return the range in words, for messages."""
         what = "a whole number" if self.whole else "a number"
         least = f"above {self.low:g}" if self.above else f"from {self.low:g}"
         return f"{what} {least} to {self.high:g}"
 
     def __call__(self, text: str) -> float | int:
-        """The value of an option, as `argparse` requires it."""
+        """Convert the text of a command-line option to a number in the range, for `argparse`."""
         try:
             return self.check("it", text)
         except InputError:
@@ -67,20 +67,20 @@ DOTS_PER_INCH = Range(1.0, 1200.0)
 PICTURES_A_SECOND = Range(0.0, 1000.0, above=True)
 SECONDS = Range(0.0, 1e6, above=True)
 DAMPING_RATIO = Range(0.0, 1.0)
-TOLERANCE = Range(1e-12, 1.0)  # of a search: numbers have 16 digits
+TOLERANCE = Range(1e-12, 1.0)  # smallest tolerance of a search: numbers have 16 digits
 WORKERS = Range(1, 4096, whole=True)
 COUNT = Range(1, 2**31 - 1, whole=True)
 
 
 def file_name(text: str) -> Path:
-    """The name of a file as an option; it is not empty."""
+    """Return the file name given as an option; reject an empty one."""
     if not text:
         raise argparse.ArgumentTypeError("a file name is needed")
     return Path(text)
 
 
 def picture_name(text: str) -> Path:
-    """The name of a picture as an option, whose ending is a known format."""
+    """Return the picture name given as an option; reject an unknown file format."""
     name = file_name(text)
     known = ("png", "pdf", "svg", "svgz", "jpg", "jpeg", "tif", "tiff", "webp", "eps", "ps")
     if name.suffix[1:].lower() not in known:
@@ -89,7 +89,7 @@ def picture_name(text: str) -> Path:
 
 
 def positive(name: str, value: ArrayLike) -> NDArray:
-    """Values as an array of floats; ValueError unless all are finite and positive."""
+    """Return values as floats; raise ValueError unless all are finite and positive."""
     import numpy as np
 
     values = np.asarray(value, dtype=float)
@@ -100,7 +100,7 @@ def positive(name: str, value: ArrayLike) -> NDArray:
 
 
 def not_negative(name: str, value: ArrayLike) -> NDArray:
-    """Values as an array of floats; ValueError unless all are finite and not negative."""
+    """Return values as floats; raise ValueError unless all are finite and not negative."""
     import numpy as np
 
     values = np.asarray(value, dtype=float)
@@ -111,7 +111,7 @@ def not_negative(name: str, value: ArrayLike) -> NDArray:
 
 
 def first_of(values: NDArray, chosen: NDArray) -> float:
-    """The first of the chosen values, for a message."""
+    """Return the first of the chosen values, for a message."""
     import numpy as np
 
     return np.atleast_1d(values)[np.atleast_1d(chosen)][0]

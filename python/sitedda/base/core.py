@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine, as f2py compiled it, with its errors as exceptions."""
+"""The engine compiled by f2py; its errors are raised as exceptions."""
 
 import os
 import threading
@@ -21,22 +21,22 @@ from .._core import (  # noqa: E402
 )  # fmt: skip
 from .errors import SiteddaError  # noqa: E402
 
-api = SimpleNamespace()  # the routines of `api/`, of all topics
+api = SimpleNamespace()  # the routines of all files in `api/`
 for _topic in (api_host, api_inputs, api_modes, api_motions, api_runs, api_schemes, api_soils):
     vars(api).update((name, getattr(_topic, name)) for name in dir(_topic) if name[0] != "_")
 
 api.hear_python()  # Ctrl-C ends long calls with KeyboardInterrupt
 
-FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
+FILES = threading.Lock()  # netCDF is not thread-safe: only one file operation at a time
 
 
 def checked(routine: Callable, *arguments):
-    """The result of a routine of the engine, or its error raised.
+    """Call a routine of the engine and return its result; raise an exception if it fails.
 
     Raises
     ------
     SiteddaError
-        Of the kind that its status names, if it is not 0.
+        If the status is not 0; the status selects the subclass.
     """
     api.forget_error()
     result = routine(*arguments)
@@ -47,18 +47,18 @@ def checked(routine: Callable, *arguments):
 
 
 def version() -> str:
-    """Version of the engine, which is that of the package."""
+    """Return the version of the engine, which equals the version of the package."""
     return api.engine_version()[0].decode().strip()
 
 
 def commit() -> str:
-    """The commit that the engine was built from; blank if unknown."""
+    """Return the commit from which the engine was built; blank if unknown."""
     return api.engine_version()[1].decode().strip()
 
 
 @cache
 def engine_names(what: str) -> tuple[str, ...]:
-    """Names that the engine publishes.
+    """Return a list of names that the engine defines, such as its energy terms.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def engine_names(what: str) -> tuple[str, ...]:
 
 @cache
 def printing_rules() -> tuple[float, int, str, str]:
-    """Constants with which both programs print verdicts.
+    """Return the constants with which the program and the native executable print verdicts.
 
     The share of the largest value below which that at the end has died out, characters of a line,
     who says more of what the check doubts, and of error bars.
@@ -84,7 +84,7 @@ def printing_rules() -> tuple[float, int, str, str]:
 
 
 def wrapped(words: str, indent: int = 0, width: int = 0) -> str:
-    """A text on lines of a screen, as both programs print it.
+    """Wrap a text to screen lines, as the native executable does.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def wrapped(words: str, indent: int = 0, width: int = 0) -> str:
 
 
 def reduced_group(text: str, factor: float) -> dict[str, float]:
-    """The variables of a &joint or &material with which all its strength is divided by a factor.
+    """Return the variables of a &joint or &material with its strength divided by a factor.
 
     Parameters
     ----------

@@ -3,20 +3,20 @@
 
 import errno
 
-# Texts of the system if a library finds no memory.
+# Messages of the operating system if a library cannot allocate memory.
 _NO_ROOM = ("cannot allocate memory", "failed to map segment", "out of memory")
 
 
 class AuditWarning(UserWarning):
-    """A run ended whose energy audit does not balance: do not trust it."""
+    """The energy audit of a completed run does not balance: do not trust its results."""
 
 
 class CostWarning(UserWarning):
-    """The operation will take long."""
+    """The operation will take a long time."""
 
 
 class PeakWarning(UserWarning):
-    """The amplification peak of a linear run is not that of its exact transfer function."""
+    """The amplification peak of a linear run differs from its exact transfer function."""
 
 
 class RestWarning(UserWarning):
@@ -24,7 +24,7 @@ class RestWarning(UserWarning):
 
 
 class SiteddaError(Exception):
-    """An error of the engine: what went wrong, where, and what to try.
+    """An error of the engine; the message names the cause, the place and a remedy.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class SiteddaError(Exception):
 
     @staticmethod
     def of(kind: int, message: str) -> "SiteddaError":
-        """The exception of a kind of the engine."""
+        """Return the exception for a kind of error of the engine."""
         return {
             1: InputError,
             2: CheckError,
@@ -54,17 +54,17 @@ class InputError(SiteddaError, ValueError):
     """The input cannot be run."""
 
     kind = 1
-    cause: object = None  # the object of the input that caused it, if known
+    cause: object = None  # the object of the input that caused the error, if known
 
 
 class CheckError(SiteddaError):
-    """A pre-check refuses the run."""
+    """The check before a run failed."""
 
     kind = 2
 
 
 class ConvergenceError(SiteddaError, ArithmeticError):
-    """A step does not converge."""
+    """A time step does not converge."""
 
     kind = 3
 
@@ -76,16 +76,16 @@ class SolverError(SiteddaError, ArithmeticError):
 
 
 class NoRootError(SiteddaError, ArithmeticError):
-    """A result has the target value nowhere in a bracket.
+    """No value of the parameter in the bracket yields the target result.
 
     Attributes
     ----------
     mode : str
         'outside', 'flat', 'jump', 'fails' or 'no number', see `sitedda.solve_for`.
     bracket : (float, float)
-        Of a jump; else NaN.
+        The bracket of a jump; otherwise NaN.
     trials : tuple of (float, float)
-        Values of the parameter that were tried, and results.
+        The parameter values that were tried and their results.
     """
 
     kind = 1
@@ -95,7 +95,7 @@ class NoRootError(SiteddaError, ArithmeticError):
         self.mode, self.bracket, self.trials = mode, bracket, trials
 
     def __reduce__(self):
-        """State for passing the exception between processes."""
+        """Return the state that passes the exception between processes."""
         return type(self), (str(self), self.mode, self.bracket, self.trials)
 
 
@@ -106,29 +106,29 @@ class OutputError(SiteddaError, OSError):
 
 
 class CheckpointError(OutputError):
-    """No checkpoint is usable: damaged, or of another input, version or build."""
+    """No checkpoint is usable: each is damaged or of another input, version or build."""
 
 
 class InterruptedRun(SiteddaError):
-    """Stopped on request; the results so far are kept."""
+    """The run was stopped on request; the results so far are saved."""
 
     kind = 6
 
 
 class OutOfMemory(SiteddaError, MemoryError):
-    """There is not enough memory for the model or its factor."""
+    """There is not enough memory for the model or for the factorisation of its matrix."""
 
     kind = 7
 
 
 class MissingLibrary(SiteddaError, ImportError):
-    """A library that only some functions need is not installed."""
+    """An optional library that this function requires is not installed."""
 
     kind = 1
 
 
 def lacks_memory(trouble: BaseException | None) -> bool:
-    """Whether an exception, or its cause, is a lack of memory."""
+    """Return whether an exception or its cause is a lack of memory."""
     while trouble is not None:
         if isinstance(trouble, MemoryError) or getattr(trouble, "errno", None) == errno.ENOMEM:
             return True

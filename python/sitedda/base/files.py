@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that the package writes: whole or not at all, replacing only its own files.
+"""Write files atomically; replace only files of the same kind.
 
-A file is written under another name in its folder, flushed to the disk and renamed.  It replaces
-only a regular file of its kind, by the first bytes of that: a picture a picture, a page a page.
-A failure is an `OutputError` that names the file.
+A file is written under a temporary name in its folder, flushed to the disk and renamed. It replaces
+only a regular file of the same kind, which the first bytes identify.  A failure raises an
+`OutputError` that names the file.
 """
 
 import os
@@ -18,9 +18,9 @@ from pathlib import Path
 
 from .errors import InterruptedRun, OutputError
 
-_HEAD = 1 << 24  # bytes that identify a file
+_HEAD = 1 << 24  # number of first bytes that identify the kind of a file
 _XML = rb"\s*+(?><\?xml[^>]*>\s*)?+(?><!--.*?-->\s*)*+"
-ANY = ""  # kind of a file in a folder of the package
+ANY = ""  # kind of a file in a folder that the package writes
 OWN_INPUT, OWN_RECORD = "an input that sitedda wrote", "a record that sitedda wrote"
 OWN_SCRIPT = "a script that sitedda wrote"
 OWN_TABLE = "a table that sitedda wrote"
@@ -37,13 +37,13 @@ _KINDS = {
     OWN_RECORD: rb"# written by sitedda",
     OWN_SCRIPT: rb"# written by sitedda",
     OWN_TABLE: rb"displacement \(m\),largest \(m\),|# written by sitedda",
-    "the example": rb"(?!)",  # replaced by itself only
+    "the example": rb"(?!)",  # may be replaced only by the same file
     "part of a study": rb'\{"format": \d|#!/bin/bash\n#SBATCH --job-name=|[0-9a-f]{32}\n',
 }  # fmt: skip
 
 
 def check_target(file, kind: str, reads: Iterable = ()) -> Path:
-    """A name that can be written: nothing exists there, or a file that may be replaced.
+    """Check that a file can be written: it does not exist yet, or it may be replaced.
 
     Parameters
     ----------
@@ -51,12 +51,12 @@ def check_target(file, kind: str, reads: Iterable = ()) -> Path:
     kind : str
         ``'a picture'``, ``'a page'``, …, or `ANY`.
     reads : iterable of path
-        Files that the same command reads.
+        Files that the same command reads, which must not be replaced.
 
     Raises
     ------
     OutputError
-        If it cannot; the message has the reason.
+        If the file cannot be written; the message names the reason.
     """
     file = Path(file)
     try:
@@ -87,7 +87,7 @@ def check_target(file, kind: str, reads: Iterable = ()) -> Path:
 
 
 def is_same(file, other) -> bool:
-    """Whether two paths lead to one file."""
+    """Return whether two paths lead to the same file."""
     try:
         return os.path.samefile(file, other)
     except (OSError, ValueError, TypeError):
@@ -105,19 +105,19 @@ def _is_of_kind(file: Path, kind: str) -> bool:
 
 @contextmanager
 def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterator[Path]:
-    """A path to write, which gets the name of a file when it has been written.
+    """Yield a temporary path to write, which is renamed to the file after it has been written.
 
     Parameters
     ----------
     file, kind, reads
         As for `check_target`.
     sync : bool
-        Flush it to the disk before it gets its name.
+        Flush the file to the disk before it is renamed.
 
     Raises
     ------
     OutputError
-        If it cannot be written; nothing of it is left then, also after a signal.
+        If it cannot be written; the temporary file is then removed, also after a signal.
     """
     file = check_target(file, kind, reads)
     beside = None
@@ -126,11 +126,11 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
             try:
                 handle, name = tempfile.mkstemp(prefix=".new-", suffix=file.suffix, dir=file.parent)
                 beside = Path(name)
-                os.fchmod(handle, 0o666 & ~_mask())
+                os.fchmod(handle, 0o666 & ~_read_umask())
                 os.close(handle)
                 yield beside
                 if sync:
-                    _flush(beside)
+                    _flush_to_disk(beside)
                 check_target(file, kind, reads)
                 beside.replace(file)
                 beside = None
@@ -145,7 +145,7 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
 
 
 def write(file, data: bytes | str, kind: str, reads: Iterable = (), sync: bool = True) -> Path:
-    """Write a whole file, see `written`; one with the same content stays; the file."""
+    """Write a whole file unless its content is unchanged, see `written`; return its path."""
     data = data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data
     if kind and _has_content(Path(file), data):
         return Path(file)
@@ -155,7 +155,7 @@ def write(file, data: bytes | str, kind: str, reads: Iterable = (), sync: bool =
 
 
 def _has_content(file: Path, data: bytes) -> bool:
-    """Whether a regular file has this content."""
+    """Return whether a regular file has this content."""
     try:
         if not stat.S_ISREG(os.lstat(file).st_mode) or file.stat().st_size != len(data):
             return False
@@ -165,7 +165,7 @@ def _has_content(file: Path, data: bytes) -> bool:
 
 
 def make_folder(folder) -> Path:
-    """A folder with those above it."""
+    """Create a folder and its missing parents."""
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -175,7 +175,7 @@ def make_folder(folder) -> Path:
 
 
 def is_below(folder: Path, name) -> bool:
-    """Whether a name that a file in a folder gives stays at or below that folder."""
+    """Return whether a relative path in a file of a folder stays within that folder."""
     name = os.fspath(name)
     if ".." in Path(name).parts:
         return False
@@ -186,12 +186,12 @@ def is_below(folder: Path, name) -> bool:
 
 
 def plain_text(what: str, text: str) -> str:
-    """A text without control characters, such as line ends.
+    """Return a text; reject control characters, such as line ends.
 
     Raises
     ------
     InputError
-        If it has one; ``what`` names the text.
+        If it contains one; ``what`` names the text in the message.
     """
     from .errors import InputError
 
@@ -200,15 +200,15 @@ def plain_text(what: str, text: str) -> str:
     return text
 
 
-def _mask() -> int:
-    """The present umask of this process."""
+def _read_umask() -> int:
+    """Return the umask of this process."""
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith("Umask:"):
             return int(line.split()[1], 8)
     return 0o022
 
 
-def _flush(file: Path) -> None:
+def _flush_to_disk(file: Path) -> None:
     handle = os.open(file, os.O_RDONLY)
     try:
         os.fsync(handle)
@@ -218,7 +218,7 @@ def _flush(file: Path) -> None:
 
 @contextmanager
 def _raising_signals(file: Path) -> Iterator[None]:
-    """A signal that would end the process is an exception here, so that nothing is left behind."""
+    """Raise an exception for a signal that would end the process, so that cleanup runs."""
 
     def end(number, _) -> None:
         raise InterruptedRun(f"interrupted by {signal.Signals(number).name}; {file} is not written")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers as a reader sees them in terminals, reports, pictures; the engine writes them alike."""
+"""Format numbers for terminals, reports and pictures, as the engine does."""
 
 import math
 
@@ -7,7 +7,7 @@ import math
 SHOWN = {"m": 1.0, "mm": 1e3, "µm": 1e6, "nm": 1e9, "°": 180.0 / math.pi, "%": 100.0,
          "kN/m": 1e-3, "MN/m": 1e-6, "m/s": 1.0, "m/s²": 1.0, "": 1.0}  # fmt: skip
 
-# Sizes and names of the units that show values of an SI unit, as in `words.js` of the view.
+# Sizes and names of the units in which values of an SI unit are shown, as in `words.js`.
 UNITS = {
     "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
     "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "µm/s"), (1e-9, "nm/s")),
@@ -23,7 +23,7 @@ _SHORT = {"pga": "PGA", "pgv": "PGV", "sa": "Sa", "arias": "Arias intensity"}
 
 
 def in_unit(largest: float, unit: str) -> tuple[float, str]:
-    """The size and name of the unit in which a value reads well: mm for 0.004 m.
+    """Return the size and name of a suitable unit for a value: mm for 0.004 m.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def in_unit(largest: float, unit: str) -> tuple[float, str]:
 
 
 def shown(value: float, unit: str, digits: int = 3) -> str:
-    """A value in the unit in which it reads well: −4.12 mm.
+    """Format a value in a suitable unit: −4.12 mm.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def shown(value: float, unit: str, digits: int = 3) -> str:
 
 
 def titled(name: str) -> tuple[str, str]:
-    """Words and unit of a number by its name: 'largest tilt' and 'rad' of largest_tilt_rad.
+    """Split the name of a result into words and unit: 'largest tilt', 'rad' of largest_tilt_rad.
 
     Parameters
     ----------
@@ -71,14 +71,14 @@ def titled(name: str) -> tuple[str, str]:
 
 
 def labelled(name: str, unit: str = "") -> str:
-    """Label of a number for axes, with its unit: 'largest tilt (rad)'.
+    """Return the axis label of a result with its unit: 'largest tilt (rad)'.
 
     Parameters
     ----------
     name : str
         See `titled`.
     unit : str
-        In place of that of the name.
+        Replaces the unit in the name.
     """
     words, own = titled(name)
     unit = unit.replace("^2", "²") or own
@@ -86,12 +86,12 @@ def labelled(name: str, unit: str = "") -> str:
 
 
 def counted(count: int, one: str, many: str) -> str:
-    """A count with its noun and verb: 1 block is, 1,000 blocks are."""
+    """Format a count with its noun and verb: 1 block is, 1,000 blocks are."""
     return f"{count:,} {one if count == 1 else many}"
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number in so many significant digits: 0.1235, 12.5, 1.235e-7.
+    """Format a number with the given significant digits: 0.1235, 12.5, 1.235e-7.
 
     Parameters
     ----------
@@ -102,25 +102,25 @@ def number(value: float, digits: int = 4) -> str:
         return "0" if value == 0 else str(value)
     if 1e-3 <= abs(value) < 1e6:
         decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
-        return _without_zeros(f"{value:.{decimals}f}")
+        return _strip_trailing_zeros(f"{value:.{decimals}f}")
     mantissa, power = f"{value:.{digits - 1}e}".split("e")
-    return f"{_without_zeros(mantissa)}e{int(power)}"
+    return f"{_strip_trailing_zeros(mantissa)}e{int(power)}"
 
 
-def _without_zeros(text: str) -> str:
+def _strip_trailing_zeros(text: str) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def with_bar(value: float, bar: float) -> str:
-    """A number and its bar; the bar has two digits, the number ends where the bar does.
+    """Format a number with its error bar of two digits, both to the same decimal place.
 
     Parameters
     ----------
     value, bar : float
-        In the same unit; without a bar, NaN, the number has four digits.
+        Both in the same unit.  If the bar is NaN, the number has four digits.
     """
     if not math.isfinite(bar) or not math.isfinite(value):
-        return f"{number(value)} (no bar)"
+        return f"{number(value)} (no error bar)"
     if bar == 0:
         return f"{number(value, 6)} ± 0"
     last = math.floor(math.log10(bar)) - 1
@@ -133,7 +133,7 @@ def with_bar(value: float, bar: float) -> str:
 
 
 def length(value: float) -> str:
-    """A length in the unit that suits it.
+    """Format a length in a suitable unit.
 
     Parameters
     ----------

@@ -1,27 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signals that request a run, or the program, to stop."""
+"""Handle signals that stop a run or the program."""
 
 import signal
 import sys
 import time
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
-_RETRY = 0.02  # s between looks at whether an import has ended
-_PAUSE = 1.0  # s in which a second signal does not interrupt the cleanup of the first
-_AGAIN = 1.0  # s of processor time within which an exception must end the program
+_RETRY = 0.02  # s between checks whether an import has ended
+_PAUSE = 1.0  # s for which a second signal does not interrupt the cleanup after the first
+_AGAIN = 1.0  # s of processor time after which KeyboardInterrupt is raised again
 
 
 class Interruption:
-    """While it is entered, signals end the program that this process is, by KeyboardInterrupt.
+    """Context in which signals end the program by KeyboardInterrupt.
 
-    For programs alone: a library has no business with the handlers of its host.  An import is let
-    end: compiled modules print tracebacks of what interrupts them.  Libraries lose exceptions, in
-    callbacks and where attributes are looked for: what continues is interrupted again.
+    Only for programs: a library must not replace the handlers of its host.  A running import is
+    completed first, because compiled modules print tracebacks if they are interrupted.  Some
+    libraries swallow exceptions; a program that continues is then interrupted again.
 
     Attributes
     ----------
     heard : bool
-        A signal has come.
+        Whether a signal has arrived.
     """
 
     def __init__(self):
@@ -30,7 +30,7 @@ class Interruption:
         self._before = {}
 
     def __enter__(self) -> "Interruption":
-        """Watch the signals that nobody else watches."""
+        """Install handlers for the signals that have no other handler."""
         self._before = _install_handler((*SIGNALS, signal.SIGALRM, signal.SIGPROF), self._on_signal)
         self._report = sys.unraisablehook
         sys.unraisablehook = self._raise_later
@@ -38,24 +38,24 @@ class Interruption:
 
     def __exit__(self, *_) -> None:
         """Leave the signals as they were."""
-        self._rest()
+        self._cancel_timers()
         sys.unraisablehook = self._report
         _restore_handlers(self._before)
 
     def ignore(self) -> None:
-        """Ignore further signals: nothing is left to stop."""
-        self._rest()
+        """Ignore further signals because the program is already ending."""
+        self._cancel_timers()
         sys.unraisablehook = self._raise_later
         for number in self._before:
             signal.signal(number, signal.SIG_IGN)
 
-    def _rest(self) -> None:
+    def _cancel_timers(self) -> None:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.setitimer(signal.ITIMER_PROF, 0.0)
 
     def _on_signal(self, number, frame) -> None:
         self.heard = True
-        if _imports(frame):
+        if _is_importing(frame):
             signal.setitimer(signal.ITIMER_REAL, _RETRY)
         elif number == signal.SIGPROF or time.monotonic() - self._last >= _PAUSE:
             self._last = time.monotonic()
@@ -63,9 +63,9 @@ class Interruption:
             raise KeyboardInterrupt
 
     def _raise_later(self, trouble) -> None:
-        """Raise it again if it was raised where exceptions are lost, as in a finaliser.
+        """Raise KeyboardInterrupt again if it was swallowed, for example in a finaliser.
 
-        After a signal, finalisers of objects that were never completed fail: nobody is told.
+        After a signal, finalisers of incomplete objects fail; their messages are suppressed.
         """
         if isinstance(trouble.exc_value, KeyboardInterrupt):
             self._last = -_PAUSE
@@ -75,10 +75,10 @@ class Interruption:
 
 
 class Stop:
-    """While it is entered, the signals only set `asked`, here and in the engine: a step ends first.
+    """Context in which a signal sets `asked`, here and in the engine; the step ends first.
 
-    Only the main thread can receive signals, and handlers that an application has set itself are
-    left alone; those of `Interruption` too, unless it is the run that the program is for.
+    Only the main thread can receive signals.  Handlers set by an application stay.  Handlers of
+    `Interruption` are replaced only if the program exists for this run.
     """
 
     def __init__(self, signals, program: bool = False):
@@ -103,27 +103,27 @@ class Stop:
 
 
 def program_hears() -> bool:
-    """Whether Ctrl-C ends this process, which is the program."""
-    return _is_program(signal.getsignal(signal.SIGINT))
+    """Return whether Ctrl-C ends this process, because it is the program itself."""
+    return _is_program_handler(signal.getsignal(signal.SIGINT))
 
 
-def _is_program(handler) -> bool:
+def _is_program_handler(handler) -> bool:
     return isinstance(getattr(handler, "__self__", None), Interruption)
 
 
-def _imports(frame) -> bool:
-    """Whether a module is being imported."""
+def _is_importing(frame) -> bool:
+    """Return whether a module is being imported."""
     while frame is not None and frame.f_code.co_filename != "<frozen importlib._bootstrap>":
         frame = frame.f_back
     return frame is not None
 
 
 def _install_handler(signals, handler, program: bool = True) -> dict:
-    """Set a handler instead of those of the program, or the default ones; the former ones."""
+    """Install a handler in place of default or program handlers; return the replaced ones."""
     before = {}
     for number in signals:
         found = signal.getsignal(number)
-        if (program and _is_program(found)) or found in (
+        if (program and _is_program_handler(found)) or found in (
             signal.SIG_DFL,
             signal.default_int_handler,
         ):

@@ -17,15 +17,15 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
         type=COUNT,
         default=0,
         metavar="N",
-        help="twins with a displaced block: median, 16 and 84 %% of each figure",
+        help="also run N twins with a displaced block: median, 16, 84 %% of each result",
     )
     parser.add_argument(
         "-o", "--output", type=picture_name, help="picture of the ensemble (FILE_bands.png)"
     )
     parser.add_argument(
-        "--folder", type=Path, help="folder of the runs, to resume them (temporary)"
+        "--folder", type=Path, help="folder of the runs, from which they can be resumed (temporary)"
     )
-    parser.add_argument("-w", "--workers", type=WORKERS, help="processes (one a processor)")
+    parser.add_argument("-w", "--workers", type=WORKERS, help="processes (one per processor)")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")
     add_changes(parser)

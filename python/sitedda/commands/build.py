@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda build`: the blocks of an input with joints and masonry."""
+"""`sitedda build`: convert joints and masonry of an input into blocks."""
 
 import argparse
 from pathlib import Path
@@ -11,11 +11,11 @@ from .parser import tell
 def add_build(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
-    parser.add_argument("-o", "--output", type=file_name, help="(beside it, FILE_blocks.nml)")
+    parser.add_argument("-o", "--output", type=file_name, help="(FILE_blocks.nml beside FILE)")
     parser.add_argument(
         "--block-file",
         action=argparse.BooleanOptionalAction,
-        help="put the blocks into a netCDF file beside it (from 10,000 on)",
+        help="write the blocks to a netCDF file beside it (default from 10,000 blocks on)",
     )
     parser.set_defaults(act=_build)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda calibrate`: unknown stiffnesses of a model from modes that were measured."""
+"""`sitedda calibrate`: estimate unknown stiffnesses of a model from measured modes."""
 
 import argparse
 from pathlib import Path
@@ -13,13 +13,13 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument("modes", type=Path, metavar="MODES.csv",
-        help="frequencies and shapes; with --record an ambient record")  # fmt: skip
-    parser.add_argument("--record", type=_band, metavar="LOW:HIGH",
-        help="MODES is a record of vibrations: its modes in this band, Hz, are used")  # fmt: skip
-    parser.add_argument("--unknown", action="append", required=True, type=_unknown,
-        metavar="NAME=LOW:HIGH", help="a stiffness, and the range that holds 90 %% of what it may "
-        "be: contact.normal_stiffness=5e7:1e9")  # fmt: skip
-    parser.add_argument("--discrepancy", type=_discrepancy, default=0.02, metavar="R",
+        help="frequencies and shapes; with --record, a record of ambient vibrations")  # fmt: skip
+    parser.add_argument("--record", type=_parse_range, metavar="LOW:HIGH",
+        help="identify the modes in this band, Hz, of the vibration record MODES")  # fmt: skip
+    parser.add_argument("--unknown", action="append", required=True, type=_parse_unknown,
+        metavar="NAME=LOW:HIGH", help="unknown stiffness, and its range with a probability "
+        "of 90 %%: contact.normal_stiffness=5e7:1e9")  # fmt: skip
+    parser.add_argument("--discrepancy", type=_parse_discrepancy, default=0.02, metavar="R",
         help="relative error of the model's frequencies (0.02), or 'unknown'")  # fmt: skip
     parser.add_argument(
         "--sampler", choices=("laplace", "ensemble"), default="laplace", help="of the samples"
@@ -30,12 +30,12 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(act=_calibrate)
 
 
-def _unknown(text: str) -> tuple[str, tuple[float, float]]:
+def _parse_unknown(text: str) -> tuple[str, tuple[float, float]]:
     name, _, ends = text.rpartition("=")
-    return name.strip(), _band(ends, text, "NAME=LOW:HIGH")
+    return name.strip(), _parse_range(ends, text, "NAME=LOW:HIGH")
 
 
-def _band(ends: str, text: str = "", form: str = "LOW:HIGH") -> tuple[float, float]:
+def _parse_range(ends: str, text: str = "", form: str = "LOW:HIGH") -> tuple[float, float]:
     try:
         low, high = map(float, ends.split(":"))
     except ValueError:
@@ -43,7 +43,7 @@ def _band(ends: str, text: str = "", form: str = "LOW:HIGH") -> tuple[float, flo
     return low, high
 
 
-def _discrepancy(text: str) -> float | None:
+def _parse_discrepancy(text: str) -> float | None:
     return None if text == "unknown" else NOT_NEGATIVE(text)
 
 

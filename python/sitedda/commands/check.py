@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda check`: a model checked before its run."""
+"""`sitedda check`: check a model before its run."""
 
 import argparse
 import json
@@ -20,7 +20,7 @@ def add_check(parser: argparse.ArgumentParser) -> None:
 
 
 def check_input(options: argparse.Namespace) -> int:
-    """Print the check of an input; an error if it fails."""
+    """Print the check of an input; raise an error if it fails."""
     with Simulation(options.file, changes=dict(options.set)) as simulation:
         notes, description = simulation.block_notes(), simulation.description
         found = check(simulation)

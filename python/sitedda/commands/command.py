@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two-dimensional discontinuous deformation analysis of blocks that are shaken."""
+"""Two-dimensional discontinuous deformation analysis of blocks under ground motion."""
 
 import argparse
 import os
@@ -12,8 +12,8 @@ from ..base.core import version
 from ..base.errors import MissingLibrary, OutputError, SiteddaError
 from .parser import Parser
 
-# The commands, in the order of the help: its words, and the function that adds the arguments; blank
-# where another distribution, sitedda-evidence, names it in its entry points.
+# The commands in the order of the help: help text and the function that adds the arguments.
+# The function is blank if the entry points of the distribution sitedda-evidence name it.
 COMMANDS = {
     "run": ("run an input, print and draw its results", "running.add_run"),
     "resume": ("resume a run that ended early", "running.add_resume"),
@@ -23,21 +23,21 @@ COMMANDS = {
         "accuracy.add_accuracy",
     ),
     "safety": ("find the factor of safety by strength reduction", "safety.add_safety"),
-    "pushover": ("push a model past its peak by static steps", "pushover.add_pushover"),
-    "calibrate": ("find stiffnesses from measured modes", "calibrate.add_calibrate"),
-    "build": ("make blocks from joints and masonry of an input", "build.add_build"),
+    "pushover": ("compute the capacity curve by static steps", "pushover.add_pushover"),
+    "calibrate": ("estimate stiffnesses from measured modes", "calibrate.add_calibrate"),
+    "build": ("convert joints and masonry of an input into blocks", "build.add_build"),
     "draw": ("draw the blocks of an input or an output", "viewing.add_draw"),
     "view": ("show blocks in one interactive HTML file", "viewing.add_view"),
     "live": ("edit, run and watch a model in the browser", "live.add_live"),
     "movie": ("make a movie of an output", "viewing.add_movie"),
-    "report": ("model, check, verdict, view in one page", "viewing.add_report"),
+    "report": ("write model, check, verdict and view into one page", "viewing.add_report"),
     "export": ("write an output for other programs", "viewing.add_export"),
-    "site": ("a layered site as blocks and as a 1-D column", "site.add_site"),
-    "surface": ("amplification along the surface of an output", "site.add_surface"),
+    "site": ("compare a layered site as blocks with a 1-D column", "site.add_site"),
+    "surface": ("compute the amplification along the surface of an output", "site.add_surface"),
     "record": ("read a record and draw its motion", "record.add_record"),
-    "study": ("run many values of parameters, resumable", "study.add_study"),
-    "editor": ("language server, schema and completion for editors", "editor.add_editor"),
-    "example": ("copy an input or study that runs as it is; list them", "example.add_example"),
+    "study": ("run many values of parameters; resume interrupted studies", "study.add_study"),
+    "editor": ("provide language server, schema and completion for editors", "editor.add_editor"),
+    "example": ("list ready inputs and studies, or copy one", "example.add_example"),
     "validate": ("run the analytic cases", ""),
     "paper": ("reproduce the results of the paper", ""),
 }
@@ -57,9 +57,9 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         options = _parser(*words[:1]).parse_args(words)
         if not sys.stderr.isatty():
-            options.quiet = True  # no frames of a bar in a log
+            options.quiet = True  # do not fill a log with frames of the progress bar
         status = options.act(options)
-        if sys.stdout and not sys.stdout.closed:  # by the server of an editor
+        if sys.stdout and not sys.stdout.closed:  # the language server may have closed it
             sys.stdout.flush()
         return status
     except BrokenPipeError:  # the reader has closed the pipe
@@ -68,14 +68,14 @@ def main(arguments: list[str] | None = None) -> int:
     except SiteddaError as error:
         print(f"sitedda: {error}", file=sys.stderr)
         return error.kind
-    except OSError as trouble:  # of a picture, page or movie
+    except OSError as trouble:  # writing a picture, page or movie failed
         said = f"{trouble.filename}: {trouble.strerror}" if trouble.filename else trouble
         print(f"sitedda: {said}", file=sys.stderr)
         return OutputError.kind
 
 
 def whole_parser() -> argparse.ArgumentParser:
-    """The parser, with the arguments of every command that is installed."""
+    """Return the parser with the arguments of all installed commands."""
     from importlib.metadata import entry_points
 
     others = entry_points(group="sitedda.commands").names
@@ -83,7 +83,7 @@ def whole_parser() -> argparse.ArgumentParser:
 
 
 def _parser(*asked: str) -> argparse.ArgumentParser:
-    """The parser, with the arguments of the commands that are requested."""
+    """Return the parser with the arguments of the requested commands only."""
     parser = Parser(prog="sitedda", description=__doc__)
     parser.add_argument("--version", action="version", version=f"sitedda {version()}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
@@ -92,12 +92,12 @@ def _parser(*asked: str) -> argparse.ArgumentParser:
             name, help=words, description=f"{words[0].upper()}{words[1:]}."
         )
         if name in asked:
-            _adds(name, place)(command)
+            _find_adder(name, place)(command)
     return parser
 
 
-def _adds(name: str, place: str) -> Callable[[argparse.ArgumentParser], None]:
-    """The function that adds the arguments of a command."""
+def _find_adder(name: str, place: str) -> Callable[[argparse.ArgumentParser], None]:
+    """Return the function that adds the arguments of a command."""
     if place:
         module, _, function = place.partition(".")
         return getattr(import_module(f".{module}", __package__), function)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda editor`: what editors and shells need to help with inputs and commands."""
+"""`sitedda editor`: support for inputs in editors and for commands in shells."""
 
 import argparse
 import json
@@ -21,7 +21,7 @@ def add_editor(parser: argparse.ArgumentParser) -> None:
 
 
 def help_editor(options: argparse.Namespace) -> int:
-    """Serve an editor, or print what it requires."""
+    """Run the language server, or print a schema, grammar, completion or man page."""
     if options.what == "server":
         from ..editor.server import language_server
 
@@ -32,12 +32,12 @@ def help_editor(options: argparse.Namespace) -> int:
         made = {"schema": description.json_schema, "grammar": description.text_mate_grammar}
         print(json.dumps(made[options.what](), indent=1))
     else:
-        print(_of_commands(options.what))
+        print(_describe_commands(options.what))
     return 0
 
 
-def _of_commands(what: str) -> str:
-    """Completion for a shell, or the man page, from the parser of all commands."""
+def _describe_commands(what: str) -> str:
+    """Return the completion for a shell or the man page, made from the parser."""
     from .command import whole_parser
 
     try:

@@ -1,22 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda example`: inputs and studies that run as they are."""
+"""`sitedda example`: list and copy ready inputs and studies."""
 
 import argparse
 from pathlib import Path
 
 from ..input.examples import copy_example, examples
 
-_COMMANDS = {".nml": "run", ".toml": "study"}  # by the suffix of a file
+_COMMANDS = {".nml": "run", ".toml": "study"}  # command that runs a file, by its suffix
 
 
 def add_example(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument("name", nargs="?", metavar="NAME", help="(all are listed)")
-    parser.add_argument("folder", nargs="?", type=Path, default=Path(), help="where to (here)")
-    parser.set_defaults(act=_example)
+    parser.add_argument("name", nargs="?", metavar="NAME", help="example to copy (all are listed)")
+    parser.add_argument("folder", nargs="?", type=Path, default=Path(), help="target folder (here)")
+    parser.set_defaults(act=_list_or_copy)
 
 
-def _example(options: argparse.Namespace) -> int:
+def _list_or_copy(options: argparse.Namespace) -> int:
     if options.name is None:
         for name, words in examples().items():
             print(f"{name:22} {words}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda live`: the model in the browser."""
+"""`sitedda live`: edit, run and watch a model in the browser."""
 
 import argparse
 import os
@@ -14,18 +14,18 @@ _PORT = Range(0, 65535, whole=True)
 def add_live(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE.nml", help="(a start page)")
-    parser.add_argument("--port", type=_PORT, default=0, help="of the server (its last one)")
+    parser.add_argument("--port", type=_PORT, default=0, help="port of the server (its last one)")
     parser.add_argument("--no-open", action="store_true", help="do not open a browser")
     parser.add_argument(
         "--host",
         default="127.0.0.1",
         metavar="ADDRESS",
-        help="listen at another address than this machine's own (127.0.0.1): not encrypted",
+        help="listen at another address than 127.0.0.1; the connection is not encrypted",
     )
-    parser.set_defaults(act=_live)
+    parser.set_defaults(act=_serve_live)
 
 
-def _live(options: argparse.Namespace) -> int:
+def _serve_live(options: argparse.Namespace) -> int:
     from ..live.server import run_server
     from ..live.starts import Shipped
 

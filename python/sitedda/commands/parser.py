@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Common parts of the commands: their parser, changes of an input, notes."""
+"""Common parts of the commands: argument parser, option --set and printing of notes."""
 
 import argparse
 from typing import NoReturn
@@ -9,7 +9,7 @@ from ..input.changes import Typed
 
 
 class Parser(argparse.ArgumentParser):
-    """Ends with the status of bad input; that of argparse means a refused check here."""
+    """Argument parser that exits with the status of bad input, 1, not 2 (a refused check)."""
 
     def error(self, message: str) -> NoReturn:
         """Report an error of the command line in one sentence, and exit."""
@@ -18,19 +18,19 @@ class Parser(argparse.ArgumentParser):
 
 
 def add_changes(parser: argparse.ArgumentParser) -> None:
-    """Add the option --set; its values are pairs for ``dict(options.set)``."""
+    """Add the option --set; ``dict(options.set)`` has its values."""
     parser.add_argument(
         "--set",
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        type=_assignment,
+        type=_parse_assignment,
         help="change a variable of the input: time_step=5e-4, output.file=fine.nc, "
         "material.clay.density=1900, joint[bed].friction_angle=30, joint[*].cohesion=0",
     )
 
 
-def _assignment(text: str):
+def _parse_assignment(text: str):
     name, equals, value = text.partition("=")
     if not equals:
         raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")
@@ -38,7 +38,7 @@ def _assignment(text: str):
 
 
 def folded(words: str) -> str:
-    """Each line on lines of a screen, as the native executable has them."""
+    """Wrap each line to screen lines, as the native executable does."""
     return "\n".join(wrapped(line, 6) for line in words.splitlines() if line)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda pushover`: the capacity curve of a model, past its peak."""
+"""`sitedda pushover`: compute the capacity curve of a model past its peak."""
 
 import argparse
 from pathlib import Path
@@ -18,19 +18,19 @@ def add_pushover(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--load", choices=("horizontal", "tilt", "mode"), default="horizontal")
     parser.add_argument("--sense", type=int, choices=(1, -1), default=1, help="along x (1)")
     parser.add_argument("--displacement", type=POSITIVE, metavar="M",
-        help="at the end (a tenth of the height of the point)")  # fmt: skip
+        help="largest displacement (a tenth of the height of the point)")  # fmt: skip
     parser.add_argument("--steps", type=COUNT, default=200, help="to that displacement (200)")
     parser.add_argument("--ec8", nargs=2, metavar=("PEAK", "GROUND"),
-        help="performance point by Eurocode 8: peak on rock (m/s²), ground A to E")  # fmt: skip
+        help="performance point of Eurocode 8: peak on rock (m/s²), ground A to E")  # fmt: skip
     parser.add_argument("--method", choices=("n2", "mechanism"), default="n2",
-        help="n2, or mechanism: rocking by the Italian code (n2)")  # fmt: skip
-    parser.add_argument("--limits", action="store_true", help="and the limits of dry rigid blocks")
+        help="method: n2, or mechanism for rocking by the Italian code (n2)")  # fmt: skip
+    parser.add_argument("--limits", action="store_true", help="limit loads of dry rigid blocks")
     parser.add_argument("-o", "--output", type=picture_name, help="(FILE_pushover.png)")
     add_changes(parser)
-    parser.set_defaults(act=_push)
+    parser.set_defaults(act=_run_pushover)
 
 
-def _push(options: argparse.Namespace) -> int:
+def _run_pushover(options: argparse.Namespace) -> int:
     from ..report.style import save_picture
     from ..stability import limit_analysis, pushover
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda record`: read a ground motion, print its measures, draw it."""
+"""`sitedda record`: read a ground motion, print its intensity measures and draw it."""
 
 import argparse
 import sys
@@ -10,7 +10,7 @@ from ..base.errors import InputError, OutputError
 from ..engine.records import read_record
 from ..input.schema import GROUPS
 
-# Phrases of messages of the engine, and the options that supply the value.
+# Phrases in messages of the engine, and the options that supply the missing value.
 _OPTIONS = {
     "give quantity or unit": "--quantity, --unit",
     "give time_step": "--time-step",
@@ -23,7 +23,7 @@ def add_record(parser: argparse.ArgumentParser) -> None:
     allowed = {v.name: v.values for v in GROUPS["motion"].variables}
     parser.add_argument("file", type=Path, metavar="RECORD")
     parser.add_argument(
-        "--format", default="auto", help=f"{allowed['format']}, or 'obspy' for what it reads (auto)"
+        "--format", default="auto", help=f"{allowed['format']}, or 'obspy' for its formats (auto)"
     )
     parser.add_argument(
         "--quantity", default="", help=f"{allowed['quantity']}, if the file does not state it"
@@ -36,21 +36,21 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         type=NOT_NEGATIVE,
         default=0.0,
         metavar="S",
-        help="between samples of one column",
+        help="time step of a file with one column",
     )
     parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE", help="(RECORD.png)")
     parser.add_argument("-f", "--force", action="store_true", help="overwrite an existing picture")
-    parser.set_defaults(act=_record)
+    parser.set_defaults(act=_print_record)
 
 
-def _record(options: argparse.Namespace) -> int:
+def _print_record(options: argparse.Namespace) -> int:
     from ..facade.plot import record_panels
     from ..site.intensity import intensity
 
     picture = options.output or Path(f"{options.file.stem}.png")
     if not options.force:
         _confirm_overwriting(picture)
-    motion = _read(options)
+    motion = _read_with_options(options)
     print(f"{motion.attrs['station']} {motion.attrs['description']}".strip())
     print(f"{motion.time.size} samples, {float(motion.time[-1]):.3f} s; {motion.attrs['method']}")
     for name in ("acceleration", "velocity", "displacement"):
@@ -61,7 +61,7 @@ def _record(options: argparse.Namespace) -> int:
     return 0
 
 
-def _read(options: argparse.Namespace):
+def _read_with_options(options: argparse.Namespace):
     try:
         return read_record(
             options.file, options.format, options.quantity, options.unit, options.time_step

@@ -21,43 +21,43 @@ from .check import check_input
 from .parser import add_changes, folded, tell
 
 _LOOK = "{l_bar}{bar}| {n:.5g}/{total:.5g} s [{elapsed}<{remaining}]"
-_SHOWN = 2500  # frequencies, three for each dot of a picture
+_SHOWN = 2500  # number of frequencies, three per pixel of a picture
 
 
 def add_run(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda run`."""
-    parser.add_argument("--check", action="store_true", help="refuse a run that fails the check")
+    parser.add_argument("--check", action="store_true", help="refuse inputs that fail the check")
     parser.add_argument(
-        "--accuracy", action="store_true", help="also estimate the accuracy, by more runs"
+        "--accuracy", action="store_true", help="also estimate the accuracy by additional runs"
     )
     parser.add_argument("--ensemble", type=COUNT, default=0, metavar="N",
                         help="also run N twins with a displaced block")  # fmt: skip
-    _add(parser)
-    parser.set_defaults(act=_start)
+    _add_common_arguments(parser)
+    parser.set_defaults(act=_start_run)
 
 
 def add_resume(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda resume`."""
-    _add(parser)
-    parser.set_defaults(act=_resume, accuracy=False, ensemble=0)
+    _add_common_arguments(parser)
+    parser.set_defaults(act=_resume_run, accuracy=False, ensemble=0)
 
 
-def _add(parser: argparse.ArgumentParser) -> None:
+def _add_common_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
-    parser.add_argument("-o", "--output", type=file_name, help="instead of that of the input")
+    parser.add_argument("-o", "--output", type=file_name, help="output file to write")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     parser.add_argument("--no-plot", action="store_true", help="draw no pictures")
-    parser.add_argument("--report", action="store_true", help="write a report in one page")
+    parser.add_argument("--report", action="store_true", help="write a report as one page")
     add_changes(parser)
 
 
-def _start(options: argparse.Namespace) -> int:
+def _start_run(options: argparse.Namespace) -> int:
     if options.check:
         check_input(options)
     return _run_to_end(options, resume=False)
 
 
-def _resume(options: argparse.Namespace) -> int:
+def _resume_run(options: argparse.Namespace) -> int:
     return _run_to_end(options, resume=True)
 
 
@@ -72,7 +72,7 @@ def _run_to_end(options: argparse.Namespace, resume: bool) -> int:
                     print(simulation.notice, flush=True)
                 print(folded(simulation.description))
                 tell("\n".join([simulation.notes, simulation.block_notes()]))
-                advance.append(_progress(stack, simulation.duration, options.quiet))
+                advance.append(_progress_callback(stack, simulation.duration, options.quiet))
             advance[0](simulation.time)
             said[:] = [simulation.thread_notes]
 
@@ -92,7 +92,7 @@ def _run_to_end(options: argparse.Namespace, resume: bool) -> int:
         print(folded(str(one)))
     print(f"output: {result.output}")
     if not options.no_plot:
-        print(f"picture: {_draw(result, options.file, changes)}")
+        print(f"picture: {_draw_pictures(result, options.file, changes)}")
     if not (options.accuracy or options.ensemble):
         print(NO_BARS)
     if options.report:
@@ -100,8 +100,8 @@ def _run_to_end(options: argparse.Namespace, resume: bool) -> int:
     return 0
 
 
-def _progress(stack: ExitStack, duration: float, quiet: bool) -> Callable[[float], None]:
-    """A function that shows the progress in a bar, or nothing."""
+def _progress_callback(stack: ExitStack, duration: float, quiet: bool) -> Callable[[float], None]:
+    """Return a function that updates the progress bar, or None if quiet."""
     if quiet:
         return lambda time: None
     from tqdm import tqdm
@@ -111,7 +111,7 @@ def _progress(stack: ExitStack, duration: float, quiet: bool) -> Callable[[float
 
 
 def _store_accuracy(result: Run, progress: bool, ensemble: int) -> None:
-    """The bars of the figures, kept in the output."""
+    """Estimate the error bars of the results and store them in the output."""
     from ..study.error_bars import keep_accuracy
 
     assert result.output is not None  # commands write one
@@ -121,7 +121,7 @@ def _store_accuracy(result: Run, progress: bool, ensemble: int) -> None:
 
 
 def _resume_command(options: argparse.Namespace) -> str:
-    """Command line that continues an interrupted run."""
+    """Return the command line that continues an interrupted run."""
     words = ["sitedda", "resume", str(options.file)]
     if options.output:
         words += ["--output", str(options.output)]
@@ -131,9 +131,9 @@ def _resume_command(options: argparse.Namespace) -> str:
 
 
 def _discrete_transfer(source: Path, changes: dict, found):
-    """The model's own transfer function where an amplification is requested, or None.
+    """Return the discrete transfer function for a requested amplification, or None.
 
-    Between frequencies that are closer than a picture shows it is interpolated.
+    Frequencies finer than the resolution of a picture are interpolated.
     """
     bins = found.frequency
     some = np.union1d(bins[:: 1 + bins.size // _SHOWN], bins[-1:])
@@ -145,8 +145,8 @@ def _discrete_transfer(source: Path, changes: dict, found):
         return None
 
 
-def _draw(result: Run, source: Path, changes: dict) -> Path:
-    """Draw beside the output what its input requires."""
+def _draw_pictures(result: Run, source: Path, changes: dict) -> Path:
+    """Draw the pictures that the input requests, beside the output."""
     from ..facade.plot import run_picture, shown
     from ..report.style import save_picture
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda safety`: the factor of safety of an input."""
+"""`sitedda safety`: find the factor of safety of an input."""
 
 import argparse
 import json
@@ -14,21 +14,21 @@ def add_safety(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument(
-        "--factor", type=POSITIVE, help="examine this factor instead of the critical one"
+        "--factor", type=POSITIVE, help="examine this factor of safety instead of the critical one"
     )
-    parser.add_argument("--tolerance", type=TOLERANCE, default=1e-3, help="of the factor (1e-3)")
+    parser.add_argument("--tolerance", type=TOLERANCE, default=1e-3, help="tolerance of the factor")
     parser.add_argument("--displacement", type=POSITIVE, default=0.05, metavar="FRACTION",
-        help="largest displacement of a block in a model that stands, over the median radius "
+        help="largest displacement of a block in a stable model, over the median radius "
         "of the blocks (0.05)")  # fmt: skip
     parser.add_argument("--least-area", type=NOT_NEGATIVE, default=0.0, metavar="AREA",
         help="remove blocks of mechanisms with a smaller area (m²) and continue (0)")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")
     parser.add_argument("-o", "--output", type=picture_name, help="(FILE_mechanism.png)")
     add_changes(parser)
-    parser.set_defaults(act=_safety)
+    parser.set_defaults(act=_find_safety)
 
 
-def _safety(options: argparse.Namespace) -> int:
+def _find_safety(options: argparse.Namespace) -> int:
     from ..report.style import save_picture
     from ..stability import mechanism, safety
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda site`: blocks and column of a layered site; `sitedda surface`: hills and valleys."""
+"""`sitedda site` compares blocks with a column; `sitedda surface` draws a surface's response."""
 
 import argparse
 from pathlib import Path
@@ -25,23 +25,23 @@ def add_site(parser: argparse.ArgumentParser) -> None:
         "--damping",
         type=DAMPING_RATIO,
         metavar="RATIO",
-        help="of the column's layers, 0.05 is 5 %% (that of the run's time integration)",
+        help="damping ratio of the layers of the column, 0.05 is 5 %% (as in the run)",
     )
-    parser.add_argument("--record", type=Path, help="of a CSV profile: ground motion")
+    parser.add_argument("--record", type=Path, help="for a CSV profile: ground motion")
     parser.add_argument(
-        "--within", action="store_true", help="the record is of the base itself, not of an outcrop"
+        "--within", action="store_true", help="the record is from within the base, not an outcrop"
     )
     parser.add_argument(
         "--water-table", type=NOT_NEGATIVE, default=float("inf"), metavar="M",
-        help="depth, of effective stresses of a CSV profile (none)",
+        help="for a CSV profile: depth of the water table, for effective stresses (none)",
     )  # fmt: skip
     parser.add_argument("--fill", choices=("above", "interpolate"), default="",
-        help="fill gaps of a CSV profile by these values")  # fmt: skip
-    parser.add_argument("--folder", type=Path, help="of a suite: folder of cases and results")
-    parser.add_argument("-w", "--workers", type=WORKERS, help="of a suite: processes")
-    parser.add_argument("--retry", action="store_true", help="of a suite: repeat failed cases")
-    parser.add_argument("-q", "--quiet", action="store_true", help="of a suite: no progress bar")
-    parser.set_defaults(act=_site)
+        help="fill gaps of a CSV profile with these values")  # fmt: skip
+    parser.add_argument("--folder", type=Path, help="for a suite: folder of cases and results")
+    parser.add_argument("-w", "--workers", type=WORKERS, help="for a suite: number of processes")
+    parser.add_argument("--retry", action="store_true", help="for a suite: repeat failed cases")
+    parser.add_argument("-q", "--quiet", action="store_true", help="for a suite: no progress bar")
+    parser.set_defaults(act=_compute_site)
 
 
 def add_surface(parser: argparse.ArgumentParser) -> None:
@@ -50,15 +50,15 @@ def add_surface(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"
     )
-    parser.add_argument("--axis", choices=("x", "y"), default="x", help="of the motion (x)")
+    parser.add_argument("--axis", choices=("x", "y"), default="x", help="direction of motion (x)")
     parser.add_argument("--lowest", type=POSITIVE, default=0.5, metavar="HZ", help="(0.5)")
     parser.add_argument("--highest", type=POSITIVE, default=15.0, metavar="HZ", help="(15)")
     parser.add_argument("--section", action="store_true",
-        help="draw the velocities of the points over time beside each other")  # fmt: skip
-    parser.set_defaults(act=_surface)
+        help="draw the velocity histories of the points beside each other")  # fmt: skip
+    parser.set_defaults(act=_compute_surface)
 
 
-def _surface(options: argparse.Namespace) -> int:
+def _compute_surface(options: argparse.Namespace) -> int:
     from ..output.scene import open_output
     from ..site.surface import surface
 
@@ -79,8 +79,8 @@ def _save(figure, picture: Path, source: Path) -> None:
     print(f"picture: {save_picture(figure, picture, [source], dpi=130)}")
 
 
-def _profile(options: argparse.Namespace) -> int:
-    """A CSV profile: its table and picture, and its columns under a record."""
+def _compute_profile(options: argparse.Namespace) -> int:
+    """Print and draw a CSV profile, and compute its columns under a record."""
     from ..engine.records import read_record
     from ..site import analyses, read_profile
 
@@ -102,14 +102,14 @@ def _profile(options: argparse.Namespace) -> int:
     except ValueError as trouble:
         raise InputError(f"{path}: {trouble}") from trouble
     print(found)
-    if options.output is None:  # otherwise the requested picture
+    if options.output is None:  # otherwise this name belongs to the requested picture
         _save(profile.plot(), picture, path)
     _save(found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), path)
     return 0
 
 
-def _suite(options: argparse.Namespace) -> int:
-    """A suite of motions: table, CSV, picture and page in its folder."""
+def _compute_suite(options: argparse.Namespace) -> int:
+    """Compute a suite of motions; write table, CSV, picture and page into its folder."""
     from ..site.suite_file import read_suite
 
     asked = read_suite(options.file, options.folder)
@@ -123,15 +123,15 @@ def _suite(options: argparse.Namespace) -> int:
     return 0
 
 
-def _site(options: argparse.Namespace) -> int:
+def _compute_site(options: argparse.Namespace) -> int:
     if options.file.suffix.lower() in (".csv", ".txt"):
-        return _profile(options)
+        return _compute_profile(options)
     if options.file.suffix.lower() == ".toml":
-        return _suite(options)
-    return _beside(options)
+        return _compute_suite(options)
+    return _compare_with_column(options)
 
 
-def _beside(options: argparse.Namespace) -> int:
+def _compare_with_column(options: argparse.Namespace) -> int:
     from ..facade.run import run
     from ..output.scene import open_output
     from ..site.beside import beside

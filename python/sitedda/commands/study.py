@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda study`: a study from a TOML file, here, on a Dask cluster, or by Slurm."""
+"""`sitedda study`: run a study of a TOML file on this machine, a Dask cluster or Slurm."""
 
 import argparse
 import shlex
@@ -23,7 +23,7 @@ from ..study.store import MANIFEST
 from ..study.table import check_table, collect, counts
 
 _FIRST = ("run", "plan", "collect", "status", "-h", "--help")
-_MOST = 5  # messages of failed cases that are shown
+_MOST = 5  # number of messages of failed cases that are printed
 
 
 TLS = {"ca": "authority", "cert": "certificate", "key": "key"}
@@ -33,42 +33,42 @@ def add_study(parser: argparse.ArgumentParser) -> None:
     """Add the commands of a study and their arguments."""
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, act, words in (
-        ("run", _run, "run missing cases, and collect (also: sitedda study FILE.toml)"),
-        ("plan", _plan, "write inputs and a script for sbatch"),
-        ("collect", _collect, "collect the finished cases in one table"),
-        ("status", _status, "print the number of finished cases, without running any"),
+        ("run", _run_study, "run missing cases and collect (also: sitedda study FILE.toml)"),
+        ("plan", _plan_study, "write the inputs and a script for sbatch"),
+        ("collect", _collect_results, "collect the finished cases in one table"),
+        ("status", _print_status, "print the number of finished cases without running any"),
     ):
         command = commands.add_parser(name, help=words)
         what = "the study" + ", or its folder" * (name in ("collect", "status"))
         command.add_argument("file", type=Path, metavar="FILE.toml", help=what)
         command.add_argument(
-            "--folder", type=Path, help="of the study, instead of that in the file"
+            "--folder", type=Path, help="folder of the study, instead of the one in the file"
         )
-        command.set_defaults(act=_carry_out, part=act, slurm=False, dask="")
+        command.set_defaults(act=_run_command, part=act, slurm=False, dask="")
         if name == "status":
             continue
         command.add_argument("-o", "--output", type=Path, metavar="TABLE", help=".nc or .zarr")
         command.add_argument("--report", action="store_true", help="write a report in one page")
-        command.add_argument("-w", "--workers", type=WORKERS, help="processes (one a processor)")
+        command.add_argument("-w", "--workers", type=WORKERS, help="processes (one per processor)")
         command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
         command.add_argument("--retry", action="store_true", help="repeat failed cases")
         if name == "run":
             command.add_argument("--dask", default="", metavar="ADDRESS",
-                help="of a Dask scheduler whose workers run the cases")  # fmt: skip
+                help="address of a Dask scheduler whose workers run the cases")  # fmt: skip
             for part in TLS:
                 command.add_argument(f"--tls-{part}", default="", metavar="PEM",
                     help=f"file of the {TLS[part]} for a scheduler over TLS")  # fmt: skip
-            command.add_argument("--slurm", action="store_true", help="plan, and give to sbatch")
+            command.add_argument("--slurm", action="store_true", help="write and submit a script")
         if name != "collect":
-            command.add_argument("--program", default="", help="sitedda-native of the nodes")
+            command.add_argument("--program", default="", help="sitedda-native on the nodes")
 
 
 def completed(words: list[str]) -> list[str]:
-    """The words of the command line, with the ``run`` that may be left out."""
+    """Add the optional word ``run`` to the words of the command line."""
     return words if not words or words[0] in _FIRST else ["run", *words]
 
 
-def _carry_out(options: argparse.Namespace) -> int:
+def _run_command(options: argparse.Namespace) -> int:
     try:
         return options.part(options)
     except (SiteddaError, ImportError) as error:
@@ -79,14 +79,14 @@ def _carry_out(options: argparse.Namespace) -> int:
         return InterruptedRun.kind
 
 
-def _run(options: argparse.Namespace) -> int:
+def _run_study(options: argparse.Namespace) -> int:
     settings = read_settings(options.file, options.folder)
     _check_targets(settings, options)
     if options.slurm:
-        return _submit(settings, options)
-    plan = _written(settings, options.file)
+        return _submit_script(settings, options)
+    plan = _write_plan(settings, options.file)
     print(f"{counted(plan.count, 'case', 'cases')} in {plan.folder}", flush=True)
-    with _cluster(options) as executor, shown(not options.quiet, plan.count) as show:
+    with _cluster_options(options) as executor, shown(not options.quiet, plan.count) as show:
         run(
             plan,
             executor,
@@ -98,8 +98,8 @@ def _run(options: argparse.Namespace) -> int:
     return _report_study(settings, options)
 
 
-def _written(settings: Settings, file: Path) -> Plan:
-    """The plan with its inputs; an error names the file of the study."""
+def _write_plan(settings: Settings, file: Path) -> Plan:
+    """Write the plan and its inputs; an error names the file of the study."""
     try:
         return settings.plan.write()
     except InputError as error:
@@ -107,7 +107,7 @@ def _written(settings: Settings, file: Path) -> Plan:
 
 
 def _check_targets(settings: Settings, options: argparse.Namespace) -> None:
-    """Check that table and report can be written, before anything is run."""
+    """Check, before any case runs, that table and report can be written."""
     targets = [(options.output or settings.table, check_table)]
     if options.report:
         page = settings.plan.folder / "report.html"
@@ -117,7 +117,7 @@ def _check_targets(settings: Settings, options: argparse.Namespace) -> None:
             check(file)
 
 
-def _cluster(options: argparse.Namespace):
+def _cluster_options(options: argparse.Namespace):
     if not options.dask:
         return nullcontext()
     from ..study.dask import connected
@@ -125,29 +125,29 @@ def _cluster(options: argparse.Namespace):
     return connected(options.dask, options.tls_ca, options.tls_cert, options.tls_key)
 
 
-def _plan(options: argparse.Namespace) -> int:
+def _plan_study(options: argparse.Namespace) -> int:
     settings = read_settings(options.file, options.folder)
-    script = _script(settings, options)
+    script = _write_script(settings, options)
     print(f"{counted(settings.plan.count, 'case', 'cases')} in {settings.plan.folder}")
     print(f"submit: sbatch {shlex.quote(str(script))}")
     print(f"then: sitedda study collect {shlex.quote(str(options.file))}")
     return 0
 
 
-def _submit(settings: Settings, options: argparse.Namespace) -> int:
-    script = _script(settings, options)
+def _submit_script(settings: Settings, options: argparse.Namespace) -> int:
+    script = _write_script(settings, options)
     print(submit(script))
     print(f"when it is done: sitedda study collect {shlex.quote(str(options.file))}")
     return 0
 
 
-def _script(settings: Settings, options: argparse.Namespace) -> Path:
+def _write_script(settings: Settings, options: argparse.Namespace) -> Path:
     return write_batch(
-        _written(settings, options.file), replace(settings.slurm, program=options.program)
+        _write_plan(settings, options.file), replace(settings.slurm, program=options.program)
     )
 
 
-def _collect(options: argparse.Namespace) -> int:
+def _collect_results(options: argparse.Namespace) -> int:
     settings = _settings_of(options.file, options.folder)
     _check_targets(settings, options)
     plan = settings.plan
@@ -158,12 +158,12 @@ def _collect(options: argparse.Namespace) -> int:
 
 
 def _settings_of(file: Path, folder: Path | None) -> Settings:
-    """Of a TOML file, or of the folder of a study."""
+    """Read the settings of a TOML file or of the folder of a study."""
     if file.is_dir():
         plan = plan_of_folder(file)
         return Settings(plan, plan.folder / "table.nc")
     settings = read_settings(file, folder)
-    _written(settings, file)
+    _write_plan(settings, file)
     return settings
 
 
@@ -184,8 +184,8 @@ def _report_study(settings: Settings, options: argparse.Namespace) -> int:
     return int(failed > 0)
 
 
-def _status(options: argparse.Namespace) -> int:
-    """Print the state of a study, as it was last started."""
+def _print_status(options: argparse.Namespace) -> int:
+    """Print the state of a study with the settings of its last start."""
     folder = options.file
     if not folder.is_dir():
         folder = read_settings(options.file, options.folder).plan.folder
@@ -197,19 +197,19 @@ def _status(options: argparse.Namespace) -> int:
 
 
 def _print_counts(table) -> int:
-    """Print the number of finished cases and reasons of failures; return the number of failures."""
+    """Print numbers of finished cases and reasons of failures; return the number of failures."""
     found = counts(table)
     words = ", ".join(f"{number} {status}" for status, number in sorted(found.items()))
     print(f"{counted(table.status.size, 'case', 'cases')}: {words}")
     _print_messages(table, "failed", "message")
     failed = found.get("failed", 0)
     if failed:
-        print("a failure stays until the file is corrected; --retry runs such cases again")
+        print("correct the file to repeat failed cases, or repeat them with --retry")
     return failed
 
 
 def _print_messages(table, status: str | None, name: str) -> None:
-    """The first messages of cases, with the parameters of the first case of each."""
+    """Print the first messages of cases, with the parameters of the first case of each."""
     texts = table[name].values
     chosen = texts != "" if status is None else table.status.values == status
     same: dict[str, list[tuple]] = {}
@@ -217,14 +217,14 @@ def _print_messages(table, status: str | None, name: str) -> None:
         same.setdefault(texts[place].splitlines()[0], []).append(place)
     for words, places in list(same.items())[:_MOST]:
         more = f" and {len(places) - 1} more" if len(places) > 1 else ""
-        where = _parameters(table, places[0]) + more
+        where = _format_parameters(table, places[0]) + more
         print(": ".join(filter(None, [status or name, where, words])))
     if (rest := len(same) - _MOST) > 0:
         print(f"… and {rest} other messages")
 
 
 def _print_roots(table, task: SolveFor) -> None:
-    """The first roots, with the parameters of their cases."""
+    """Print the first roots, with the parameters of their cases."""
     from ..base.numbers import with_bar
 
     if "root" not in table:
@@ -233,18 +233,18 @@ def _print_roots(table, task: SolveFor) -> None:
     places = _chosen_cases(np.isfinite(root))
     for place in places[:_MOST]:
         words = f"{task.parameter} = {with_bar(float(root[place]), float(bar[place]))}"
-        print(": ".join(filter(None, ["root", _parameters(table, place), words])))
+        print(": ".join(filter(None, ["root", _format_parameters(table, place), words])))
     if (rest := len(places) - _MOST) > 0:
         print(f"… and {rest} more")
 
 
 def _chosen_cases(chosen: np.ndarray) -> list[tuple]:
-    """Indices of the chosen cases."""
+    """Return the indices of the chosen cases."""
     return [place for place in np.ndindex(chosen.shape) if chosen[place]]
 
 
-def _parameters(table, place: tuple) -> str:
-    """The parameters of a case, as words."""
+def _format_parameters(table, place: tuple) -> str:
+    """Format the parameters of a case."""
     return ", ".join(
         f"{dim} = {table[dim].values[i]}" if dim in table.coords else f"{dim} {i}"
         for dim, i in zip(table.status.dims, place, strict=True)

@@ -19,28 +19,28 @@ from ..base.files import check_target
 
 def add_draw(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda draw`."""
-    _add(parser, _draw, "PICTURE", picture_name)
+    _add_command(parser, _draw_picture, "PICTURE", picture_name)
     parser.add_argument(
         "-t", "--time", type=ANY, metavar="S", help="time of the frame, s (the last)"
     )
-    parser.add_argument("--stage", metavar="NAME", help="the frame is the last of this stage")
+    parser.add_argument("--stage", metavar="NAME", help="use the last frame of this stage")
     parser.add_argument("--dpi", type=DOTS_PER_INCH, default=150.0, help="dots per inch (150)")
-    _add_look(parser)
+    _add_look_options(parser)
     _add_modes(parser)
 
 
 def _add_modes(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--modes", type=COUNT, default=0, metavar="N",
-        help="of an input: its N lowest modes of vibration")  # fmt: skip
+        help="for an input: draw its N lowest modes of vibration")  # fmt: skip
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda view`."""
-    _add(parser, _view, "PAGE")
+    _add_command(parser, _show_view, "PAGE")
     parser.add_argument("other", type=Path, nargs="?", metavar="OTHER",
-        help="another output, shown beside it under one cursor")  # fmt: skip
+        help="another output, shown beside the first with a common cursor")  # fmt: skip
     parser.add_argument("--difference", action="store_true",
-        help="colour the first by its values minus those of the other")  # fmt: skip
+        help="colour the first output by its values minus the values of the other")  # fmt: skip
     _add_modes(parser)
     from ..drawing.quantities import COLORINGS
 
@@ -51,41 +51,41 @@ def add_view(parser: argparse.ArgumentParser) -> None:
 
 def add_movie(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda movie`."""
-    _add(parser, _movie, "MOVIE")
+    _add_command(parser, _make_movie, "MOVIE")
     parser.add_argument(
         "--fps", type=PICTURES_A_SECOND, default=25.0, help="pictures a second (25)"
     )
-    parser.add_argument("--seconds", type=SECONDS, default=10.0, help="that the movie lasts (10)")
+    parser.add_argument("--seconds", type=SECONDS, default=10.0, help="duration of the movie (10)")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
-    _add_look(parser)
+    _add_look_options(parser)
 
 
 def add_export(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda export`."""
     parser.add_argument("file", type=Path, metavar="FILE.nc", help="the output")
     parser.add_argument("--vtk", type=Path, required=True, metavar="FOLDER", help="for ParaView")
-    parser.set_defaults(act=_export)
+    parser.set_defaults(act=_export_output)
 
 
 def add_report(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda report`."""
-    _add(parser, _report, "PAGE")
+    _add_command(parser, _write_report, "PAGE")
     parser.add_argument("--open", action="store_true", help="open it in a browser")
 
 
-def _add(parser: argparse.ArgumentParser, act, target: str, kind=file_name) -> None:
+def _add_command(parser: argparse.ArgumentParser, act, target: str, kind=file_name) -> None:
     parser.add_argument(
         "file",
         type=Path,
         metavar="FILE",
-        help="output (also FILE.nc.partial, while it runs), or namelist input",
+        help="output (during a run also FILE.nc.partial) or namelist input",
     )
     parser.add_argument("-o", "--output", type=kind, metavar=target, help="file to write")
     parser.set_defaults(act=act)
 
 
-def _add_look(parser: argparse.ArgumentParser) -> None:
-    """Quantities of blocks, contacts and arrows, in the words of `pictures.draw`."""
+def _add_look_options(parser: argparse.ArgumentParser) -> None:
+    """Add options for quantities of blocks, contacts and arrows, named as in `pictures.draw`."""
     from ..drawing.quantities import ARROWS, COLORINGS, CONTACTS
 
     parser.add_argument("--color", choices=COLORINGS,
@@ -94,26 +94,26 @@ def _add_look(parser: argparse.ArgumentParser) -> None:
         help="contact forces as arrows or chains, or slip or opening of joints")  # fmt: skip
     parser.add_argument("--arrows", choices=ARROWS, help="draw arrows at the centroids of blocks")
     parser.add_argument("--deformation", type=ANY, default=1.0, metavar="FACTOR",
-        help="that displacements are multiplied by in the picture (1: as they are)")  # fmt: skip
+        help="factor on displacements in the picture (1: true to scale)")  # fmt: skip
     parser.add_argument("--since", metavar="STAGE",
-        help="displacements and rotations are those since the end of this stage")  # fmt: skip
+        help="show displacements and rotations since the end of this stage")  # fmt: skip
     _add_absolute(parser)
     parser.add_argument("--scheme", choices=("light", "dark", "print"), default="light",
-        help="colours of paper, lines and texts (light)")  # fmt: skip
+        help="theme: colours of background, lines and texts (light)")  # fmt: skip
 
 
 def _add_absolute(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--absolute", action="store_true",
-        help="displacements are not relative to the base of a model that is shaken")  # fmt: skip
+        help="show absolute displacements, not relative to the moving base")  # fmt: skip
 
 
 def _look_arguments(options: argparse.Namespace) -> dict:
-    """The arguments of `pictures.draw` that `_add_look` has."""
+    """Return the arguments of `pictures.draw` from the options of `_add_look_options`."""
     names = ("color", "contacts", "arrows", "deformation", "since", "absolute")
     return {name: getattr(options, name) for name in names}
 
 
-def _draw(options: argparse.Namespace) -> int:
+def _draw_picture(options: argparse.Namespace) -> int:
     from ..drawing.pictures import draw
     from ..report.style import save_picture
 
@@ -133,7 +133,7 @@ def _draw(options: argparse.Namespace) -> int:
     return 0
 
 
-def _view(options: argparse.Namespace) -> int:
+def _show_view(options: argparse.Namespace) -> int:
     from ..drawing.view import write_view
     from ..facade.page import bars_of
     from ..output.scene import Scene
@@ -156,7 +156,7 @@ def _view(options: argparse.Namespace) -> int:
     return 0
 
 
-def _report(options: argparse.Namespace) -> int:
+def _write_report(options: argparse.Namespace) -> int:
     from ..facade.page import report_page
     from ..report import write_html
 
@@ -175,7 +175,7 @@ def _print_page(file: Path, show: bool) -> None:
         webbrowser.open(file.resolve().as_uri())
 
 
-def _movie(options: argparse.Namespace) -> int:
+def _make_movie(options: argparse.Namespace) -> int:
     from ..drawing.movie import write_movie
 
     target = options.output or options.file.with_suffix(".mp4")
@@ -192,7 +192,7 @@ def _movie(options: argparse.Namespace) -> int:
     return 0
 
 
-def _export(options: argparse.Namespace) -> int:
+def _export_output(options: argparse.Namespace) -> int:
     from ..drawing.vtk import write_vtk
 
     print(f"ParaView opens {write_vtk(options.file, options.vtk)}")

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The input: groups of variables, as text, with changes, and their values."""
+"""The input: its groups of variables, their text, their values and changes of them."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An input with a stage that is added while it runs."""
+"""Add a stage to the input of a running simulation."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,19 +11,19 @@ from .input_text import find_groups
 
 ADDED = ("remove", "release", "drop", "change_joints", "change_materials", "zero_displacements",
          "duration", "steps", "time_step", "integration", "theta")  # fmt: skip
-_ROUNDING = 1e-9  # of Δt, as in the engine
+_ROUNDING = 1e-9  # relative tolerance of times, in Δt, as in the engine
 
 
 @dataclass(frozen=True)
 class PresentStage:
-    """State of a stage.
+    """Progress of a stage.
 
     Attributes
     ----------
     steps, time : int, float
-        Taken since it began; s.
+        Steps taken and time elapsed (s) since the stage began.
     planned, time_step : int, float
-        Its steps Δt; s.
+        Planned number of steps and the time step Δt (s).
     """
 
     steps: int
@@ -32,7 +32,7 @@ class PresentStage:
     time_step: float
 
     def last(self, adaptive: bool) -> int:
-        """Steps Δt after which it ends if another one is to follow, as the engine has them."""
+        """Return the steps Δt after which the stage ends if another follows, as in the engine."""
         steps = max(self.steps, 1)
         if adaptive:
             steps = int(self.time / self.time_step + _ROUNDING) + 2
@@ -42,7 +42,7 @@ class PresentStage:
 def with_stage(
     text: str, present: PresentStage, file, name: str, kind: str, values: Mapping
 ) -> str:
-    """The text of an input whose last stage ends at the present time, and another follows.
+    """Return the text of an input whose last stage ends now and is followed by another.
 
     Parameters
     ----------
@@ -52,14 +52,14 @@ def with_stage(
     file : path
         File of the text.
     name, kind : str
-        Of the new stage.
+        Name and kind of the new stage.
     values : mapping
-        Its other variables, as values or as `Typed`.
+        Other variables of the new stage, as values or as `Typed`.
 
     Raises
     ------
     InputError
-        If a variable cannot stand in a stage that is added.
+        If a variable is not permitted in an added stage.
     """
     for one in values:
         if one not in ADDED:
@@ -82,15 +82,15 @@ def with_stage(
         values = dict(values) | {"steps": max(left, 1)}
     text = f"{text.rstrip()}\n{''.join(new)}"
     at = f"stage[{max(len(stages), 1 + bool(control.get('settle'))) + 1}]"
-    return changed_input(text, {f"{at}.{k}": _value(k, v) for k, v in values.items()}, file=file)
+    return changed_input(text, {f"{at}.{k}": _typed(k, v) for k, v in values.items()}, file=file)
 
 
-def _value(name: str, value):
+def _typed(name: str, value):
     return value if isinstance(value, Typed) else checked("stage", name, value)
 
 
 def _with_stages_of_control(text: str, control: Mapping, end: int, file) -> str:
-    """The stages that an input without &stage has, as groups."""
+    """Return the implicit stages of an input without &stage as groups."""
     settles = bool(control.get("settle"))
     stages = group_text("stage", {"name": "rest", "kind": "static"}) if settles else ""
     values = {"name": "run", "steps": end, "zero_displacements": settles or None}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Block files: the blocks of a large model in netCDF, instead of megabytes of text.
+"""Write block files: the blocks of a large model in netCDF instead of text.
 
 The format is the classic one: the library that reads netCDF-4 crashes on some damaged files.
 
@@ -19,8 +19,8 @@ from ..base.core import FILES
 from ..base.errors import InputError
 from ..base.files import written
 
-LONGEST_NAME = 64  # bytes, as in the engine
-LARGE = 10_000  # blocks that go into a file of their own
+LONGEST_NAME = 64  # longest name in bytes, as in the engine
+LARGE = 10_000  # number of blocks from which they are written to a separate file
 
 
 def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path:
@@ -30,10 +30,10 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
     ----------
     file : path
     blocks : sequence of dict
-        Variables of &block groups: vertices, and where they have them name, material, joint,
-        edge_joints, body.
+        Variables of &block groups: vertices, and optionally name, material, joint, edge_joints,
+        body.
     reads : sequence of path
-        Files that are not to be replaced, as the blocks come from them.
+        Files from which the blocks are read, which must not be replaced.
 
     Raises
     ------
@@ -47,9 +47,9 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
     file = Path(file)
     polygons = [np.reshape(block["vertices"], (-1, 2)) for block in blocks]
     corners = [len(polygon) for polygon in polygons]
-    materials, material = _numbered(block.get("material", "") for block in blocks)
-    joints, joint = _numbered(
-        name for block, edges in zip(blocks, corners, strict=True) for name in _edges(block, edges)
+    materials, material = _number_names(block.get("material", "") for block in blocks)
+    joints, joint = _number_names(
+        name for block, edges in zip(blocks, corners, strict=True) for name in _joints(block, edges)
     )
     texts = {
         "name": [block.get("name", "") for block in blocks],
@@ -63,11 +63,11 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
         "material": (("block",), "i4", material),
         "edge_joint": (("vertex",), "i4", joint),
     }
-    bodies, body = _numbered(block.get("body", "") for block in blocks)
+    bodies, body = _number_names(block.get("body", "") for block in blocks)
     if bodies:
         texts["body_name"] = bodies
         numbers["body"] = (("block",), "i4", body)
-    words = {name: _letters(list_of) for name, list_of in texts.items()}
+    words = {name: _names_to_characters(list_of) for name, list_of in texts.items()}
     with (
         written(file, "a netCDF file", reads) as writing,
         FILES,
@@ -75,16 +75,16 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
     ):
         data.title = "blocks of a sitedda model"
         for name, (dimensions, kind, values) in numbers.items():
-            _put(data, name, kind, dimensions, values)
+            _write_variable(data, name, kind, dimensions, values)
         for name, letters in words.items():
             rows = "block" if name == "name" else name
-            _put(data, name, "S1", (rows, f"letter_of_{name}"), letters)
+            _write_variable(data, name, "S1", (rows, f"letter_of_{name}"), letters)
         data["vertices"].units = "m"
     return file
 
 
-def _put(data, name: str, kind: str, dimensions, values) -> None:
-    if 0 in np.shape(values):  # a dimension of length 0 would be one without limit
+def _write_variable(data, name: str, kind: str, dimensions, values) -> None:
+    if 0 in np.shape(values):  # netCDF treats a dimension of length 0 as unlimited
         return
     for dimension, size in zip(dimensions, np.shape(values), strict=True):
         if dimension not in data.dimensions:
@@ -93,22 +93,22 @@ def _put(data, name: str, kind: str, dimensions, values) -> None:
     data[name][:] = values
 
 
-def _edges(block: dict, edges: int) -> list[str]:
-    """The joint of each edge of a block, blank where the first of the input is meant."""
+def _joints(block: dict, edges: int) -> list[str]:
+    """Return the joint of each edge of a block; blank stands for the first joint of the input."""
     usual = block.get("joint", "")
     own = [name or usual for name in block.get("edge_joints", ())]
     return own + [usual] * (edges - len(own))
 
 
-def _numbered(names: Iterable[str]) -> tuple[list[str], list[int]]:
-    """The names that occur, and the number of each from 1; 0 for a blank one."""
+def _number_names(names: Iterable[str]) -> tuple[list[str], list[int]]:
+    """Return the distinct names and the number of each entry from 1, 0 for a blank name."""
     number = {"": 0}
     numbers = [number.setdefault(name, len(number)) for name in names]
     return list(number)[1:], numbers
 
 
-def _letters(names: Sequence[str]) -> np.ndarray:
-    """Names as characters, shape (names, length of the longest)."""
+def _names_to_characters(names: Sequence[str]) -> np.ndarray:
+    """Convert names to characters, shape (names, length of the longest)."""
     texts = [name.encode() for name in names]
     longest = max(map(len, texts), default=1) or 1
     if longest > LONGEST_NAME:

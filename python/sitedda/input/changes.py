@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Variables of an input changed by name, as keyword arguments and ``--set`` do."""
+"""Change variables of an input by name, for keyword arguments and ``--set``."""
 
 from collections.abc import Callable, Iterator, Mapping
 
@@ -7,7 +7,7 @@ from ..base.errors import InputError
 from .groups import value_text
 from .input_text import Found, find_groups, with_changes
 
-# Variables that may change during a run; of loads all except their names.
+# Variables that may change during a run; all variables of loads except their names.
 BETWEEN_STEPS = {
     "control": ("time_step", "gravity"),
     "joint": ("friction_angle", "cohesion", "tensile_strength", "fracture_energy",
@@ -20,11 +20,11 @@ BETWEEN_STEPS = {
 
 
 class Typed(str):
-    """A value typed on a command line; its meaning follows from the kind of its variable."""
+    """A value typed on a command line; the kind of its variable determines how it is read."""
 
 
 def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, file="input") -> str:
-    """The text of an input with variables changed; every line keeps its number.
+    """Return the text of an input with changed variables; line numbers do not change.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, f
     InputError
         If a name is unknown, or ambiguous among several groups.
     """
-    texts = [(path, _text(path, value)) for path, value in flat_changes(changes)]
+    texts = [(path, _change_as_text(path, value)) for path, value in flat_changes(changes)]
     text, variables = with_changes(text, texts, file)
     for (path, _), one in zip(texts, variables, strict=True):
         if allowed is not None and one.name not in allowed.get(one.group, ()):
@@ -58,7 +58,7 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, f
     return text
 
 
-def _text(path: str, value) -> str | None:
+def _change_as_text(path: str, value) -> str | None:
     try:
         return value if value is None or isinstance(value, Typed) else value_text(value)
     except TypeError as trouble:
@@ -66,12 +66,12 @@ def _text(path: str, value) -> str | None:
 
 
 def in_words(changes: Mapping) -> str:
-    """Changes as one line, for the output."""
+    """Format changes as one line, for the output."""
     return ", ".join(f"{path} = {value_text(value)}" for path, value in flat_changes(changes))
 
 
 def flat_changes(changes: Mapping, before: str = "") -> Iterator[tuple[str, object]]:
-    """Paths and values of mappings within mappings."""
+    """Flatten nested mappings into pairs of paths and values."""
     for name, value in changes.items():
         path = f"{before}.{name}" if before else str(name)
         if isinstance(value, Mapping):
@@ -81,13 +81,13 @@ def flat_changes(changes: Mapping, before: str = "") -> Iterator[tuple[str, obje
 
 
 def with_files(text: str, name_of: Callable[[Found], str], file="input") -> str:
-    """A text whose groups name other files.
+    """Return a text in which groups refer to other files.
 
     Parameters
     ----------
     text : str
     name_of : callable
-        The name of the file of a group; empty: it stays.
+        Returns the new file name of a group, or an empty text if it does not change.
     file : path
         File of the text, for messages.
     """

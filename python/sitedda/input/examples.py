@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda example`: inputs and studies that run as they are, copied with the files they name."""
+"""`sitedda example`: copy ready inputs and studies with the files they name."""
 
 import posixpath
 import re
@@ -14,12 +14,12 @@ _QUOTED = re.compile(r"'([^'\n]+)'|\"([^\"\n]+)\"")
 
 
 def inputs() -> Path:
-    """The folder of inputs of the installed package."""
+    """Return the folder of inputs of the installed package."""
     return Path(str(files("sitedda") / "inputs"))
 
 
 def examples() -> dict[str, str]:
-    """Names of the examples.
+    """Return the names of the examples and their first sentences.
 
     Returns
     -------
@@ -27,19 +27,20 @@ def examples() -> dict[str, str]:
         Name and first sentence of each; names of studies begin with ``studies/``.
     """
     found = {
-        name: _first_sentence(_content(path).decode("utf-8")) for name, path in _paths().items()
+        name: _first_sentence(_read(path).decode("utf-8"))
+        for name, path in _example_paths().items()
     }
     return {name: found[name] for name in sorted(found, key=lambda name: ("/" in name, name))}
 
 
 def example_files() -> dict[str, tuple[str, Path]]:
-    """First sentence and file of each example that is an input, by name."""
+    """Return first sentence and file of each example that is an input, by name."""
     return {name: (words, inputs() / f"{name}.nml") for name, words in examples().items()
             if "/" not in name}  # fmt: skip
 
 
 def record_files() -> dict[str, Path]:
-    """The records that are shipped, by name."""
+    """Return the files of the shipped records by name."""
     found = sorted((inputs() / "records").iterdir())
     return {file.name: file for file in found if file.suffix != ".md"}
 
@@ -64,9 +65,9 @@ def copy_example(name: str, folder=".") -> list[Path]:
     InputError
         If there is no such example.
     OutputError
-        If a file of the same name and other content is there; then nothing is written.
+        If a file of the same name with other content exists; then nothing is written.
     """
-    known = _paths()
+    known = _example_paths()
     if name not in known:
         hint = nearest(name, known) or f"; there are {', '.join(known)}"
         raise InputError(f"there is no example {name!r}{hint}")
@@ -74,39 +75,37 @@ def copy_example(name: str, folder=".") -> list[Path]:
     targets = {Path(folder) / path: content for path, content in contents.items()}
     for target, content in targets.items():
         if target.exists() and target.read_bytes() != content:
-            raise OutputError(f"{target} exists and is another file; nothing has been copied")
+            raise OutputError(f"{target} exists with other content; nothing has been copied")
     for target, content in targets.items():
         make_folder(target.parent)
         write(target, content, "the example")
     return list(targets)
 
 
-def _paths() -> dict[str, str]:
-    """Paths in the folder of inputs, by the names of the examples."""
+def _example_paths() -> dict[str, str]:
+    """Return the paths in the folder of inputs by the names of the examples."""
     found = [*inputs().glob("*.nml"), *inputs().glob("studies/*.toml")]
     paths = [file.relative_to(inputs()).as_posix() for file in found]
     return {posixpath.splitext(path)[0]: path for path in paths}
 
 
-def _content(path: str) -> bytes:
-    """Of a file of the folder of inputs."""
+def _read(path: str) -> bytes:
+    """Read the bytes of a file in the folder of inputs."""
     return (inputs() / path).read_bytes()
 
 
 def _with_named_files(path: str) -> dict[str, bytes]:
-    """Content of an example and of the files that it and they name, by paths as the folder's."""
-    found = {path: _content(path)}
+    """Return the contents of an example and of all files that it needs, by relative path."""
+    found = {path: _read(path)}
     for one, other in _QUOTED.findall(found[path].decode("utf-8", "ignore")):
         named = posixpath.normpath(posixpath.join(posixpath.dirname(path), one or other))
         if posixpath.splitext(named)[1] and (inputs() / named).is_file():
-            found |= (
-                _with_named_files(named) if named.endswith(".nml") else {named: _content(named)}
-            )
+            found |= _with_named_files(named) if named.endswith(".nml") else {named: _read(named)}
     return found
 
 
 def _first_sentence(text: str) -> str:
-    """The first sentence of the comment that a file begins with."""
+    """Return the first sentence of the comment at the top of a file."""
     comment = re.match(r"(?:[!#].*\n)*", text)[0]
     words = " ".join(line.lstrip("!# ") for line in comment.splitlines())
     return re.split(r"(?<=[a-z)])[.:] ", words)[0].rstrip(".")

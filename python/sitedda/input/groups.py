@@ -15,47 +15,47 @@ from .values import points_of
 # Kinds of values: text, texts, number, numbers, points (x, y, x, y …), whole (number), logical.
 _KINDS = {"name": "text", "word": "text", "text": "text", "real": "number", "integer": "whole"}
 _KINDS |= {"logical": "logical", "points": "points"}
-_LARGEST = 2**53 - 1  # of whole numbers, which are read as floating-point numbers
+_LARGEST = 2**53 - 1  # largest whole number that is exact as a floating-point number
 
 
 @cache
 def single_groups() -> tuple[str, ...]:
-    """Names of the groups that may appear only once in an input."""
+    """Return the names of the groups that may appear only once in an input."""
     return tuple(name for name, group in GROUPS.items() if not group.repeats)
 
 
 @cache
 def variables() -> dict[str, dict[str, str]]:
-    """The kind of each variable of each group."""
-    return {name: {v.name: _kind(v) for v in group.variables} for name, group in GROUPS.items()}
+    """Return the kind of each variable of each group."""
+    return {name: {v.name: _kind_of(v) for v in group.variables} for name, group in GROUPS.items()}
 
 
-def _kind(variable: Variable) -> str:
+def _kind_of(variable: Variable) -> str:
     if not variable.size or variable.kind == "points":
         return _KINDS[variable.kind]
     return "texts" if _KINDS[variable.kind] == "text" else "numbers"
 
 
 def is_made(name: str) -> bool:
-    """Whether a group is turned into blocks before the engine reads the input."""
+    """Return whether a group is converted into blocks before the engine reads the input."""
     return name in GROUPS and GROUPS[name].built
 
 
 def nearest(word: str, known) -> str:
-    """A hint at the most similar of the known words, or nothing."""
+    """Return a hint that names the most similar known word, or an empty text."""
     close = get_close_matches(word, list(known), 1)
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
 def known_group(name: str) -> str:
-    """The name of a group, if there is one."""
+    """Return the name of a group in lower case; raise an error if it is unknown."""
     if name not in variables():
         raise InputError(f"there is no group &{name}{nearest(name, variables())}")
     return name
 
 
 def known_variable(group: str, name: str) -> str:
-    """The kind of a variable of a group, if there is one."""
+    """Return the kind of a variable of a group; raise an error if it is unknown."""
     known = variables()[group]
     if name not in known:
         hint = nearest(name, known) or f"; it has {', '.join(known)}"
@@ -64,17 +64,17 @@ def known_variable(group: str, name: str) -> str:
 
 
 def checked(group: str, name: str, value):
-    """A value as a variable stores it; arrays are copied and made read-only."""
+    """Check and convert a value of a variable; arrays are copied and made read-only."""
     kind = known_variable(group, name)
     try:
         return _CONVERT[kind](value)
     except InputError as error:
         raise InputError(f"&{group}: {name}: {error}") from None
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"&{group}: {name} = {value!r} is no {_WORDS[kind]}") from None
+        raise InputError(f"&{group}: {name} = {value!r} is not a {_WORDS[kind]}") from None
 
 
-def _text(value) -> str:
+def _as_text(value) -> str:
     if not isinstance(value, str) and not hasattr(value, "__fspath__"):
         raise TypeError
     value = str(value)
@@ -83,11 +83,11 @@ def _text(value) -> str:
     return value
 
 
-def _texts(value) -> tuple[str, ...]:
-    return (_text(value),) if isinstance(value, str) else tuple(_text(one) for one in value)
+def _as_texts(value) -> tuple[str, ...]:
+    return (_as_text(value),) if isinstance(value, str) else tuple(_as_text(one) for one in value)
 
 
-def _number(value) -> float:
+def _as_number(value) -> float:
     if isinstance(value, str | bool | np.bool_) or np.ndim(value):
         raise TypeError
     value = float(value)
@@ -96,8 +96,8 @@ def _number(value) -> float:
     return value
 
 
-def _whole(value) -> int:
-    number = _number(value)
+def _as_whole(value) -> int:
+    number = _as_number(value)
     if number != int(number):
         raise ValueError
     if abs(number) > _LARGEST:
@@ -105,7 +105,7 @@ def _whole(value) -> int:
     return int(value)
 
 
-def _numbers(value) -> np.ndarray:
+def _as_numbers(value) -> np.ndarray:
     if np.iscomplexobj(value):
         raise TypeError
     array = np.array(value, dtype=float).ravel()
@@ -115,19 +115,19 @@ def _numbers(value) -> np.ndarray:
     return array
 
 
-def _points(value) -> np.ndarray:
-    array = _numbers(points_of("points", value, 1))
+def _as_points(value) -> np.ndarray:
+    array = _as_numbers(points_of("points", value, 1))
     return array.reshape(-1, 2)
 
 
-def _logical(value) -> bool:
+def _as_logical(value) -> bool:
     if not isinstance(value, bool | np.bool_):
         raise TypeError
     return bool(value)
 
 
-_CONVERT = {"text": _text, "texts": _texts, "number": _number, "numbers": _numbers}
-_CONVERT |= {"points": _points, "whole": _whole, "logical": _logical}
+_CONVERT = {"text": _as_text, "texts": _as_texts, "number": _as_number, "numbers": _as_numbers}
+_CONVERT |= {"points": _as_points, "whole": _as_whole, "logical": _as_logical}
 _WORDS = {"text": "text", "texts": "list of texts", "number": "number", "whole": "whole number"}
 _WORDS |= {
     "logical": "logical value",
@@ -140,15 +140,15 @@ _WORDS |= {
 
 
 def group_text(name: str, values: Mapping) -> str:
-    """A group on one line; variables that are None are left out."""
+    """Return a group as one line of text; variables that are None are omitted."""
     given = [f"{k} = {value_text(v)}" for k, v in values.items() if v is not None]
     return f"&{name} {', '.join(given)} /\n"
 
 
 def value_text(value) -> str:
-    """A value in the form of an input: text, number, logical value, or a sequence of them."""
+    """Format a text, number, logical value or sequence of these as in an input."""
     if isinstance(value, np.ndarray):
-        if value.dtype.kind == "f":  # corners of all blocks: most of a text
+        if value.dtype.kind == "f":  # fast path for the corners of blocks, which are most of a text
             return ", ".join(map(repr, value.ravel().tolist()))
         value = value.ravel().tolist()
     if isinstance(value, str):
@@ -165,7 +165,7 @@ def value_text(value) -> str:
 
 
 def read_values(found: Found, file) -> dict:
-    """The variables of a group and their values, as in a `Model`.
+    """Check the values of a group and return them by variable, as in a `Model`.
 
     Raises
     ------

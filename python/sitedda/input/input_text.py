@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The text of an input as groups of values, by the engine's own reader."""
+"""Parse the text of an input into groups of values with the reader of the engine."""
 
 import json
 import re
@@ -15,8 +15,8 @@ from .schema import GROUPS, Variable
 
 _VARIABLES = [variable for group in GROUPS.values() for variable in group.variables]
 _NAME = re.compile(rb"\w*")
-UNSET = -np.finfo(float).max  # as the engine has it
-_ONE = threading.Lock()  # the engine keeps one parsed text
+UNSET = -np.finfo(float).max  # mark of a missing value, as in the engine
+_ONE = threading.Lock()  # the engine stores only one parsed text
 
 
 @dataclass(frozen=True)
@@ -26,13 +26,13 @@ class Found:
     Attributes
     ----------
     name : str
-        In lower case; a group of that name need not exist.
+        In lower case; it may be unknown.
     line : int
-        Its first line, from 1.
+        Number of its first line, from 1.
     start, end : int
-        Its first character and the one after its slash.
+        Indices of its first character and of the character after its slash.
     values : dict
-        Of its variables: texts, numbers, logical values, or lists and arrays of them, in which
+        Values of its variables: texts, numbers, logical values, or lists and arrays of these;
         `UNSET` marks a missing value.
     """
 
@@ -43,16 +43,16 @@ class Found:
     values: dict = field(default_factory=dict)
 
     def called(self) -> str:
-        """Its kind and its name, for messages."""
+        """Kind and name of the group, for messages."""
         return f"&{self.name} {self.values['name']!r}" if "name" in self.values else f"&{self.name}"
 
     def place(self, file) -> str:
-        """Its position, for messages."""
+        """Return file, group and line, for messages."""
         return f"{file}, group &{self.name} (line {self.line})"
 
 
 def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Found]:
-    """The groups of a text.
+    """Return the groups of a text.
 
     Parameters
     ----------
@@ -68,12 +68,12 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
         If it is not text of groups, or a variable is not known or a value cannot be read; the
         message names the line.
     """
-    data = _bytes(text)
+    data = _encode(text)
     with _ONE:
-        sizes = checked(api.parse_input, _bytes(file), data or b" ", " ".join(skipped))
+        sizes = checked(api.parse_input, _encode(file), data or b" ", " ".join(skipped))
         groups, values, numbers, letters = api.parsed_input(*np.maximum(sizes, 1))
-    found, values = [], _values(values.T[: sizes[1]].tolist(), numbers, bytes(letters.astype("u1")))
-    places = _characters(data, groups[1:3, : sizes[0]])
+    found, values = [], _pairs(values.T[: sizes[1]].tolist(), numbers, bytes(letters.astype("u1")))
+    places = _character_indices(data, groups[1:3, : sizes[0]])
     for (line, first, _, count), (start, end) in zip(groups.T[: sizes[0]], places.T, strict=True):
         name = _NAME.match(data, first)[0].decode().lower()
         own = dict(one for _, one in zip(range(count), values, strict=False))
@@ -82,7 +82,7 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
 
 
 def cited(message: str, file, place: Callable[[str, int], str]) -> str:
-    """A message with other places than lines of a text that nobody has seen."""
+    """Replace line numbers of a generated text in a message by places known to the user."""
     where = rf"{re.escape(str(file))}, group &(\w+) \(line (\d+)\)"
     message = re.sub(where, lambda found: place(found[1], int(found[2])), message)
     other = r"the &(\w+) of line (\d+)"
@@ -92,14 +92,14 @@ def cited(message: str, file, place: Callable[[str, int], str]) -> str:
 def with_changes(
     text: str, changes: Sequence[tuple[str, str | None]], file="input"
 ) -> tuple[str, list[Variable]]:
-    """A text with variables changed, and these variables.
+    """Return a text with changed variables, and these variables.
 
     Parameters
     ----------
     text : str
     changes : sequence of (str, str or None)
-        Paths of variables and their values, as typed or as the text of an input has them; None
-        takes a variable out.
+        Paths of variables and their values, as typed or as in the text of an input; None removes a
+        variable.
     file : path
         For messages.
 
@@ -110,32 +110,32 @@ def with_changes(
     """
     if not changes:
         return text, []
-    words = [[None if one is None else _bytes(one) for one in change] for change in changes]
+    words = [[None if one is None else _encode(one) for one in change] for change in changes]
     lengths = [[-1 if one is None else len(one) for one in change] for change in words]
     joined = b"".join(one for change in words for one in change if one)
     with _ONE:
         variables, size = checked(
-            api.make_changes, _bytes(file), _bytes(text) or b" ", joined, np.transpose(lengths)
+            api.make_changes, _encode(file), _encode(text) or b" ", joined, np.transpose(lengths)
         )
         letters = api.changed_text(size)
     new = letters.astype("u1").tobytes().decode("utf-8", "surrogateescape")
     return new, [_VARIABLES[position - 1] for position in variables]
 
 
-def _bytes(text) -> bytes:
+def _encode(text) -> bytes:
     return str(text).encode("utf-8", "surrogateescape")
 
 
-def _characters(data: bytes, places: np.ndarray) -> np.ndarray:
-    """Numbers of characters instead of those of bytes."""
+def _character_indices(data: bytes, places: np.ndarray) -> np.ndarray:
+    """Convert byte indices to character indices."""
     if data.isascii():
         return places
     begins = np.frombuffer(data, dtype="u1") & 0xC0 != 0x80
     return np.concatenate([[0], np.cumsum(begins)])[places]
 
 
-def _values(rows: list, numbers: np.ndarray, letters: bytes) -> Iterator[tuple[str, object]]:
-    """Names and values, one after the other."""
+def _pairs(rows: list, numbers: np.ndarray, letters: bytes) -> Iterator[tuple[str, object]]:
+    """Yield the names and values of the variables."""
     n = at = 0
     for position, count in rows:
         if not count:  # a null value counts as missing
@@ -161,7 +161,7 @@ def _values(rows: list, numbers: np.ndarray, letters: bytes) -> Iterator[tuple[s
 
 
 def groups_by_name(text: str) -> dict[str, list[dict]]:
-    """The values of all groups of each name."""
+    """Return the values of all groups by the kind of group."""
     groups: dict[str, list[dict]] = {}
     for one in find_groups(text):
         plain = {n: v.tolist() if hasattr(v, "tolist") else v for n, v in one.values.items()}
@@ -170,9 +170,9 @@ def groups_by_name(text: str) -> dict[str, list[dict]]:
 
 
 def input_values(attributes: Mapping) -> dict[str, list[dict]]:
-    """The input values of an output: all groups except those of blocks.
+    """Return the input values of an output: all groups except those of blocks.
 
-    With defaults and derived values, as the engine has written them.
+    They include the defaults and derived values that the engine has written.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The text of an input, wherever it comes from, and the blocks that are made from it."""
+"""The text of an input, from a file or a `Model`, and the blocks built from it."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -16,26 +16,26 @@ _ANY = re.compile(
     r"^[^!\n]*&(" + "|".join(filter(is_made, GROUPS)) + r")\b",
     re.IGNORECASE | re.MULTILINE,
 )
-_LARGEST = 2**30  # bytes of an input, as in the engine
+_LARGEST = 2**30  # largest size of an input in bytes, as in the engine
 
 
 @dataclass
 class Built:
-    """Blocks made from groups.
+    """Blocks built from groups.
 
     Attributes
     ----------
     blocks : list of dict
-        Variables of &block groups: name, material, joint, vertices, edge_joints; blank ones left
-        out.
+        Variables of &block groups: name, material, joint, vertices, edge_joints; blank ones are
+        omitted.
     groups : list of (str, dict)
-        Other groups that were made: names and variables.
+        Names and variables of other generated groups.
     messages : list of str
-        What was removed, merged or left.
+        Notes on removed, merged and remaining blocks.
     slivers : list of str
         Blocks that are slivers.
     meshed : list of int
-        Groups &block, by their place among all groups, that the cells of bodies replace.
+        Positions, among all groups, of the &block groups that the cells of bodies replace.
     """
 
     blocks: list[dict] = field(default_factory=list)
@@ -46,12 +46,12 @@ class Built:
 
 
 def blocks_text(blocks: Sequence[dict]) -> str:
-    """The blocks as &block groups, one a line."""
+    """Return the blocks as &block groups, one per line."""
     return "".join(group_text("block", block) for block in blocks)
 
 
 def read_input(file: Path) -> str:
-    """The text of an input file; errors in the words of the native executable."""
+    """Read the text of an input file; messages equal those of the native executable."""
     data = read_bounded(file, _LARGEST)
     if b"\0" in data:
         raise InputError(f"{file} is not a text file: byte {data.index(0) + 1} is zero")
@@ -60,7 +60,7 @@ def read_input(file: Path) -> str:
 
 @contextmanager
 def opened_input(source) -> Iterator[tuple[Path, str]]:
-    """The file name and the text of an input: a namelist file, or a `Model`."""
+    """Return file name and text of an input, which is a namelist file or a `Model`."""
     if hasattr(source, "opened"):
         with source.opened() as opened:
             yield opened
@@ -70,14 +70,14 @@ def opened_input(source) -> Iterator[tuple[Path, str]]:
 
 @dataclass(frozen=True)
 class InputOfRun:
-    """An input as it was run, with the changes that were made: see `opened_input`.
+    """An input with the changes under which it was run; see `opened_input`.
 
     Attributes
     ----------
     file : Path
     text : str
     put : callable
-        Turns the blocks that are made into text, see `built_text`.
+        Converts the built blocks into text, see `built_text`.
     """
 
     file: Path
@@ -86,10 +86,10 @@ class InputOfRun:
 
     @contextmanager
     def opened(self) -> Iterator[tuple[Path, str]]:
-        """File name and text."""
+        """Return file name and text."""
         yield self.file, self.text
 
 
 def needs_building(text: str) -> bool:
-    """Whether a text may have groups that are to be turned into blocks; quick."""
+    """Return whether a text may contain groups to be converted into blocks, by a quick test."""
     return _ANY.search(text) is not None

@@ -18,7 +18,7 @@ FARTHEST = 1e9  # m
 
 
 def points_of(name: str, values, least: int) -> np.ndarray:
-    """Points, shape (n, 2), from a list x, y, x, y …, an array, or a polygon of shapely."""
+    """Return points, shape (n, 2), of a list x, y, x, y …, an array or a shapely polygon."""
     if hasattr(values, "exterior"):
         if len(values.interiors):
             raise InputError(f"{name}: the polygon has holes; give each as a separate hole")
@@ -45,10 +45,10 @@ def points_of(name: str, values, least: int) -> np.ndarray:
 
 @dataclass_transform(kw_only_default=True)
 class Values:
-    """The values of a group that becomes blocks; the schema has a class of each."""
+    """Values of a group that is converted into blocks; the schema defines a subclass per group."""
 
     group: ClassVar[str] = ""
-    from_file: ClassVar[str] = ""  # variable whose points may come from a file, if any
+    from_file: ClassVar[str] = ""  # variable whose points may be read from a file, if any
     variables: ClassVar[tuple[Variable, ...]] = ()
     needs: ClassVar[str] = ""
 
@@ -66,7 +66,7 @@ class Values:
             raise TypeError(f"{type(self).__name__} has no {', '.join(given)}")
         for one in own:
             self._check_value(one, getattr(self, one.name))
-        self._relate(named)
+        self._check_relations(named)
         self._check()
 
     def __repr__(self) -> str:
@@ -75,7 +75,7 @@ class Values:
         return f"{type(self).__name__}({values})"
 
     def _check_value(self, one: Variable, value) -> None:
-        """Check a value, and have points as an array."""
+        """Check a value; convert points to an array."""
         name = one.name
         if one.default == "required" and (value is None or (isinstance(value, str) and not value)):
             raise InputError(f"{name} is missing")
@@ -88,14 +88,14 @@ class Values:
         elif one.size:
             setattr(self, name, np.atleast_1d(np.asarray(value, dtype=float)))
         elif one.kind == "word":
-            _check_word(name, value, one.values)
+            _check_choice(name, value, one.values)
         elif one.kind == "name" and one.values.startswith("at most"):
             _check_stem(name, value, int(re.findall(r"\d+", one.values)[0]))
         elif one.kind in ("real", "integer"):
             _check_number(name, value, one.values)
 
-    def _relate(self, named: set[str]) -> None:
-        """What the variables that are named need and exclude by the schema."""
+    def _check_relations(self, named: set[str]) -> None:
+        """Check which variables the given ones require and exclude by the schema."""
         for one in filter(None, self.needs.split("; ")):
             if named.isdisjoint(one.split(" or ")):
                 raise InputError(f"give {one}")
@@ -113,7 +113,7 @@ class Values:
 
 
 def _is_given(value) -> bool:
-    """Whether it is a value, and no blank text or empty list."""
+    """Return whether a value is given: not None, a blank text or an empty list."""
     return value is not None and (not hasattr(value, "__len__") or len(value) > 0)
 
 
@@ -123,21 +123,21 @@ def _check_number(name: str, value: float, limits: str) -> None:
     if limits == "above 0":
         low, failure = np.nextafter(0, 1), "must be a positive number"
     elif limits.startswith("at least"):
-        low = _limit(limits.split()[-1])
+        low = _parse_limit(limits.split()[-1])
         failure = f"must be at least {low}" if low else "must not be negative"
     elif " to " in limits:
-        low, high = map(_limit, limits.split(" to "))
+        low, high = map(_parse_limit, limits.split(" to "))
         failure = f"must lie between {low} and {high}"
     if not low <= value <= high:
         number = value if isinstance(value, int) else f"{value:g}"
         raise InputError(f"{name} = {number} {failure}")
 
 
-def _limit(text: str) -> float:
+def _parse_limit(text: str) -> float:
     return int(text) if text.lstrip("-").isdigit() else float(text)
 
 
-def _check_word(name: str, value: str, words: str) -> None:
+def _check_choice(name: str, value: str, words: str) -> None:
     if value not in words.replace("'", "").split(", "):
         first, _, last = words.rpartition(", ")
         raise InputError(f"{name} = {value!r} must be {first} or {last}")

@@ -164,7 +164,7 @@ def test_changes_that_fall_below_the_error_of_the_penalty_leave_its_bar():
         (123456.0, 1200.0, "123500 ± 1200"),
         (2.5e-7, 1.3e-8, "(2.50 ± 0.13)e-7"),
         (0.0, 0.0, "0 ± 0"),
-        (3.14159, math.nan, "3.142 (no bar)"),
+        (3.14159, math.nan, "3.142 (no error bar)"),
         (-0.04218, 0.00018, "-0.04218 ± 0.00018"),
     ],
 )
