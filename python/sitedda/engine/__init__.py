@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine: simulations, checks, records, signals and the time integration as it has them."""
+"""Interface to the engine: simulations, checks, records, signals and time integration."""
 
 from ..base.core import FILES, api, checked, commit, engine_names, reduced_group, version
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks before a run: highest frequency, modes, damping, transfer functions, advice."""
+"""Checks before a run: frequencies, modes, damping, transfer functions and advice."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _HEAD = re.compile(r"^(ok  |warn|fail)  (.{18})(.*)$", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Line:
-    """One finding of a check: its verdict ('ok', 'warn', 'fail'), topic, words and advice."""
+    """One finding of a check: verdict ('ok', 'warn', 'fail'), topic, text and advice."""
 
     verdict: str
     topic: str
@@ -79,7 +79,7 @@ class Report:
 
     @property
     def lines(self) -> list[Line]:
-        """The findings one by one, numbers in four digits."""
+        """Return the findings, with numbers of four digits."""
         found: list[list[str]] = []
         for row in self.text.splitlines():
             head = _HEAD.match(row)
@@ -94,25 +94,25 @@ class Report:
 
     @property
     def conclusion(self) -> str:
-        """The verdict in one line, with the topics that need action."""
+        """Return the verdict in one line, with the topics that need action."""
         bad = [f"{line.topic} ({line.verdict})" for line in self.lines if line.verdict != "ok"]
         words = f": {', '.join(bad)}" if bad else ": nothing to do"
         return f"verdict: {self.verdict}{words}"
 
     def to_dict(self) -> dict:
-        """Plain values, such as for JSON."""
+        """Return plain values, for example for JSON."""
         values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "text"}
         return values | {"lines": [asdict(line) for line in self.lines]}
 
     def _repr_html_(self) -> str:
-        """The findings as a table."""
+        """Return the findings as an HTML table."""
         from ..report.html import fragment
 
         return fragment(check_table(self))
 
 
 def check_table(report: Report) -> Table:
-    """The findings of a check."""
+    """Return the findings of a check as a table."""
     from ..report import Table
 
     rows = [
@@ -124,7 +124,7 @@ def check_table(report: Report) -> Table:
 
 @dataclass(frozen=True)
 class Modes:
-    """Lowest modes of a model.
+    """The lowest modes of a model.
 
     Attributes
     ----------
@@ -161,7 +161,7 @@ class Modes:
         return f"<sitedda.Modes {', '.join(f'{f:.4g} Hz ({100 * d:.2g} %)' for f, d in pairs)}>"
 
     def _repr_html_(self) -> str:
-        """A table, for a notebook."""
+        """Return the modes as a table, for a notebook."""
         from ..report import Paragraph, Table
         from ..report.html import fragment
 
@@ -176,7 +176,7 @@ class Modes:
 
 @dataclass(frozen=True)
 class Penalty:
-    """A normal stiffness (N/m per metre), its first frequency and the stiff limit (Hz)."""
+    """A normal stiffness (N/m per metre), its first frequency, and that of rigid joints (Hz)."""
 
     normal_stiffness: float
     frequency: float
@@ -184,7 +184,7 @@ class Penalty:
 
 
 def _in_four_digits(text: str) -> str:
-    """Numbers of more than four digits shortened, except for those inside names."""
+    """Shorten numbers to four digits, except for numbers within names."""
 
     def shortened(found: re.Match) -> str:
         mantissa, exponent = found[1], found[2]
@@ -199,15 +199,15 @@ def _in_four_digits(text: str) -> str:
 
 @contextmanager
 def _opened(model, changes: Mapping | None, more: dict) -> Iterator[Simulation]:
-    """The simulation of an input with changes, closed in the end, or one that is open already."""
+    """Yield an open simulation, or that of a changed input, which is closed afterwards."""
     changes = dict(changes or {}) | more
     if not isinstance(model, Simulation):
         with Simulation(model, changes=changes) as simulation:
             yield simulation
         return
     if changes:
-        raise ValueError("changes need an input file, not a simulation that is open")
-    with model._one:  # all results must be of one state
+        raise ValueError("changes need an input file, not an open simulation")
+    with model._one:  # all results must belong to the same state
         yield model
 
 
@@ -239,15 +239,15 @@ def check(model, changes: Mapping | None = None, **more) -> Report:
 def modes(
     model, count: int = 5, contacts: str = "auto", changes: Mapping | None = None, **more
 ) -> Modes:
-    """Lowest modes with stiffness.
+    """Compute the lowest modes with stiffness.
 
     Parameters
     ----------
     model : path or Simulation
     count : int
     contacts : {'auto', 'closed', 'present', 'settled'}
-        Which contacts hold: all in touch, as they are now, or as gravity closes them; 'auto' is
-        'settled' with gravity, else 'closed'.
+        Closed contacts: all in touch, the present ones, or those closed by gravity; 'auto' is
+        'settled' with gravity, otherwise 'closed'.
     changes, **more
         Variables to change in the input, see `Simulation`.
     """
@@ -267,7 +267,7 @@ def modes(
 
 
 def matrices(model, contacts: str = "auto", changes: Mapping | None = None, **more) -> tuple:
-    """Stiffness and mass of the linearised model, of which `modes` are the lowest modes.
+    """Return the stiffness and mass matrices of the linearised model.
 
     Parameters
     ----------
@@ -308,9 +308,9 @@ def transfer(
     changes: Mapping | None = None,
     **more,
 ) -> np.ndarray:
-    """Exact discrete transfer function between two measured points, for base motion.
+    """Compute the exact discrete transfer function between two measured points, for base motion.
 
-    That of the linearised model in steps of ``&control integration``, for any of its members.
+    The model is linearised and integrated with the scheme and time step of ``&control``.
 
     Parameters
     ----------
@@ -348,7 +348,7 @@ def transfer(
 def penalty_for_frequency(
     model, frequency: float, contacts: str = "auto", changes: Mapping | None = None, **more
 ) -> Penalty:
-    """The normal stiffness that gives the first mode a measured frequency (Hz)."""
+    """Find the normal stiffness with which the first mode has a measured frequency (Hz)."""
     with _opened(model, changes, more) as simulation:
         return Penalty(
             *map(float, simulation._call("penalty_for", contacts, "frequency", frequency))
@@ -362,9 +362,9 @@ def penalty_for(
     changes: Mapping | None = None,
     **more,
 ) -> Penalty:
-    """The softest normal stiffness whose joints lower the first frequency by a given share.
+    """Find the normal stiffness whose joints lower the first frequency by a given fraction.
 
-    A stiffer one costs iterations: the line "penalty" of `check` says how many times.
+    A stiffer one needs more iterations, see the line "penalty" of `check`.
 
     Parameters
     ----------

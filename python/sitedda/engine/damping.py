@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Damping of materials as the engine has it: the same ratio at all frequencies, or Rayleigh's."""
+"""Damping of materials as in the engine: constant ratio or Rayleigh damping."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,14 +17,14 @@ Factors = tuple[NDArray[np.complex128], NDArray[np.complex128]]
 
 @dataclass(frozen=True)
 class Body:
-    """A generalised Maxwell body.
+    """A generalised Maxwell body fitted to a damping ratio.
 
     Attributes
     ----------
     omega, weight : ndarray, shape (mechanisms,)
         Relaxation frequencies, rad/s, and weights Y.
     unrelaxed : float
-        Largest modulus over the given one.
+        Unrelaxed modulus over the given one.
     misfit : float
         Largest relative error of the damping ratio over the band.
     band : tuple of float
@@ -38,7 +38,7 @@ class Body:
     band: tuple[float, float]
 
     def factor(self, omega: ArrayLike) -> NDArray[np.complex128]:
-        """Complex modulus over the given one at angular frequencies, rad/s, shape (...)."""
+        """Return the complex modulus over the given one at angular frequencies, rad/s."""
         turn = np.asarray(omega, dtype=float)[..., None]
         return self.unrelaxed * (
             1 - np.sum(self.weight * self.omega / (self.omega + 1j * turn), -1)
@@ -46,20 +46,20 @@ class Body:
 
 
 class MaterialDamping:
-    """Damping of a layer of a :class:`sitedda.Column`, other than a ratio."""
+    """Base class of the damping of a layer of a :class:`sitedda.Column`."""
 
     def factors(self, frequency: NDArray[np.float64]) -> Factors:
-        """Complex modulus and density over the given ones, at frequencies in Hz."""
+        """Return complex modulus and density over the given ones, at frequencies in Hz."""
         raise NotImplementedError
 
     def scheme_factors(
         self, frequency: NDArray[np.float64], steady: SteadyFactors, scheme: Scheme, step: float
     ) -> Factors:
-        """The same under a time integration at a time step, s, beyond its own factors."""
+        """Return these factors in a time integration, without the factors of the scheme."""
         raise NotImplementedError
 
     def ratio_at(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Damping ratio at frequencies in Hz."""
+        """Return the damping ratio at frequencies in Hz."""
         modulus, density = self.factors(frequency)
         square = modulus / density  # of the complex velocity
         return 0.5 * square.imag / square.real
@@ -67,7 +67,7 @@ class MaterialDamping:
 
 @dataclass(frozen=True)
 class ConstantRatio(MaterialDamping):
-    """``&material damping_ratio``: the same at all frequencies of a band.
+    """``&material damping_ratio``: a constant damping ratio in a frequency band.
 
     Parameters
     ----------
@@ -100,24 +100,24 @@ class ConstantRatio(MaterialDamping):
 
     @cached_property
     def body(self) -> Body:
-        """The fitted body, for time steps that admit all its mechanisms."""
+        """Return the fitted body for time steps that admit all its mechanisms."""
         return self._body_below(np.finfo(float).max)
 
     def _body_below(self, limit: float) -> Body:
         band = (0.0, 0.0) if self.band is None else tuple(map(float, self.band))
-        return _body(
+        return _fit_body(
             float(self.ratio), float(self.reference_frequency), band, self.mechanisms or 0, limit
         )
 
     def factors(self, frequency: NDArray[np.float64]) -> Factors:
-        """Of the body; the density stays."""
+        """Return the factor of the body on the modulus, and 1 for the density."""
         modulus = self.body.factor(2 * np.pi * frequency)
         return modulus, np.ones_like(modulus)
 
     def scheme_factors(
         self, frequency: NDArray[np.float64], steady: SteadyFactors, scheme: Scheme, step: float
     ) -> Factors:
-        """Of the body that the time step admits, at the pre-warped frequency."""
+        """Return factors of the body admitted by the time step, at the pre-warped frequency."""
         limit = np.finfo(float).max
         if scheme.theta > 0.5:
             limit = 4 / ((scheme.theta - 0.5) * step)
@@ -127,7 +127,7 @@ class ConstantRatio(MaterialDamping):
 
 
 @lru_cache
-def _body(ratio: float, reference: float, band: tuple, mechanisms: int, limit: float) -> Body:
+def _fit_body(ratio: float, reference: float, band: tuple, mechanisms: int, limit: float) -> Body:
     count, omega, weight, numbers = checked(api.body_of, ratio, reference, band, mechanisms, limit)
     return Body(
         omega[:count].copy(),
@@ -159,27 +159,27 @@ class Rayleigh(MaterialDamping):
 
     @classmethod
     def at(cls, ratio: float, frequencies: tuple[float, float]) -> "Rayleigh":
-        """α and β for a damping ratio at two frequencies, Hz."""
+        """Return Rayleigh damping of a ratio at two frequencies, Hz."""
         first, second = 2 * np.pi * positive("frequencies", np.asarray(frequencies, dtype=float))
         beta = 2 * float(not_negative("ratio", ratio)) / (first + second)
         return cls(float(beta * first * second), float(beta))
 
     def factors(self, frequency: NDArray[np.float64]) -> Factors:
-        """1 + iβω and 1 - iα/ω."""
+        """Return the factors 1 + iβω and 1 - iα/ω."""
         omega = 2 * np.pi * np.maximum(frequency, np.finfo(float).tiny)
         return 1 + 1j * self.beta * omega, 1 - 1j * self.alpha / omega
 
     def scheme_factors(
         self, frequency: NDArray[np.float64], steady: SteadyFactors, scheme: Scheme, step: float
     ) -> Factors:
-        """With the factors of the dashpots on d/Δt and of the inertia."""
+        """Return the factors with those of the dashpots on d/Δt and of the inertia."""
         inertia = np.where(steady.inertia == 0, np.finfo(float).tiny, steady.inertia)
         drag = self.alpha * steady.mean_dashpot / inertia
         return 1 + self.beta * steady.mean_dashpot, 1 + np.where(frequency > 0, drag, 0)
 
 
 def damping_of(material: Mapping) -> MaterialDamping | None:
-    """The damping of a group &material.
+    """Return the damping of a group &material.
 
     Parameters
     ----------

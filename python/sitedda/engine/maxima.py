@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The largest values of a run over all its steps, as the engine recorded them."""
+"""The largest values over all steps of a run, recorded by the engine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Maximum:
-    """The largest value of a kind.
+    """The largest value of a quantity.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Maximum:
     residual: float
 
     def __str__(self) -> str:
-        """Value, place, time, residual."""
+        """Return value, place, time and residual as text."""
         who = " on ".join(self.blocks) or " over ".join(self.points)
         return f"{self.value:.4g} {self.unit}, {who} at {self.time:.6g} s; residual " + (
             f"{self.residual:.4g} {self.unit}"
@@ -46,7 +46,7 @@ class Maximum:
 
 
 def as_maxima(rows: Iterable, blocks, points) -> dict[str, Maximum]:
-    """Maxima by name.
+    """Return maxima by name.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def as_maxima(rows: Iterable, blocks, points) -> dict[str, Maximum]:
 
 
 def maxima_of(data: xr.Dataset) -> dict[str, Maximum]:
-    """The maxima of an output, by name.
+    """Return the maxima of an output by name.
 
     Parameters
     ----------

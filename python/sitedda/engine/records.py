@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recorded ground motions: read, integrated, drift removed, by the engine's own readers."""
+"""Read ground motions, remove their drift and integrate them, with the engine's readers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def read_record(
     scale: float = 1.0,
     channel: int = 1,
 ) -> xr.Dataset:
-    """Read a record and make acceleration, velocity and displacement of it.
+    """Read a record; return its acceleration, velocity and displacement.
 
     Parameters
     ----------
@@ -77,10 +77,10 @@ def read_record(
     samples, *_ = checked(api.read_ground_motion, *request, 0)
     _, step, motion, about = checked(api.read_ground_motion, *request, samples)
     words = about.decode("utf-8", "replace").rstrip().split("\n")
-    return _dataset(motion, step, file, words)
+    return _as_dataset(motion, step, file, words)
 
 
-def _dataset(motion: np.ndarray, step: float, file, words: list[str]) -> xr.Dataset:
+def _as_dataset(motion: np.ndarray, step: float, file, words: list[str]) -> xr.Dataset:
     import xarray as xr
 
     time = ("time", step * np.arange(motion.shape[1]), {"units": "s"})
@@ -96,7 +96,7 @@ def _dataset(motion: np.ndarray, step: float, file, words: list[str]) -> xr.Data
 
 
 def _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel) -> xr.Dataset:
-    """A trace of an obspy stream, passed through the engine as plain text."""
+    """Read a trace of an obspy stream and pass it to the engine as plain text."""
     try:
         import obspy
     except ImportError as trouble:

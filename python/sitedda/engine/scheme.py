@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The time integration in linear vibrations: closed forms of the engine.
+"""Closed forms of the time integration in linear vibrations, computed by the engine.
 
-A member (θ, χ) of the family takes forces at t₀ + θΔt and moves by d = Δt [(1 − χ) v₀ + χ v₁]
-(docs/method.md).  With τ = tan(ωΔt/2) it answers a steady vibration exactly as continuous time does
-at the frequency ω̃ = 2τ/Δt and with the complex modulus K (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ).
+A member (θ, χ) of the family evaluates forces at t₀ + θΔt and displaces by d = Δt [(1 − χ) v₀ + χ
+v₁] (docs/method.md). With τ = tan(ωΔt/2), its steady response equals that of a continuous system at
+the frequency ω̃ = 2τ/Δt with the complex modulus K (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ).
 """
 
 from collections.abc import Mapping
@@ -25,12 +25,12 @@ __all__ = [
     "time_step_for_damping",
 ]
 
-_HUGE = 1e300  # the engine's huge numbers lie above
+_HUGE = 1e300  # larger numbers of the engine mean "no value"
 
 
 @dataclass(frozen=True)
 class Vibration:
-    """Free vibration of oscillators in steps.
+    """Free vibration of oscillators under the time integration.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Vibration:
 
 @dataclass(frozen=True)
 class SteadyFactors:
-    """Factors of the equations in steady vibration exp(iωt), elastic terms having 1.
+    """Factors of the equations in steady vibration exp(iωt), relative to elastic terms.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class SteadyFactors:
 
 @dataclass(frozen=True)
 class Scheme:
-    """A member of the family.
+    """A member (θ, χ) of the family of time integration schemes.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Scheme:
 
     @classmethod
     def of_control(cls, control: Mapping) -> "Scheme":
-        """The member of a group ``&control`` of an input."""
+        """Return the scheme of a group ``&control`` of an input."""
         theta = control.get("theta", 0.75)
         if "damping_ratio" in control:
             wanted = (control[name] for name in ("damping_ratio", "damping_frequency", "time_step"))
@@ -100,7 +100,7 @@ class Scheme:
 
     @classmethod
     def named(cls, integration: "str | Scheme" = "dda", theta: float = 0.75) -> "Scheme":
-        """The member of a name, as in ``&control``.
+        """Return the scheme of a name, as in ``&control``.
 
         Parameters
         ----------
@@ -120,7 +120,7 @@ class Scheme:
         return cls(*map(float, checked(api.scheme_numbers, integration, float(theta))))
 
     def vibration(self, frequency: ArrayLike, time_step: float) -> Vibration:
-        """Free vibration of oscillators.
+        """Return the free vibration of oscillators.
 
         Parameters
         ----------
@@ -140,7 +140,7 @@ class Scheme:
     def steady(
         self, frequency: ArrayLike, time_step: float, dynamic_factor: float = 1.0
     ) -> SteadyFactors:
-        """Factors of the equations of motion in steady vibration.
+        """Return the factors of the equations of motion in steady vibration.
 
         Parameters
         ----------
@@ -151,7 +151,7 @@ class Scheme:
         dynamic_factor : float
             Factor on the velocity at the start of a step, 0 ... 1.
         """
-        values = np.atleast_1d(_resolved(frequency, time_step))
+        values = np.atleast_1d(_check_frequencies(frequency, time_step))
         step, factor = float(time_step), float(dynamic_factor)
         return SteadyFactors(*api.scheme_steady(self.theta, self.chi, step, factor, values))
 
@@ -159,7 +159,7 @@ class Scheme:
 def scheme_damping(
     frequency: ArrayLike, time_step: float, integration: str | Scheme = "dda", theta: float = 0.75
 ) -> NDArray[np.float64]:
-    """Damping ratio that the time integration adds to a steady harmonic motion.
+    """Return the damping ratio that the time integration adds to a steady harmonic motion.
 
     Half the loss factor of the complex modulus: 2ζ = (a + b)τ/(1 − abτ²) with a = 2θ − 1,
     b = 2χ − 1 and τ = tan(ωΔt/2); tan(ωΔt/2) in the DDA member.
@@ -185,13 +185,13 @@ def scheme_damping(
         If a frequency reaches the Nyquist frequency or an argument is out of range.
     """
     scheme = Scheme.named(integration, theta)
-    values = _resolved(frequency, time_step)
+    values = _check_frequencies(frequency, time_step)
     numbers, _ = api.scheme_vibration(scheme.theta, scheme.chi, float(time_step), values.ravel())
     return finite_or_inf(numbers[2]).reshape(values.shape)
 
 
 def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
-    """Frequency at which the equivalent continuous system is driven, the same in every member.
+    """Return the frequency of the equivalent continuous system, equal for all schemes.
 
     ω̃/2π = (2/Δt) tan(ωΔt/2)/2π, to be used with the modulus of :func:`scheme_damping`.
 
@@ -212,7 +212,7 @@ def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float
     ValueError
         If a frequency reaches the Nyquist frequency or an argument is out of range.
     """
-    values = _resolved(frequency, time_step)
+    values = _check_frequencies(frequency, time_step)
     squares = -Scheme.named("midpoint").steady(values.ravel(), time_step).inertia.real
     return np.sqrt(abs(squares)).reshape(values.shape) / (2 * np.pi)
 
@@ -220,7 +220,7 @@ def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float
 def time_step_for_damping(
     damping: ArrayLike, frequency: ArrayLike, integration: str = "dda", theta: float = 0.75
 ) -> NDArray[np.float64]:
-    """Time step at which the time integration has a given damping ratio.
+    """Return the time step at which the time integration has a given damping ratio.
 
     The inverse of :func:`scheme_damping`; Δt = 2 atan(2ζ)/ω in the DDA member.
 
@@ -256,7 +256,7 @@ def time_step_for_damping(
 def theta_for_damping(
     damping: ArrayLike, frequency: ArrayLike, time_step: float
 ) -> NDArray[np.float64]:
-    """θ of ``integration = 'theta'`` for a damping ratio in steady vibration at a given Δt.
+    """Return θ of ``integration = 'theta'`` for a damping ratio in steady vibration at a Δt.
 
     Parameters
     ----------
@@ -277,7 +277,7 @@ def theta_for_damping(
     ValueError
         If an argument is out of range, or no θ gives so much damping at this step.
     """
-    _resolved(frequency, time_step)
+    _check_frequencies(frequency, time_step)
     theta = _for_damping(damping, frequency, Scheme(), float(time_step), not_negative)[1]
     if np.any(theta > 1.0):
         wanted, at = (np.broadcast_to(a, theta.shape)[theta > 1.0][0] for a in (damping, frequency))
@@ -290,7 +290,7 @@ def theta_for_damping(
 
 
 def _for_damping(damping, frequency, scheme: Scheme, time_step: float, allowed=positive):
-    """Time steps (s), and θ at a time step, of the engine for ratios at frequencies."""
+    """Call the engine for time steps (s), or θ at a time step, for damping ratios."""
     ratio, values = np.broadcast_arrays(
         allowed("damping", damping), positive("frequency", frequency)
     )
@@ -300,8 +300,8 @@ def _for_damping(damping, frequency, scheme: Scheme, time_step: float, allowed=p
     return [row.reshape(ratio.shape) for row in found]
 
 
-def _resolved(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
-    """Frequencies (Hz), checked to lie below the Nyquist frequency."""
+def _check_frequencies(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
+    """Return frequencies (Hz); raise an error at or above the Nyquist frequency."""
     values = not_negative("frequency", frequency)
     step = float(positive("time_step", time_step))
     beyond = values * step >= 0.5
@@ -314,5 +314,5 @@ def _resolved(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
 
 
 def finite_or_inf(values: ArrayLike) -> NDArray[np.float64]:
-    """The engine's huge numbers, which mean "no value", as infinity."""
+    """Replace huge numbers of the engine, which mean "no value", by infinity."""
     return np.where(values > _HUGE, np.inf, values)

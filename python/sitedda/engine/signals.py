@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tools for records and computed histories: decay, smoothing, response spectra, frequency.
+"""Analyse records and computed histories: decay, smoothing, response spectra, frequency.
 
-Thin on the engine, scipy and pyKOOH.
+The functions call the engine, scipy and pyKOOH.
 """
 
 from dataclasses import dataclass
@@ -27,11 +27,11 @@ __all__ = [
     "spectral_acceleration",
 ]
 
-GRAVITY = 9.80665  # m/s², of the Arias intensity
-_BUTTERWORTH = np.cos(np.array([1.0, 3.0]) * np.pi / 8.0)  # of fourth order, as the engine's
+GRAVITY = 9.80665  # m/s², in the Arias intensity
+_BUTTERWORTH = np.cos(np.array([1.0, 3.0]) * np.pi / 8.0)  # order of the low-pass, as in the engine
 
-_FASTEST = 1e4  # oscillations between two samples of a motion
-_PADDING = 8  # zero padding of the spectrum in which the dominant frequency is sought
+_FASTEST = 1e4  # largest number of oscillations between two samples
+_PADDING = 8  # zero padding of the spectrum for the dominant frequency
 
 
 # ---------------------------------------------------------------------------------------------
@@ -41,7 +41,7 @@ _PADDING = 8  # zero padding of the spectrum in which the dominant frequency is 
 
 @dataclass(frozen=True)
 class Decrement:
-    """Damping read from a decaying oscillation; n is the number of cycles between the crests used.
+    """Damping of a decaying oscillation; n is the number of cycles between the crests used.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def log_decrement(
     offset: float | None = None,
     floor: float = 0.01,
 ) -> Decrement:
-    """Damping ratio and frequency of a free decay: paper eq. 11.
+    """Compute damping ratio and frequency of a free decay by eq. 11 of the paper.
 
     Crests and troughs are placed between the samples by a parabola through three of them.  The
     count starts at the highest crest.
@@ -108,7 +108,7 @@ def log_decrement(
     ValueError
         If the arguments do not fit or are not finite, or too few crests or cycles are found.
     """
-    step, values = _equidistant(time, x)
+    step, values = _check_equidistant(time, x)
     if not 0 < floor < 1:
         raise ValueError(f"floor must be in 0 ... 1, got {floor!r}")
     if cycles is not None and (cycles != int(cycles) or cycles < 1):
@@ -120,14 +120,14 @@ def log_decrement(
         offset = _centre_line(crest_at, crest, trough_at, -trough)
     elif not np.isfinite(offset):
         raise ValueError(f"offset must be finite, got {offset!r}")
-    at, height = _decaying(crest_at, crest - offset, cycles)
+    at, height = _select_crests(crest_at, crest - offset, cycles)
     return _decrement(np.asarray(time, dtype=float)[0] + step * at, height, float(offset))
 
 
 def _crests(
     values: NDArray[np.float64], prominence: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Places, in samples, and heights of the maxima, from a parabola through three samples."""
+    """Return positions, in samples, and heights of maxima by parabolas through three samples."""
     if prominence == 0:
         return np.empty(0), np.empty(0)
     from scipy.signal import find_peaks
@@ -135,7 +135,7 @@ def _crests(
     peak, _ = find_peaks(values, prominence=prominence)
     left, middle, right = values[peak - 1], values[peak], values[peak + 1]
     bend = left - 2 * middle + right
-    bend[bend == 0] = -np.inf  # a plateau: leave it where it is
+    bend[bend == 0] = -np.inf  # a plateau: do not shift its position
     shift = 0.5 * (left - right) / bend
     return peak + shift, middle - 0.25 * (left - right) * shift
 
@@ -146,7 +146,7 @@ def _centre_line(
     trough_at: NDArray[np.float64],
     trough: NDArray[np.float64],
 ) -> float:
-    """Offset c of e[k+1] = -q e[k] + (1 + q) c, least squares over successive extrema."""
+    """Fit the offset c of e[k+1] = -q e[k] + (1 + q) c to successive extrema."""
     order = np.argsort(np.concatenate([crest_at, trough_at]))
     extrema = np.concatenate([crest, trough])[order]
     is_crest = (np.arange(order.size) < crest.size)[order]
@@ -164,10 +164,10 @@ def _centre_line(
     return float((following.mean() - slope * middle) / (1 - slope))
 
 
-def _decaying(
+def _select_crests(
     at: NDArray[np.float64], height: NDArray[np.float64], cycles: int | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The crests from the highest on, as many as requested, while they lie above the offset."""
+    """Return the requested crests from the highest on, as long as they exceed the offset."""
     first = int(np.argmax(height)) if height.size else 0
     at, height = at[first:], height[first:]
     below = np.flatnonzero(height <= 0)
@@ -202,8 +202,8 @@ def _decrement(times: NDArray[np.float64], crests: NDArray[np.float64], offset: 
 # Konno-Ohmachi smoothing
 # ---------------------------------------------------------------------------------------------
 
-_LEAST_WINDOW = 0.3  # sum of weights; below it no sample is in the main lobe
-_MOST_WEIGHTS = 2**17  # at a time: the size of the cache
+_LEAST_WINDOW = 0.3  # smallest sum of weights; below it, no sample lies in the main lobe
+_MOST_WEIGHTS = 2**17  # weights computed at once, limited by the cache
 
 
 def smooth_konno_ohmachi(
@@ -212,7 +212,7 @@ def smooth_konno_ohmachi(
     bandwidth: float = 40.0,
     centres: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
-    """Amplitude spectrum smoothed by the window of Konno & Ohmachi (1998).
+    """Smooth an amplitude spectrum with the window of Konno & Ohmachi (1998).
 
     The weights ``[sin(b log10(f/fc)) / (b log10(f/fc))]⁴`` are normalised to unit sum; at a centre
     of 0 Hz the result is the first amplitude.
@@ -243,8 +243,8 @@ def smooth_konno_ohmachi(
     Konno, K. & Ohmachi, T. (1998). Ground-motion characteristics estimated from spectral ratio
     between horizontal and vertical components of microtremor. BSSA 88(1), 228-241.
     """
-    frequencies = _vector("frequency", frequency)
-    amplitudes = _vector("spectrum", np.abs(np.asarray(spectrum)))
+    frequencies = _check_vector("frequency", frequency)
+    amplitudes = _check_vector("spectrum", np.abs(np.asarray(spectrum)))
     if amplitudes.size != frequencies.size:
         raise ValueError(
             f"spectrum must have the length of frequency, {frequencies.size}, got {amplitudes.size}"
@@ -252,7 +252,7 @@ def smooth_konno_ohmachi(
     if frequencies.size == 0 or frequencies[0] < 0 or np.any(np.diff(frequencies) <= 0):
         raise ValueError("frequency must contain increasing values >= 0")
     width = float(positive("bandwidth", bandwidth))
-    targets = frequencies if centres is None else _vector("centres", centres)
+    targets = frequencies if centres is None else _check_vector("centres", centres)
     if np.any(targets < 0):
         raise ValueError(f"centres must not be negative, got {targets.min():g} Hz")
     above = frequencies > 0
@@ -279,7 +279,7 @@ def smooth_konno_ohmachi(
 
 @dataclass(frozen=True)
 class ResponseSpectrum:
-    """Largest responses of linear oscillators to one ground acceleration; all shape (n,).
+    """Largest responses of linear oscillators to a ground acceleration; all of shape (n,).
 
     Parameters
     ----------
@@ -310,7 +310,7 @@ class ResponseSpectrum:
 
     @property
     def pseudo_acceleration(self) -> NDArray[np.float64]:
-        """ω² × displacement: what engineers plot as "the" response spectrum."""
+        """ω² × displacement, the usual response spectrum of engineers."""
         return (2 * np.pi * self.frequencies) ** 2 * self.displacement
 
 
@@ -322,10 +322,10 @@ def response_spectrum(
     *,
     frequencies: ArrayLike | None = None,
 ) -> ResponseSpectrum:
-    """Response spectrum of a ground acceleration, oscillators at rest at first.
+    """Compute the response spectrum of a ground acceleration, with oscillators initially at rest.
 
     Exact for an acceleration that runs straight between its samples (Nigam & Jennings, 1969).
-    Oscillators that are fast for the sampling are followed between the samples.  The record is
+    For fast oscillators, maxima between the samples are included.  The record is
     not continued beyond its last sample: append zeros to include the free vibration after it.
 
     Parameters
@@ -356,7 +356,7 @@ def response_spectrum(
     Nigam, N. C. & Jennings, P. C. (1969). Calculation of response spectra from strong-motion
     earthquake records. BSSA 59(2), 909-922.
     """
-    ground = _vector("acceleration", acceleration)
+    ground = _check_vector("acceleration", acceleration)
     if ground.size < 2:
         raise ValueError(f"acceleration must contain at least two samples, got {ground.size}")
     step = float(positive("time_step", time_step))
@@ -371,13 +371,13 @@ def response_spectrum(
 
 
 def _naturals(periods: ArrayLike | None, frequencies: ArrayLike | None) -> NDArray[np.float64]:
-    """Natural frequencies (Hz) of one of the two."""
+    """Return natural frequencies (Hz) from either periods or frequencies."""
     if (periods is None) == (frequencies is None):
         raise ValueError("give either periods or frequencies")
     name, unit, given = (
         ("periods", "s", periods) if frequencies is None else ("frequencies", "Hz", frequencies)
     )
-    values = _vector(name, given)
+    values = _check_vector(name, given)
     if not np.all(values > 0):
         raise ValueError(f"{name} must be positive, got {values.min():g} {unit}")
     return values if frequencies is not None else 1 / values
@@ -386,7 +386,7 @@ def _naturals(periods: ArrayLike | None, frequencies: ArrayLike | None) -> NDArr
 def spectral_acceleration(
     acceleration: ArrayLike, time_step: float, periods: ArrayLike, damping: float = 0.05
 ) -> NDArray[np.float64]:
-    """Pseudo-spectral acceleration Sa, with the free vibration after the record.
+    """Compute the pseudo-spectral acceleration Sa, with the free vibration after the record.
 
     Parameters
     ----------
@@ -411,12 +411,12 @@ def spectral_acceleration(
     """
     longest = 1 / _naturals(periods, None).min()
     rest = np.zeros(int(np.ceil(longest / float(positive("time_step", time_step)))) + 1)
-    ground = np.concatenate([_vector("acceleration", acceleration), rest])
+    ground = np.concatenate([_check_vector("acceleration", acceleration), rest])
     return response_spectrum(ground, time_step, periods, damping).pseudo_acceleration
 
 
 def low_pass(length: int, time_step: float, frequency: float) -> NDArray[np.complex128]:
-    """The engine's Butterworth low-pass of fourth order on the grid of `scipy.fft.rfftfreq`.
+    """Return the engine's fourth-order Butterworth filter on the grid of `scipy.fft.rfftfreq`.
 
     Parameters
     ----------
@@ -437,7 +437,7 @@ def low_pass(length: int, time_step: float, frequency: float) -> NDArray[np.comp
 
 
 def low_passed(motion: ArrayLike, time_step: float, frequency: float) -> NDArray[np.float64]:
-    """A motion, shape (m,), every `time_step` s, below a frequency (Hz): see `low_pass`."""
+    """Filter a motion, shape (m,), every `time_step` s, by `low_pass` at a frequency (Hz)."""
     values = np.asarray(motion, dtype=float)
     length = fast_length(2 * len(values))
     spectrum = np.fft.rfft(values, length) * low_pass(length, time_step, frequency)
@@ -445,26 +445,26 @@ def low_passed(motion: ArrayLike, time_step: float, frequency: float) -> NDArray
 
 
 def fast_length(least: int) -> int:
-    """The smallest number from `least` on without prime factors above 5: fast to transform."""
+    """Return the smallest number from `least` on without prime factors above 5, for fast FFTs."""
     best = 1 << (least - 1).bit_length()
     odd = [3**i * 5**j for i in range(40) for j in range(28)]
     return min([best, *(n << max(0, -(-least // n) - 1).bit_length() for n in odd if n < best)])
 
 
 def running_integral(series: ArrayLike, time_step: float) -> NDArray[np.float64]:
-    """Trapezoidal integral from 0 along the last axis; shape of the series, its unit times s."""
+    """Integrate from 0 along the last axis by trapezoids; the shape does not change."""
     values = np.asarray(series, dtype=float)
     inner = np.cumsum((values[..., 1:] + values[..., :-1]) * time_step / 2, axis=-1)
     return np.concatenate([np.zeros_like(values[..., :1]), inner], axis=-1)
 
 
 def arias_intensity(acceleration: ArrayLike, time_step: float) -> float:
-    """Arias intensity π/2g ∫a² dt, m/s, of an acceleration, m/s², shape (m,), every so many s."""
+    """Return the Arias intensity π/2g ∫a² dt, m/s, of an acceleration, m/s², shape (m,)."""
     return float(arias_growth(acceleration, time_step)[-1])
 
 
 def arias_growth(acceleration: ArrayLike, time_step: float) -> NDArray[np.float64]:
-    """Arias intensity up to each sample, m/s, shape (m,), as :func:`arias_intensity`."""
+    """Return the Arias intensity up to each sample, m/s, shape (m,)."""
     squares = np.asarray(acceleration, dtype=float) ** 2
     return np.pi / (2 * GRAVITY) * running_integral(squares, time_step)
 
@@ -475,7 +475,7 @@ def arias_growth(acceleration: ArrayLike, time_step: float) -> NDArray[np.float6
 
 
 def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None = None) -> float:
-    """Frequency of the highest peak of the amplitude spectrum, between its lines.
+    """Return the interpolated frequency of the highest peak of the amplitude spectrum.
 
     The mean is removed, a Hann window applied and the record padded with zeros; a parabola
     through the logarithms of three lines places the peak.
@@ -501,18 +501,18 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     """
     from scipy.signal.windows import hann
 
-    values = _vector("x", x)
+    values = _check_vector("x", x)
     step = float(positive("dt", dt))
     if values.size < 8:
         raise ValueError(f"x must contain at least 8 samples, got {values.size}")
-    low, high = _band(band, 0.5 / step)
+    low, high = _check_band(band, 0.5 / step)
     windowed = (values - values.mean()) * hann(values.size, sym=False)
     length = _PADDING * values.size
     size = np.abs(np.fft.rfft(windowed, length))
     line = np.arange(1, size.size - 1)
     summit = line[(size[line] > size[line - 1]) & (size[line] >= size[line + 1])]
     summit = summit[(summit >= low * length * step) & (summit <= high * length * step)]
-    floor = 1e-12 * np.abs(values).sum()  # round-off of a constant is not a peak
+    floor = 1e-12 * np.abs(values).sum()  # the round-off of a constant is not a peak
     if summit.size == 0 or size[summit].max() <= floor:
         raise ValueError(f"band {low:g} ... {high:g} Hz contains no peak of the spectrum of x")
     best = summit[np.argmax(size[summit])]
@@ -526,7 +526,7 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
 # ---------------------------------------------------------------------------------------------
 
 
-def _vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
+def _check_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     if np.iscomplexobj(value):
         raise ValueError(f"{name} must be real, got complex values")
     values = np.asarray(value, dtype=float)
@@ -538,16 +538,16 @@ def _vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return values
 
 
-def _band(band: tuple[float, float] | None, nyquist: float) -> tuple[float, float]:
+def _check_band(band: tuple[float, float] | None, nyquist: float) -> tuple[float, float]:
     edges = np.asarray((0.0, nyquist) if band is None else band, dtype=float)
     if edges.shape != (2,) or not 0 <= edges[0] < edges[1] <= nyquist * (1 + 1e-12):
         raise ValueError(f"band must be 0 <= low < high <= {nyquist:g} Hz, got {band!r}")
     return float(edges[0]), float(edges[1])
 
 
-def _equidistant(time: ArrayLike, x: ArrayLike) -> tuple[float, NDArray[np.float64]]:
-    """Sampling interval and values of a history."""
-    times, values = _vector("time", time), _vector("x", x)
+def _check_equidistant(time: ArrayLike, x: ArrayLike) -> tuple[float, NDArray[np.float64]]:
+    """Return the sampling interval and the values of a history."""
+    times, values = _check_vector("time", time), _check_vector("x", x)
     if times.size != values.size or times.size < 3:
         raise ValueError(
             f"time and x must have the same length >= 3, got {times.size} and {values.size}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run of the engine, step by step or to its end."""
+"""Run the engine step by step or to the end."""
 
 import os
 import threading
@@ -26,8 +26,8 @@ from ..input.input_text import cited, find_groups
 from ..input.source import Built, blocks_text, needs_building, opened_input
 from .maxima import Maximum, as_maxima
 
-_LONGEST_CALL = 80  # characters of one in a message
-_CHUNK_TIME = 0.1  # s between looks at the signals, unless a step takes longer
+_LONGEST_CALL = 80  # characters of a value in a message
+_CHUNK_TIME = 0.1  # s between checks for signals, unless a step takes longer
 
 
 class Simulation:
@@ -40,15 +40,15 @@ class Simulation:
     output : path, True or None
         Output file; True: that of the input; None: no file is written.
     resume : bool
-        Go on from the last checkpoint of the output, which must be of the same input with the same
-        changes; from the start if there is none.  If the output is complete there is nothing left
-        to do, and the blocks are where they were at the start.  `notice` tells which.
+        Continue from the last checkpoint of the output, which must belong to the same input with
+        the same changes; without a checkpoint, start from the beginning. If the output is complete,
+        the run has ended and the blocks are in their initial position. `notice` reports the case.
     changes : mapping, optional
         Variables to change in the input, by ``group.variable`` or, where an input has several
         groups of a kind, ``group.name.variable``: ``{"material.clay.density": 1900.0}``.
     drawn : bool
-        Leave the blocks as drawn: the first stage begins, and may take time to come to rest, with
-        the first `advance`, which may be of no steps.
+        Leave the blocks as drawn.  The first stage, which may first compute a static equilibrium,
+        begins with the first `advance`, which may have no steps.
     **more
         The same for variables that need no group, as ``time_step=5e-4``, or with a mapping,
         ``contact={"normal_stiffness": 1e12}``; see `sitedda.changes.changed_input`.
@@ -85,7 +85,7 @@ class Simulation:
         changes = dict(changes or {}) | more
         named = dict(flat_changes(changes)).get("output.file")
         if output is True and isinstance(named, str | os.PathLike):
-            output = named  # by the caller, who may name any path
+            output = named  # the caller may name any path
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
         self._one = threading.RLock()  # locked while the engine works on this simulation
@@ -108,7 +108,7 @@ class Simulation:
         self.done = False
 
     def __enter__(self):
-        """Use in a with statement."""
+        """Enter a with statement."""
         return self
 
     def __exit__(self, *_):
@@ -124,18 +124,18 @@ class Simulation:
         return f"<sitedda.Simulation {self.title!r}: {blocks}, {now}>"
 
     def close(self) -> None:
-        """Free the simulation; an unfinished output stays as FILE.partial, with a checkpoint."""
-        with self._one, self._writing():
+        """Free the simulation; an unfinished output remains as FILE.partial, with a checkpoint."""
+        with self._one, self._output_lock():
             self._free()
             self._handle = 0
 
     @property
     def is_open(self) -> bool:
-        """False once it is closed."""
+        """Return whether the simulation is open."""
         return bool(self._handle)
 
     def advance(self, steps: int = 1) -> bool:
-        """Take up to `steps` steps; True when the run has ended, see `ending`.
+        """Take up to `steps` steps; return whether the run has ended, see `ending`.
 
         Raises
         ------
@@ -145,7 +145,7 @@ class Simulation:
             If a step does not converge; the message names step, contact and blocks.
         """
         steps = Range(0, 2**31 - 1, whole=True).check("steps", index(steps))
-        with self._one, self._writing():
+        with self._one, self._output_lock():
             done = self._call("advance_run", steps)
         self.done = bool(done)
         return self.done
@@ -153,9 +153,9 @@ class Simulation:
     def change(self, changes: Mapping | None = None, **more) -> None:
         """Change variables of the input from the present time on.
 
-        What can change: ``time_step`` and ``gravity`` of &control; the strengths of a &joint; a
-        &load; the record of a &motion and what is done to it; ``direction``, ``motion_x`` and
-        ``motion_y`` of a &fixed_point.  The values are checked as those of an input are.
+        Variables that can change: ``time_step`` and ``gravity`` of &control; the strengths of a
+        &joint; a &load; the record of a &motion and its processing; ``direction``, ``motion_x`` and
+        ``motion_y`` of a &fixed_point.  The values are checked like those of an input.
 
         Parameters
         ----------
@@ -170,16 +170,16 @@ class Simulation:
 
         Notes
         -----
-        A point that is held again, or follows another motion, is held where it stands.  Bonds and
-        closed contacts stay.  With another time step the time left is rounded up to whole steps.
-        Energies that come or go are in ``changed``.  The same changes at the same steps give the
-        same bits; checkpoints hold them, so that a resumed run continues with them, and the output
-        lists them in its attribute ``changes``.
+        A point that is fixed again, or follows another motion, starts from its present position.
+        Bonds and closed contacts do not change.  With another time step, the remaining time is
+        rounded up to whole steps. The energy term ``changed`` contains the energy added or removed.
+        The same changes at the same steps give bit-identical results.  Checkpoints contain the
+        changes, and the output lists them in its attribute ``changes``.
         """
         changes = dict(changes or {}) | more
         with self._one:
             text = changed_input(self.present_input, changes, BETWEEN_STEPS, self.file)
-            self._change(text, words := in_words(changes), f"change({words})")
+            self._apply_change(text, words := in_words(changes), f"change({words})")
 
     def add(self, kind: str, **values) -> None:
         """Add a load or a fixed point from the present time on.
@@ -187,8 +187,8 @@ class Simulation:
         Parameters
         ----------
         kind : str
-            ``"load"``, whose times are those of the run, or ``"fixed_point"``, which holds where
-            it stands.
+            ``"load"``, whose times are times of the run, or ``"fixed_point"``, which fixes the
+            present position.
         **values
             Variables of the group; ``x`` and ``y`` are of the point at the start, m.
         """
@@ -197,20 +197,20 @@ class Simulation:
         group = group_text(kind, {k: checked_value(kind, k, v) for k, v in values.items()})
         with self._one:
             text = f"{self.present_input.rstrip()}\n{group}"
-            self._change(text, group.strip(), f"add({kind!r}, …)")
+            self._apply_change(text, group.strip(), f"add({kind!r}, …)")
 
     def begin_stage(self, name: str, kind: str = "dynamic", **values) -> None:
-        """End the last stage now, and begin another: excavate, release supports, change joints.
+        """End the present stage and begin another: excavate, release supports, change joints.
 
-        With adaptive steps the stage begins at the next but one multiple of Δt.  `present_input`
-        then has the stage, and gives identical bits from its start on.
+        With adaptive steps, the stage begins at the second next multiple of Δt.  `present_input`
+        then contains the stage; running this input gives bit-identical results.
 
         Parameters
         ----------
         name : str
             Of the stage.
         kind : {'dynamic', 'static'}
-            A static one brings the model to rest; a dynamic one continues from the present state.
+            A static stage computes an equilibrium; a dynamic one continues from the present state.
         **values
             Variables of &stage: ``remove``, ``release``, ``drop``, ``change_joints``,
             ``change_materials``, ``zero_displacements``, ``duration`` or ``steps``, ``time_step``,
@@ -219,16 +219,16 @@ class Simulation:
         Raises
         ------
         InputError
-            If it cannot follow; then nothing has changed.
+            If the stage cannot follow; then nothing has changed.
         """
         with self._one:
             text = with_stage(self.present_input, self.present_stage, self.file, name, kind, values)
-            self._change(text, f"stage {name}", f"begin_stage({name!r}, …)")
+            self._apply_change(text, f"stage {name}", f"begin_stage({name!r}, …)")
 
     @property
     def present_stage(self) -> PresentStage:
-        """State of the present stage."""
-        clock = self._clock()
+        """Progress of the present stage."""
+        clock = self._read_clock()
         return PresentStage(
             steps=int(clock[3] - clock[9]),
             time=float(clock[0] - clock[10]),
@@ -238,23 +238,23 @@ class Simulation:
 
     @property
     def input_text(self) -> str:
-        """The text of the input that the run began with."""
-        return self._text("input").decode("utf-8", "surrogateescape")
+        """The text of the input at the start of the run."""
+        return self._read_text("input").decode("utf-8", "surrogateescape")
 
     @property
     def present_input(self) -> str:
         """The text of the input with the changes so far."""
-        return self._text("changed").decode("utf-8", "surrogateescape") or self.input_text
+        return self._read_text("changed").decode("utf-8", "surrogateescape") or self.input_text
 
     @property
     def input_values(self) -> str:
         """The values of the input as JSON: given, default and derived values of its groups."""
-        return self._words("values")
+        return self._read_words("values")
 
-    def _change(self, text: str, words: str, call: str) -> None:
-        """Continue with another input; errors cite the call instead of a text that nobody saw."""
+    def _apply_change(self, text: str, words: str, call: str) -> None:
+        """Continue with another input; errors name the call instead of the generated text."""
         try:
-            with self._one, FILES:  # in this order everywhere
+            with self._one, FILES:  # locks are always acquired in this order, to avoid deadlocks
                 self._call("change_input", text.encode("utf-8", "surrogateescape"), words.encode())
         except InputError as error:
             short = call if len(call) <= _LONGEST_CALL else f"{call[:_LONGEST_CALL]}…"
@@ -269,13 +269,13 @@ class Simulation:
         Raises
         ------
         OutputError
-            If it cannot be written; the last one stays.
+            If it cannot be written; the last checkpoint remains.
         """
         with self._one, FILES:
             self._call("save_state")
 
     def finish(self) -> Path | None:
-        """Close the output file, if one is written, and return where it is.
+        """Close the output file, if one is written, and return its path.
 
         If the duration is not reached, the results so far are in FILE.partial and a checkpoint is
         left that the run can be resumed from.
@@ -287,98 +287,98 @@ class Simulation:
     @property
     def output(self) -> Path:
         """Path of the output, also if it is not written."""
-        return Path(os.fsdecode(self._text("output").strip()))
+        return Path(os.fsdecode(self._read_text("output").strip()))
 
-    def _writing(self):
-        """The lock of files, if this simulation has an output."""
+    def _output_lock(self):
+        """Return the lock of files if this simulation has an output."""
         return FILES if self._writes else nullcontext()
 
     def _call(self, routine: str, *arguments):
-        """Result of a routine of the engine for this simulation; threads wait for each other."""
+        """Call a routine of the engine for this simulation; threads wait for each other."""
         with self._one:
             return checked(getattr(api, routine), self._handle, *arguments)
 
     def _table(self, what: str) -> np.ndarray:
-        """A table of the engine, see `take_state` and `take_course` there."""
+        """Return a table of the engine, see `take_state` and `take_course` there."""
         with self._one:
             return api.read_table(self._handle, *self._call("make_table", what))
 
-    def _text(self, what: str) -> bytes:
-        """A text of the engine, see `make_text` there."""
+    def _read_text(self, what: str) -> bytes:
+        """Return a text of the engine, see `make_text` there."""
         with self._one:
             return api.read_text(self._handle, self._call("make_text", what)).astype("u1").tobytes()
 
-    def _words(self, what: str) -> str:
-        return self._text(what).decode("utf-8", "replace").strip()
+    def _read_words(self, what: str) -> str:
+        return self._read_text(what).decode("utf-8", "replace").strip()
 
-    def _clock(self) -> np.ndarray:
+    def _read_clock(self) -> np.ndarray:
         return self._table("clock")[0]
 
     @property
     def title(self) -> str:
         """Title of the run."""
-        return self._words("title")
+        return self._read_words("title")
 
     @property
     def summary(self) -> str:
-        """Summary of the step control so far."""
-        return self._words("summary")
+        """Summary of the time step control so far."""
+        return self._read_words("summary")
 
     @property
     def warning(self) -> str:
-        """Warning of the energy audit so far; empty if it balances."""
-        return self._words("warning")
+        """Warning of the energy audit so far; empty if the energies balance."""
+        return self._read_words("warning")
 
     @property
     def description(self) -> str:
-        """The analysis and each motion, a line each: peaks, drift removal, what is left at the end.
+        """One line on the analysis and one per motion: peaks, drift removal, final values.
 
         Plane strain or plane stress; PGA, PGV and PGD of the motion; the most that drift removal
         took of velocity and displacement; velocity and displacement at the end of the record, and
         how the motion continues.
         """
-        return self._words("description")
+        return self._read_words("description")
 
     @property
     def notes(self) -> str:
-        """Warnings about probable mistakes of the input, a line each; empty if there is none."""
-        return self._words("notes")
+        """Warnings about probable mistakes of the input, one line each; empty if there are none."""
+        return self._read_words("notes")
 
     @property
     def thread_notes(self) -> str:
-        """For how long other programs left too few processors for all threads; empty if never."""
-        return self._words("threads")
+        """Note on the time during which too few processors were free for all threads; or empty."""
+        return self._read_words("threads")
 
     @property
     def peak_warnings(self) -> list[str]:
         """Warnings about amplification peaks of a linear run that are not exact."""
         with self._one, FILES:
-            return self._words("peaks").splitlines()
+            return self._read_words("peaks").splitlines()
 
     @property
     def ending(self) -> str:
         """Why the run has ended, "duration reached" or the rule of &stop; empty before that."""
-        return self._words("ending")
+        return self._read_words("ending")
 
     @property
     def notice(self) -> str:
         """The time from which a resumed simulation continued, in words; otherwise blank."""
-        return self._words("notice")
+        return self._read_words("notice")
 
     @property
     def time(self) -> float:
-        """Time reached, s."""
-        return float(self._clock()[0])
+        """Present time, s."""
+        return float(self._read_clock()[0])
 
     @property
     def duration(self) -> float:
-        """Time to reach, s."""
-        return float(self._clock()[1])
+        """Duration of the run, s."""
+        return float(self._read_clock()[1])
 
     @property
     def time_step(self) -> float:
         """Time step of the last step, s; may be set, see `change`."""
-        return float(self._clock()[2])
+        return float(self._read_clock()[2])
 
     @time_step.setter
     def time_step(self, value: float) -> None:
@@ -387,7 +387,7 @@ class Simulation:
     @property
     def gravity(self) -> np.ndarray:
         """Acceleration of gravity, shape (2,), m/s²; may be set, see `change`."""
-        return self._clock()[5:7]
+        return self._read_clock()[5:7]
 
     @gravity.setter
     def gravity(self, values) -> None:
@@ -396,27 +396,27 @@ class Simulation:
     @property
     def normal_stiffness(self) -> float:
         """Penalty stiffness k_n of closed contacts, N/m, as given or by its default."""
-        return float(self._clock()[7])
+        return float(self._read_clock()[7])
 
     @property
     def steps(self) -> int:
         """Steps taken."""
-        return int(self._clock()[3])
+        return int(self._read_clock()[3])
 
     @property
     def iterations(self) -> int:
         """Open-close iterations of the last step."""
-        return int(self._clock()[4])
+        return int(self._read_clock()[4])
 
     @property
     def block_names(self) -> list[str]:
         """Names of the blocks, blank where the input gives none."""
-        return self._text("blocks").decode("utf-8", "replace").split("\n")[:-1]
+        return self._read_text("blocks").decode("utf-8", "replace").split("\n")[:-1]
 
     @property
     def point_names(self) -> list[str]:
         """Names of the measured points."""
-        return self._text("points").decode("utf-8", "replace").split("\n")[:-1]
+        return self._read_text("points").decode("utf-8", "replace").split("\n")[:-1]
 
     @property
     def block_materials(self) -> np.ndarray:
@@ -427,7 +427,7 @@ class Simulation:
     def edge_joints(self) -> np.ndarray:
         """Number of each edge's present joint, shape (vertices,), from 0, as `polygons` has them.
 
-        An edge stands at the vertex where it begins.
+        An edge has the index of the vertex where it begins.
         """
         return self._table("edges")[:, 1].astype(int)
 
@@ -448,12 +448,12 @@ class Simulation:
 
     @property
     def removed_blocks(self) -> np.ndarray:
-        """Which blocks stages have removed, shape (blocks,), bool."""
+        """Whether a stage has removed each block, shape (blocks,), bool."""
         return self._table("blocks")[:, 2].astype(bool)
 
     @property
     def block_states(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """`coordinates`, `rates` and `stresses` of one moment."""
+        """`coordinates`, `rates` and `stresses` at the same time."""
         with self._one:
             return self.coordinates, self.rates, self.stresses
 
@@ -479,17 +479,17 @@ class Simulation:
 
     @property
     def stress_errors(self) -> np.ndarray:
-        """How far the stresses of cells are off by the jumps at their faces, shape (blocks,), Pa.
+        """Estimated stress errors of cells from the jumps at their faces, shape (blocks,), Pa.
 
-        The stress along an axis, at no other strain, of the energy of the jumps; 0 of other blocks.
+        The estimate is the uniaxial-strain stress with the energy of the jumps; otherwise 0.
         """
         return self._table("stress_errors")[0]
 
     @property
     def plastic_strains(self) -> np.ndarray:
-        """Largest plastic strain within each block, shape (blocks,); 0 where nothing has yielded.
+        """Largest plastic strain within each block, shape (blocks,); 0 without yielding.
 
-        It is the sum over steps that law 'mohr_coulomb' softens by.
+        It is the sum over steps on which the softening of law 'mohr_coulomb' depends.
         """
         return self._table("plastic_strains")[0]
 
@@ -530,7 +530,7 @@ class Simulation:
 
     @property
     def closed_contacts(self) -> np.ndarray:
-        """Contacts of the last step that press, shape (contacts, 5).
+        """Contacts under compression in the last step, shape (contacts, 5).
 
         Vertex and edge (from 0), fraction of the edge from the vertex on before a point between
         corners, normal and shear force (N/m), as in `contacts`.
@@ -561,7 +561,7 @@ class Simulation:
 
     @property
     def water(self) -> dict[str, np.ndarray]:
-        """Water in the channels of the joints after the last step.
+        """State of the water in the channels of joints after the last step.
 
         ``pressure`` (Pa) and ``saturation`` at both ends, each of shape (channels, 2), ``flux``
         from the first to the second (m²/s), (channels,), ``places`` of the ends at the start (m),
@@ -607,11 +607,11 @@ class Simulation:
 
     @property
     def solver(self) -> str:
-        """The solver at work, which ``'auto'`` may change."""
-        return self._words("solver")
+        """The present linear solver, which ``'auto'`` may change."""
+        return self._read_words("solver")
 
     def block_notes(self) -> str:
-        """Notes on blocks that were removed or merged, and on slivers, in words."""
+        """Notes on removed and merged blocks and on slivers."""
         from ..build.cutting.small_blocks import in_words, slivers
 
         of_cut = in_words(self.built.slivers)
@@ -619,7 +619,7 @@ class Simulation:
         return "\n".join(filter(None, [*words, in_words(slivers(self.polygons, self.block_names))]))
 
     def phase_times(self) -> dict[str, float]:
-        """Seconds spent in the phases of the steps since the first call, which starts the watch.
+        """Seconds spent in the phases of the steps since the first call, which starts the timer.
 
         ``search`` (neighbours, plan of the factor), ``detect`` (contacts and their history),
         ``assemble``, ``factorise``, ``solve``, ``iterate`` (open-close, without its solves) and
@@ -641,7 +641,7 @@ class Simulation:
 def run_to_end(
     simulation: Simulation, progress: Callable[[Simulation], None] | None, stop: Stop
 ) -> bool:
-    """Advance in chunks, so that it can be stopped between them; True when the run has ended.
+    """Advance in chunks until the end or a stop request; return whether the run has ended.
 
     Parameters
     ----------
@@ -670,7 +670,7 @@ def run_to_end(
     except BaseException as error:
         try:
             simulation.finish()
-        except OutputError as failure:  # in addition to the error that ended the run
+        except OutputError as failure:  # reported after the error that ended the run
             if not isinstance(error, SiteddaError):
                 raise
             raise type(error)(f"{error}; {failure}") from error

@@ -10,7 +10,7 @@ from ..base.core import api, checked
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest amplitude in a band.
+    """The largest amplitude in a frequency band.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Peak:
     interpolated: bool = False
 
 
-def _series(name: str, values) -> np.ndarray:
+def _check_series(name: str, values) -> np.ndarray:
     series = np.ascontiguousarray(values, dtype=float)
     if series.ndim != 1:
         raise ValueError(f"{name} must be one-dimensional, not of shape {series.shape}")
@@ -38,7 +38,7 @@ def _series(name: str, values) -> np.ndarray:
 
 
 def fourier_spectrum(series, time_step: float, padding: int = 1, taper: float = 0.0):
-    """One-sided Fourier spectrum, an estimate of the Fourier integral.
+    """Compute a one-sided Fourier spectrum, an estimate of the Fourier integral.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def fourier_spectrum(series, time_step: float, padding: int = 1, taper: float = 
     padding : int
         Length with zeros over length.
     taper : float
-        Part of the length under a cosine taper, half at each end, 0 … 1.
+        Tapered fraction of the length (cosine), half at each end, 0 … 1.
 
     Returns
     -------
@@ -62,13 +62,13 @@ def fourier_spectrum(series, time_step: float, padding: int = 1, taper: float = 
     ValueError
         If an argument is out of range or a sample is not finite.
     """
-    series = _series("series", series)
+    series = _check_series("series", series)
     bins = int(padding) * series.size // 2 + 1
     return checked(api.spectrum_of, series, [], time_step, padding, taper, bins)
 
 
 def amplification(surface, base, time_step: float, padding: int = 8, taper: float = 0.0):
-    """Ratio of the Fourier spectra of two motions of one kind.
+    """Compute the ratio of the Fourier spectra of two motions of the same kind.
 
     Parameters
     ----------
@@ -85,9 +85,9 @@ def amplification(surface, base, time_step: float, padding: int = 8, taper: floa
     frequency : ndarray, shape (bins,)
         Hz.
     ratio : complex ndarray, shape (bins,)
-        0 where the base has no motion to speak of.
+        0 at frequencies where the base motion is negligible.
     """
-    surface, base = _series("surface", surface), _series("base", base)
+    surface, base = _check_series("surface", surface), _check_series("base", base)
     if surface.shape != base.shape:
         raise ValueError(f"surface and base differ in length: {surface.size} and {base.size}")
     bins = int(padding) * surface.size // 2 + 1
@@ -102,6 +102,6 @@ def find_peak(frequency, amplitude, lowest: float, highest: float) -> Peak:
     ValueError
         If no bin lies in the band.
     """
-    bins = _series("frequency", frequency), _series("amplitude", amplitude)
+    bins = _check_series("frequency", frequency), _check_series("amplitude", amplitude)
     found = checked(api.peak_of, *bins, lowest, highest)
     return Peak(float(found[0]), float(found[1]), float(found[2]), bool(found[3]))

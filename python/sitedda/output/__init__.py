@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Results of a run: its file, the scene at a time, the verdict, amplifications."""
+"""Results of a run: output file, scenes, verdict and amplifications."""
 
 from .output_file import load, open_output
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Energies of a run, its losses, and the residual of the audit."""
+"""Energies and losses of a run, and the residual of the energy audit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray as xr
 
-# By role, as in `dda_energy`: groups of terms that are shown together.
+# Groups of terms that are shown together, by their role, as in `dda_energy`.
 STORED = {
     "kinetic": ("kinetic",),
     "elastic": ("strain", "welded", "contact", "support", "law"),
@@ -29,19 +29,19 @@ GAINED = (
 )  # fmt: skip
 TERMS = (*(n for names in STORED.values() for n in names), *GAINED,
          *(n for names in LOST.values() for n in names), "balance")  # fmt: skip
-_LEAST = 1e-3  # of the supplied energy: smaller terms are shown together
+_LEAST = 1e-3  # fraction of the supplied energy: smaller terms are shown together
 
 
 @dataclass(frozen=True)
 class Budget:
-    """Energies over time, J/m, shape (samples,) each.
+    """Energies over time, J/m, each of shape (samples,).
 
     Attributes
     ----------
     time : ndarray
         s
     given : ndarray
-        Work done on the model and energy that gravity and others have set free.
+        Work done on the model and energy released, for example by gravity.
     parts : dict of ndarray
         Energies and losses by name, 0 or more: their sum is `given` plus `residual`.
     residual : ndarray
@@ -55,7 +55,7 @@ class Budget:
 
 
 def budget(history: xr.Dataset) -> Budget:
-    """The energies of a run, those below 0 counted as given."""
+    """Return the energies of a run; negative terms count as supplied energy."""
     zero = np.zeros(history.sizes["time"])
 
     def sum_of(names) -> np.ndarray:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The variables of an output by names and dimensions, as those of `xarray.Dataset`.
+"""A small substitute for `xarray.Dataset`: variables with names and dimensions.
 
-The verdict and the picture of a run need no more; to import xarray and pandas, and to index the
-times of a run by them, takes as long as half of its steps.
+The verdict and the picture of a run need no more.  Importing xarray and pandas and indexing the
+times takes as long as half of the steps of a run.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 
 class NamedArray:
-    """Values whose dimensions have names, see `xarray.DataArray`."""
+    """Array with named dimensions, see `xarray.DataArray`."""
 
     def __init__(self, dims: tuple[str, ...], values, labels: Mapping[str, list[str]]):
         self.dims = dims
@@ -37,13 +37,13 @@ class NamedArray:
         return NamedArray(self.dims[self.values.ndim - np.ndim(found) :], found, self._labels)
 
     def isel(self, **places: int) -> NamedArray:
-        """Values at a place of each dimension that is named and there."""
+        """Select values by the index along each given dimension that exists."""
         where = tuple(places.get(name, slice(None)) for name in self.dims)
         rest = tuple(name for name in self.dims if name not in places)
         return NamedArray(rest, self.values[where], self._labels)
 
     def sel(self, **labels: str) -> NamedArray:
-        """Values at a label of each dimension that is named."""
+        """Select values by the label along each given dimension."""
         return self.isel(**_indices(self._labels, labels))
 
     def __array__(self, dtype=None, copy=None) -> np.ndarray:
@@ -57,7 +57,7 @@ class NamedArray:
 
 
 class NamedArrays:
-    """Variables with attributes, see `xarray.Dataset`; all are in memory."""
+    """Variables with attributes in memory, see `xarray.Dataset`."""
 
     def __init__(self, variables: Mapping[str, tuple[tuple[str, ...], Any]], attrs, source: str):
         self._labels = {name: values.tolist() for name, (dims, values) in variables.items()
@@ -68,13 +68,13 @@ class NamedArrays:
 
     @property
     def sizes(self) -> dict[str, int]:
-        """The length of each dimension."""
+        """Return the length of each dimension."""
         return {name: length for one in self.variables.values()
                 for name, length in zip(one.dims, one.values.shape, strict=True)}  # fmt: skip
 
     @property
     def coords(self) -> list[str]:
-        """Dimensions that have labels."""
+        """Return the dimensions that have labels."""
         return list(self._labels)
 
     def __contains__(self, name: str) -> bool:
@@ -89,18 +89,18 @@ class NamedArrays:
         raise AttributeError(name)
 
     def isel(self, **places: int) -> NamedArrays:
-        """All variables, at a place of each dimension that is named."""
+        """Select all variables by the index along each given dimension."""
         found = {name: one.isel(**places) for name, one in self.variables.items()}
         taken = {name: (one.dims, one.values) for name, one in found.items()}
         return NamedArrays(taken, self.attrs, self.encoding["source"])
 
     def sel(self, **labels: str) -> NamedArrays:
-        """All variables, at a label of each dimension that is named."""
+        """Select all variables by the label along each given dimension."""
         return self.isel(**_indices(self._labels, labels))
 
 
 def _indices(labels: Mapping[str, list[str]], asked: Mapping[str, str]) -> dict[str, int]:
-    """Where the labels that are requested are; a KeyError if one is not there."""
+    """Return the indices of the requested labels; raise KeyError if one is missing."""
     for name, label in asked.items():
         if label not in labels[name]:
             raise KeyError(label)
@@ -108,7 +108,7 @@ def _indices(labels: Mapping[str, list[str]], asked: Mapping[str, str]) -> dict[
 
 
 def read_netcdf(file) -> NamedArrays:
-    """All of a netCDF file, its characters as texts."""
+    """Read a whole netCDF file; characters become texts."""
     import netCDF4
 
     with netCDF4.Dataset(file) as data:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The output of a run as a dataset, checked once when it is opened.
+"""Read the output of a run as a dataset and check it.
 
-A file may be cut, changed, or another program's: what is read of it has the dimensions, kinds and
-ranges that a run writes, or is one error that names the file and the variable.
+A file may be truncated, altered or from another program.  Its variables must have the dimensions,
+types and ranges that a run writes; otherwise one error names the file and the variable.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from .variables import FAMILIES, LENGTHS, VARIABLES
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST = 1e37  # of any number: single precision, and squares of larger ones, overflow
-_ROUNDING = 1e-9  # of the length of an edge
-_READ_AT_ONCE = 2**24  # bytes; larger variables are checked on reading
-_HELD = ("time", "frame", "vertex", "block")  # dimensions of which there is at least one
+_MOST = 1e37  # largest number: larger ones overflow in single precision or when squared
+_ROUNDING = 1e-9  # tolerance relative to the length of an edge
+_READ_AT_ONCE = 2**24  # bytes; larger variables are checked when they are read
+_HELD = ("time", "frame", "vertex", "block")  # dimensions that have at least one entry
 _ATTRIBUTES = ("title", "input_text", "input_values", "input_file", "stages", "step_control",
                "verdict", "accuracy", "complete")  # fmt: skip
 
 
 def open_output(file) -> xr.Dataset:
-    """An output file as a dataset; its frames are read on access.
+    """Open an output file as a dataset; its frames are read on access.
 
     It has coordinates to select by:
     ``data.block_stress.sel(block="brick_7", component="yy").sel(frame=1.5, method="nearest")``.
@@ -47,7 +47,7 @@ def open_output(file) -> xr.Dataset:
     import xarray as xr
 
     check_readable(file)
-    with _reading(_unreadable(file)):
+    with _reporting_damage(_unreadable_message(file)):
         data = xr.open_dataset(file, engine="netcdf4", cache=False, decode_times=False)
     try:
         _check(data)
@@ -58,15 +58,15 @@ def open_output(file) -> xr.Dataset:
 
 
 def read_output(file) -> NamedArrays:
-    """All of an output, in memory, as far as words and pictures need it; errors as above."""
+    """Read an output into memory for verdict and pictures; errors as in `open_output`."""
     check_readable(file)
-    with _reading(_unreadable(file)):
+    with _reporting_damage(_unreadable_message(file)):
         data = read_netcdf(file)
     _check(data)
     return data
 
 
-def _unreadable(file) -> Callable[[str], OutputError]:
+def _unreadable_message(file) -> Callable[[str], OutputError]:
     return lambda why: OutputError(f"{file} cannot be read as an output: {why}")
 
 
@@ -80,20 +80,20 @@ def _check(data) -> None:
 
 
 def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
-    """Checked values of a variable, or of some of its rows.
+    """Read and check the values of a variable, or of some of its rows.
 
     Raises
     ------
     OutputError
         If the file does not contain them, or not of that kind.
     """
-    with _reading(lambda why: damaged(data, name, why)):
+    with _reporting_damage(lambda why: damaged(data, name, why)):
         values = data[name][which].values
     known = VARIABLES.get(name)
     if known is None or known.kind == "text" or values.size == 0:
         return values
     if not np.issubdtype(values.dtype, np.number):
-        raise damaged(data, name, "it holds no numbers")
+        raise damaged(data, name, "it does not contain numbers")
     kind = known.kind.removesuffix(" or none")
     if kind == "real":
         good = np.abs(values) <= _MOST
@@ -111,17 +111,17 @@ def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
 
 
 def load(file) -> xr.Dataset:
-    """All of an output, in memory."""
+    """Read a whole output into memory."""
 
     def wrong(why: str) -> OutputError:
         return OutputError(f"{file} cannot be read: {why}")
 
-    with open_output(file) as data, _reading(wrong):
+    with open_output(file) as data, _reporting_damage(wrong):
         return data.load()
 
 
 @contextmanager
-def _reading(wrong: Callable[[str], OutputError]) -> Iterator[None]:
+def _reporting_damage(wrong: Callable[[str], OutputError]) -> Iterator[None]:
     """Turn any exception for invalid bytes into one error, except for lack of memory."""
     try:
         with FILES:
@@ -139,7 +139,7 @@ def _check_structure(data: xr.Dataset) -> None:
     for name, known in VARIABLES.items():
         if name not in data.variables:
             if known.needed and (known.family in there or FAMILIES[known.family]):
-                raise damaged(data, name, "it is not there")
+                raise damaged(data, name, "it is missing")
             continue
         found = data[name]
         if found.dims != known.dimensions:
@@ -148,17 +148,17 @@ def _check_structure(data: xr.Dataset) -> None:
             raise damaged(data, name, f"its values are of type {found.dtype}")
     for name, length in data.sizes.items():
         if length != LENGTHS.get(name, length) or (name in _HELD and length == 0):
-            raise OutputError(f"{_file(data)} is damaged: its dimension {name} is {length} long")
+            raise OutputError(f"{_file_of(data)} is damaged: its dimension {name} is {length} long")
     if "input_values" not in data.attrs:
-        raise OutputError(f"{_file(data)} is of an earlier version, without the attribute "
+        raise OutputError(f"{_file_of(data)} is of an earlier version, without the attribute "
                           "input_values: run its input again")  # fmt: skip
     for name in _ATTRIBUTES:
         if not isinstance(data.attrs.get(name, ""), str):
-            raise OutputError(f"{_file(data)} is damaged: its attribute {name} is not text")
+            raise OutputError(f"{_file_of(data)} is damaged: its attribute {name} is not text")
     try:
         input_values(data.attrs)
     except OutputError:
-        raise OutputError(f"{_file(data)} is damaged: its attribute input_values") from None
+        raise OutputError(f"{_file_of(data)} is damaged: its attribute input_values") from None
 
 
 def _check_order(data: xr.Dataset) -> None:
@@ -166,13 +166,13 @@ def _check_order(data: xr.Dataset) -> None:
     owner = read(data, "vertex_block")
     corners = np.bincount(owner, minlength=data.sizes["block"])
     if owner[0] or not np.isin(np.diff(owner), (0, 1)).all() or corners.min() < 3:
-        raise damaged(data, "vertex_block", "its blocks are not in their order")
+        raise damaged(data, "vertex_block", "its blocks are not in order")
     for name in ("time", "frame_time", "contact_frame"):
         if np.any(np.diff(read(data, name)) < 0):
-            raise damaged(data, name, "its values do not ascend")
+            raise damaged(data, name, "its values do not increase")
     time, frames = read(data, "time"), read(data, "frame_time")
     if time[-1] == time[0] and frames[-1] > frames[0]:
-        raise damaged(data, "time", "it does not ascend")
+        raise damaged(data, "time", "it does not increase")
     stages = str(data.attrs.get("stages", "")).count("\n") + 1
     for name in ("stage", "frame_stage"):
         if name in data.variables and (read(data, name) > stages).any():
@@ -185,11 +185,11 @@ def _check_order(data: xr.Dataset) -> None:
 
 
 def damaged(data: xr.Dataset, name: str, why: str) -> OutputError:
-    """The error of a variable that no run has written."""
+    """Return the error for an invalid variable."""
     return OutputError(
-        f"{_file(data)} is damaged, or not an output of a run: variable {name}: {why}"
+        f"{_file_of(data)} is damaged, or not an output of a run: variable {name}: {why}"
     )
 
 
-def _file(data: xr.Dataset) -> str:
+def _file_of(data: xr.Dataset) -> str:
     return data.encoding.get("source", "the dataset")

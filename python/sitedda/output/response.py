@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Site response of a finished run: amplification in time domain."""
+"""Site response of a finished run: amplification computed from its histories."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Amplification:
-    """The spectral ratio of two measured points.
+    """The spectral ratio of two measured points and its peak.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Amplification:
     peak: Peak
 
     def __str__(self) -> str:
-        """One line, as the native executable prints it."""
+        """Return one line, as printed by the native executable."""
         how = "peak interpolated" if self.peak.interpolated else "peak at a bin"
         return (
             f'amplification {self.surface}/{self.base} ("within"): {self.peak.amplitude:.3f} at '
@@ -51,7 +51,7 @@ class Amplification:
 
 
 def amplifications(history: xr.Dataset) -> list[Amplification]:
-    """All amplifications of the groups &amplification of a run."""
+    """Return the amplifications that the groups &amplification of a run request."""
     groups = input_values(history.attrs).get("amplification", [])
     return [
         point_amplification(
@@ -76,7 +76,7 @@ def point_amplification(
     direction: str = "x",
     padding: int = 8,
 ) -> Amplification:
-    """Amplification between two measured points, with its peak between two frequencies (Hz)."""
+    """Return the amplification between two points, with its peak between two frequencies (Hz)."""
     axis = ("x", "y").index(direction)
     above, below = (
         history.acceleration.sel(point=name).isel(axis=axis).values for name in (surface, base)
@@ -89,7 +89,7 @@ def point_amplification(
 
 
 def spectral_ratio(above, below, time_step: float, padding: int) -> tuple[np.ndarray, np.ndarray]:
-    """`amplification`, once for the texts and pictures of a run."""
+    """Return a cached `amplification`, which texts and pictures of a run share."""
     motions = (np.ascontiguousarray(one, dtype=float).tobytes() for one in (above, below))
     return _spectral_ratio(*motions, float(time_step), padding)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A model or an output, frame by frame: what pictures, movies, the view and exports show."""
+"""The frames of a model or an output, for pictures, movies, the view and exports."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from .output_file import damaged, open_output, read
 if TYPE_CHECKING:
     import xarray as xr
 
-PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie on each other
-# Of some outputs: the error of the stress of cells (Pa), the largest plastic strain of blocks that
-# yield, the largest damage of the faces of a cell.
+PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can form an interface
+# In some outputs: error of the stress of cells (Pa), largest plastic strain of yielding blocks,
+# largest damage of the faces of a cell.
 OWN_QUANTITIES = ("stress_error", "plastic_strain", "damage")
-_LOST = 1.0  # distance of a block from the first view, in sizes of it
-_SLACK = 0.01  # of the duration: tolerance of a requested time beyond the frames
+_LOST = 1.0  # distance of a lost block from the first view, over the size of the view
+_SLACK = 0.01  # tolerance of a requested time beyond the frames, over the duration
 
 
 @dataclass(frozen=True)
 class Interfaces:
-    """Pieces of edges that two blocks share, shape (k,) each.
+    """Segments of edges that two blocks share, each of shape (k,).
 
     Attributes
     ----------
@@ -65,11 +65,11 @@ class Scene:
     Parameters
     ----------
     data : xarray.Dataset
-        With the variables of an output; those of frames and contacts are read when needed.
+        Contains the variables of an output; frames and contacts are read when needed.
     before : bool
-        A model that has not been run.
+        Whether the model has not been run.
     absolute : bool
-        Displacements are not relative to the base.
+        Whether displacements are absolute, not relative to the base.
     """
 
     def __init__(self, data: xr.Dataset, before: bool = False, absolute: bool = False):
@@ -93,12 +93,12 @@ class Scene:
 
     @property
     def bodies(self) -> int:
-        """Blocks that are no cells, and bodies."""
+        """Return the blocks that are no cells, and the bodies of cells."""
         return int(np.sum(self.body == 0)) + len(np.unique(self.body[self.body > 0]))
 
     @classmethod
     def of(cls, source, absolute: bool = False) -> Scene:
-        """The scene of an input or output file, a Run, a Dataset, a Simulation or its model."""
+        """Return the scene of a file (input or output), Run, Dataset, Simulation or model."""
         if isinstance(source, cls):
             return cls(source.data, source.before, True) if absolute else source
         source = getattr(source, "history", source)
@@ -123,7 +123,7 @@ class Scene:
         return cls(_present_state(simulation), simulation.steps == 0)
 
     def _set_materials(self) -> None:
-        """Names of materials and joints, and those of blocks and edges; the first where unknown."""
+        """Set names of materials and joints of blocks and edges; the first ones if unknown."""
         self.material_names = [
             str(group.get("name", "")) or f"material {i + 1}"
             for i, group in enumerate(self.groups.get("material", []))
@@ -146,12 +146,12 @@ class Scene:
         return len(self.time)
 
     def frame_at(self, time: float | None, stage: str | None = None) -> int:
-        """The frame of a stage that is nearest to a time (s); the last one for None.
+        """Return the frame of a stage nearest to a time (s); the last frame for None.
 
         Raises
         ------
         InputError
-            If there is no frame of such a stage, or the time is not of the run.
+            If the stage has no frame, or the time lies outside the run.
         """
         begin, end = float(self.time[0]), float(self.time[-1])
         slack = _SLACK * (end - begin)
@@ -166,55 +166,55 @@ class Scene:
                 raise InputError(f"there is no frame of a stage {stage!r}: {', '.join(names)}")
         return int(among[-1] if time is None else among[np.argmin(abs(self.time[among] - time))])
 
-    def _read(self, name: str, frame: int) -> np.ndarray:
+    def _read_variable(self, name: str, frame: int) -> np.ndarray:
         return read(self.data, name, frame)
 
     def vertices(self, frame: int) -> np.ndarray:
-        """Places of all vertices, shape (vertices, 2), m."""
-        return self._read("vertices", frame)
+        """Return the positions of all vertices, shape (vertices, 2), m."""
+        return self._read_variable("vertices", frame)
 
     def polygons(self, frame: int) -> list[np.ndarray]:
-        """Vertices of each block, shape (vertices, 2), m."""
+        """Return the vertices of each block, shape (vertices, 2), m."""
         return self.split(self.vertices(frame))
 
     def split(self, vertices: np.ndarray) -> list[np.ndarray]:
-        """An array over all vertices as one for each block."""
+        """Split an array over all vertices into one per block."""
         return parts_of(vertices, self.first)
 
     def coordinates(self, frame: int) -> np.ndarray:
-        """Block coordinates, shape (blocks, 6): m, rad, strains in axes of the block."""
-        return self._read("block_coordinates", frame)
+        """Return block coordinates, shape (blocks, 6): m, rad, strains in axes of the block."""
+        return self._read_variable("block_coordinates", frame)
 
     def rates(self, frame: int) -> np.ndarray:
-        """Rates of the block coordinates, shape (blocks, 6), per second."""
-        return self._read("block_rates", frame)
+        """Return the rates of the block coordinates, shape (blocks, 6), per second."""
+        return self._read_variable("block_rates", frame)
 
     def stress(self, frame: int) -> np.ndarray:
-        """Stresses, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa, tension positive."""
-        return self._read("block_stress", frame)
+        """Return stresses, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa, tension positive."""
+        return self._read_variable("block_stress", frame)
 
     @property
     def own_quantities(self) -> list[str]:
-        """Those of `OWN_QUANTITIES` that the model has."""
+        """Return the names in `OWN_QUANTITIES` that the model has."""
         known = {"damage": ("edge_damage", "contact_damage")}
         return [n for n in OWN_QUANTITIES
                 if any(k in self.data for k in known.get(n, (f"block_{n}",)))]  # fmt: skip
 
     def own_quantity(self, name: str, frame: int) -> np.ndarray:
-        """One of `OWN_QUANTITIES`, shape (blocks,); 0 where the model does not have it."""
+        """Return one of `OWN_QUANTITIES`, shape (blocks,); 0 if the model does not have it."""
         if name not in self.own_quantities:
             return np.zeros(self.blocks)
         if name == "damage":
             return np.maximum.reduceat(self.edge_damage(frame), self.first[:-1])
-        return self._read(f"block_{name}", frame)
+        return self._read_variable(f"block_{name}", frame)
 
     def edge_damage(self, frame: int) -> np.ndarray:
-        """Damage of welded faces and cohesive joints by edges, shape (vertices,): 1 is broken.
+        """Return the damage of welded faces and cohesive joints per edge, (vertices,): 1 is broken.
 
-        Joints are those that were bonded in the first frame; the edge is that of the contacts.
+        Only joints bonded in the first frame count; the edge is that of the contact.
         """
         if "edge_damage" in self.data:
-            found = np.array(self._read("edge_damage", frame), dtype=float)
+            found = np.array(self._read_variable("edge_damage", frame), dtype=float)
         else:
             found = np.zeros(len(self.owner))
         if "contact_damage" in self.data:
@@ -227,7 +227,7 @@ class Scene:
         return found
 
     def _cohesive_contacts(self, frame: int) -> dict[str, np.ndarray]:
-        """Edge, bond and damage of the contacts of cohesive joints."""
+        """Return edge, bond and damage of the contacts of cohesive joints."""
         which = slice(*self._contact_starts[frame : frame + 2])
         names = ("edge", "bonded", "damage", "joint")
         found = {name: read(self.data, f"contact_{name}", which) for name in names}
@@ -237,29 +237,29 @@ class Scene:
 
     @cached_property
     def base(self) -> np.ndarray:
-        """Displacement that those of blocks are relative to, shape (frames, 2), m; see `origin`."""
-        return self._base("frame_base", self.frames)
+        """Return the reference displacement of the base, shape (frames, 2), m; see `origin`."""
+        return self._base_motion("frame_base", self.frames)
 
     @cached_property
     def base_history(self) -> np.ndarray:
-        """The same at the samples, shape (times, 2), m."""
-        return self._base("base_displacement", self.data.sizes.get("time", 0))
+        """Return the reference displacement of the base at the samples, shape (times, 2), m."""
+        return self._base_motion("base_displacement", self.data.sizes.get("time", 0))
 
-    def _base(self, name: str, rows: int) -> np.ndarray:
+    def _base_motion(self, name: str, rows: int) -> np.ndarray:
         if self.absolute or name not in self.data:
             return np.zeros((rows, 2))
         return self.data[name].values
 
     @property
     def origin(self) -> str:
-        """Reference of displacements in words: 'relative to …' or 'absolute'."""
+        """Return the reference of displacements in words: 'relative to …' or 'absolute'."""
         words = str(self.data.attrs.get("maxima_base", ""))
         if self.absolute or words.startswith("absolute"):
             return "absolute" if self.groups.get("motion") else ""
         return words if self.base.any() else ""
 
     def displacement(self, frame: int) -> np.ndarray:
-        """Displacement of the centroids since the first frame, shape (blocks, 2), m.
+        """Return displacements of the centroids since the first frame, shape (blocks, 2), m.
 
         Relative to the `base`.
         """
@@ -272,7 +272,7 @@ class Scene:
         return np.searchsorted(frame, np.arange(self.frames + 1))
 
     def contacts(self, frame: int) -> dict[str, np.ndarray]:
-        """Contacts of a frame: vertex, edge, state, bonded, gap, forces; place, damage if any."""
+        """Return the contacts of a frame: vertex, edge, state, bonded, gap, forces and others."""
         names = ("vertex", "edge", "state", "bonded", "gap", "normal_force", "shear_force")
         names += tuple(n for n in ("place", "damage") if f"contact_{n}" in self.data.variables)
         which = slice(*self._contact_starts[frame : frame + 2])
@@ -282,25 +282,25 @@ class Scene:
 
     @cached_property
     def next_vertex(self) -> np.ndarray:
-        """The vertex after each, counter-clockwise."""
+        """Return the next vertex after each, counter-clockwise."""
         after = np.arange(len(self.owner)) + 1
         after[self.first[1:] - 1] = self.first[:-1]
         return after
 
     @cached_property
     def box(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest place of the first frame, m."""
+        """Return the lower left and upper right corner of the first frame, m."""
         places = self.vertices(0)
         return places.min(0), places.max(0)
 
     @property
     def size(self) -> float:
-        """Larger side of the first frame, m."""
+        """Return the larger side of the first frame, m."""
         low, high = self.box
         return float((high - low).max())
 
     def areas(self, frame: int = 0) -> np.ndarray:
-        """Areas of the blocks, shape (blocks,), m²."""
+        """Return the areas of the blocks, shape (blocks,), m²."""
         places = self.vertices(frame)
         centre = places[self.first[:-1]][self.owner]
         x, y = (places - centre).T
@@ -308,29 +308,29 @@ class Scene:
         return 0.5 * np.add.reduceat(cross, self.first[:-1])
 
     def slivers(self) -> np.ndarray:
-        """Blocks whose area is tiny beside the others' or beside the square of their outline."""
+        """Return blocks with an area tiny relative to other blocks or to their outline squared."""
         places = self.vertices(0)
         side = np.linalg.norm(places[self.next_vertex] - places, axis=1)
         outline = np.add.reduceat(side, self.first[:-1])
         area = self.areas()
-        thin = area < 0.001 * outline**2  # a rectangle of 1 : 250
+        thin = area < 0.001 * outline**2  # area over outline squared of a rectangle of 1 : 250
         return np.flatnonzero(thin | (area < 1e-3 * np.median(area)))
 
     def lost(self, frame: int) -> np.ndarray:
-        """Blocks that are farther outside the first view than it is large."""
+        """Return blocks farther outside the first view than the size of the view."""
         low, high = self.box
         centre, reach = 0.5 * (low + high), (0.5 + _LOST) * self.size
         return np.flatnonzero(np.any(abs(self.coordinates(frame)[:, :2] - centre) > reach, axis=1))
 
     def contact_points(self, frame: int, contacts: dict) -> tuple[np.ndarray, np.ndarray]:
-        """Places and unit normals (from the edge's block outward) of contacts, (k, 2) each."""
+        """Return positions and unit normals (outward from the edge) of contacts, each (k, 2)."""
         places = self.vertices(frame)
         begin, end = places[contacts["edge"]], places[self.next_vertex[contacts["edge"]]]
         along = (end - begin) / np.linalg.norm(end - begin, axis=1, keepdims=True)
         return self.touching(places, contacts), np.column_stack([along[:, 1], -along[:, 0]])
 
     def touching(self, places: np.ndarray, contacts: dict) -> np.ndarray:
-        """Touching points, (k, 2), vertices or points between them, for positions of vertices."""
+        """Return the contact points, (k, 2), at given positions of all vertices."""
         first = contacts["vertex"]
         if "place" not in contacts:
             return places[first]
@@ -339,7 +339,7 @@ class Scene:
 
     @cached_property
     def interfaces(self) -> Interfaces:
-        """Shared segments of edges in contact in the first frame."""
+        """Return the shared segments of edges in contact in the first frame."""
         contacts, places = self.contacts(0), self.vertices(0)
         mine = np.concatenate([contacts["vertex"], self.previous_vertex[contacts["vertex"]]])
         other = np.concatenate([contacts["edge"]] * 2)
@@ -371,7 +371,7 @@ class Scene:
 
     @cached_property
     def interface_joints(self) -> np.ndarray:
-        """The joint of each interface: the weaker of its two edges', as in contacts."""
+        """Return the joint of each interface: the weaker one of its two edges, as in contacts."""
         weakness = [
             (float(g.get("friction_angle", 0.0)), float(g.get("cohesion", 0.0) or 0.0))
             for g in self.groups.get("joint", [])
@@ -383,13 +383,13 @@ class Scene:
 
     @cached_property
     def previous_vertex(self) -> np.ndarray:
-        """The vertex before each."""
+        """Return the previous vertex before each."""
         before = np.empty_like(self.next_vertex)
         before[self.next_vertex] = np.arange(len(before))
         return before
 
     def carried(self, blocks: np.ndarray, places: np.ndarray, frame: int) -> np.ndarray:
-        """Positions in a frame of points of blocks of the first frame, shape (k, 2), m.
+        """Return positions in a frame of points that move with blocks, shape (k, 2), m.
 
         A point moves with its block: x = x0 + R(θ) (I + ε) ρ.
         """
@@ -397,12 +397,12 @@ class Scene:
         return now[:, :2] + (_gradient(now) @ self.offsets(blocks, places)[..., None])[..., 0]
 
     def offsets(self, blocks: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """Reference offsets ρ of points of blocks from the centroids, shape (k, 2), m."""
+        """Return reference offsets ρ of points of blocks from centroids, shape (k, 2), m."""
         first = self.coordinates(0)[blocks]
         return np.linalg.solve(_gradient(first), (places - first[:, :2])[..., None])[..., 0]
 
     def joint_movement(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
-        """Slip and opening of `interfaces` since the first frame, shape (k,) each, m.
+        """Return slip and opening of `interfaces` since the first frame, each (k,), m.
 
         The larger of both ends; opening is positive, slip has no sign.
         """
@@ -412,15 +412,15 @@ class Scene:
         return abs(along).max(axis=0) * stays, across.max(axis=0) * stays
 
     def joint_sense(self, frame: int) -> np.ndarray:
-        """Direction of slip of the second block of each of `interfaces` on the first, (k,).
+        """Return the direction of slip of the second block of `interfaces` on the first, (k,).
 
-        1: from start to end of the piece that they share; -1: back; 0: it has not.
+        1: from start to end of the shared segment; -1: reverse; 0: no slip.
         """
         along, _ = self._relative_displacement(frame)
         return np.sign(np.where(abs(along[0]) >= abs(along[1]), *along))
 
     def _relative_displacement(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement of the second block against the first, along and across, (2, k) each, m."""
+        """Return tangential and normal displacement between two blocks, each (2, k), m."""
         faces, along, across = self.interfaces, [], []
         turn = self.coordinates(frame)[faces.first, 2] - self.coordinates(0)[faces.first, 2]
         cos, sin = np.cos(turn), np.sin(turn)
@@ -436,19 +436,19 @@ class Scene:
 
     @cached_property
     def _removal(self) -> np.ndarray:
-        """The stage that removes each block; 0: none does."""
+        """Return the stage that removes each block; 0: none."""
         if "block_removal" not in self.data:
             return np.zeros(self.blocks, dtype=int)
         return self.data["block_removal"].values.astype(int)
 
     def removed(self, frame: int) -> np.ndarray:
-        """Which blocks stages have removed before the end of a frame, shape (blocks,)."""
+        """Return whether a stage has removed each block by a frame, shape (blocks,)."""
         if not self._removal.any() or "frame_stage" not in self.data:
             return np.zeros(self.blocks, dtype=bool)
         return (self._removal > 0) & (self._removal <= int(self.data["frame_stage"][frame]))
 
     def stage_starts(self) -> list[tuple[str, float]]:
-        """Names and first times (s) of the stages of a run that has more than one dynamic one."""
+        """Return names and first times (s) of stages if a run has several dynamic ones."""
         if "stage" not in self.data or "stages" not in self.data.attrs:
             return []
         names = str(self.data.attrs["stages"]).split("\n")
@@ -461,7 +461,7 @@ class Scene:
     # --- what the input adds -----------------------------------------------------------------
 
     def supports(self) -> list[dict]:
-        """Fixed points: x, y (m), direction, moved (bool)."""
+        """Return the fixed points: x, y (m), direction, moved (bool)."""
         return [
             {
                 "x": float(group.get("x", 0.0)),
@@ -473,7 +473,7 @@ class Scene:
         ]
 
     def boundaries(self, frame: int) -> list[dict]:
-        """Edges of the groups &boundary: kind, moved (bool), start and end (k, 2), m."""
+        """Return edges of the groups &boundary: kind, moved (bool), start and end (k, 2), m."""
         if "boundary_edge" not in self.data:
             return []
         places = self.vertices(frame)
@@ -494,7 +494,7 @@ class Scene:
         ]
 
     def loads(self) -> list[dict]:
-        """Loads: x, y (m) and the largest force (N/m) as fx, fy."""
+        """Return loads: x, y (m) and the largest force (N/m) as fx, fy."""
         found = []
         for group in self.groups.get("load", []):
             fx, fy = (np.atleast_1d(group.get(f"force_{a}", 0.0)).astype(float) for a in "xy")
@@ -505,11 +505,11 @@ class Scene:
         return found
 
     def bolt_routes(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
-        """Names of the bolts, blocks (k,) of the points on their way and first places (k, 2), m.
+        """Return names of bolts, and blocks (k,) and initial positions (k, 2), m, of their points.
 
-        A cable runs through the points that it passes; a grouted bolt from its first end by the
-        joints that it crosses to the other one.  Before a run, when nothing moves, all blocks are
-        the first one.
+        The points of a cable are those that it passes.  The points of a grouted bolt are its ends
+        and the joints that it crosses. Before a run, the first block stands for all blocks, because
+        no block moves.
         """
         routes = []
         for group in self.groups.get("bolt", []):
@@ -523,7 +523,7 @@ class Scene:
         return routes
 
     def _bolt_points(self, name: str, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Blocks and first places of the points of a bolt that its group has."""
+        """Return blocks and initial positions of the points in the group of a bolt."""
         with FILES:
             mine = np.flatnonzero(self._bolt_names == name)
             if len(mine) == 0:
@@ -542,13 +542,13 @@ class Scene:
 
     @cached_property
     def _bolt_names(self) -> np.ndarray:
-        """Names of the springs of bolts, shape (springs,)."""
+        """Return the bolt name of each spring, shape (springs,)."""
         return np.char.strip(self.data["bolt"].values.astype(str))
 
     def bolts(self, frame: int) -> list[dict]:
-        """Bolts that are there: name, places (k, 2) (m), force (N/m, nan: unknown), state.
+        """Return the present bolts: name, positions (k, 2) (m), force (N/m, nan: unknown), state.
 
-        The force is that of axis and shear together, of a grouted bolt the largest of its joints.
+        The force combines axial and shear force; in a grouted bolt, the largest at its joints.
         """
         known = "bolt_force" in self.data
         if known:
@@ -569,7 +569,7 @@ class Scene:
 
     @cached_property
     def water_lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """A block beside each channel of water, shape (k,), and its ends at first, (k, 2, 2), m."""
+        """Return a block beside each channel of water, (k,), and initial ends, (k, 2, 2), m."""
         if "flow_pressure" not in self.data:
             return np.zeros(0, dtype=int), np.zeros((0, 2, 2))
         with FILES:
@@ -581,7 +581,7 @@ class Scene:
         return self.data["flow_channel_node"].values.astype(int)
 
     def water(self, frame: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Mean pressure (Pa), whether it is full, and flux (m²/s) of each channel, (k,) each."""
+        """Return mean pressure (Pa), full or not, and flux (m²/s) of each channel, each (k,)."""
         with FILES:
             at = self.sample_of(frame)
             pressure, saturation, flux = (
@@ -591,14 +591,14 @@ class Scene:
         return pressure[nodes].mean(1), saturation[nodes].min(1) >= 1, flux
 
     def sample_of(self, frame: int) -> int:
-        """The sample of a frame; static stages have several of each at one time."""
+        """Return the sample of a frame; static stages have several samples at the same time."""
         time = self.data["time"].values
         before = int(np.sum(self.time[:frame] == self.time[frame]))
         at = int(np.searchsorted(time, self.time[frame])) + before
         return min(at, int(np.searchsorted(time, self.time[frame], "right")) - 1)
 
     def points(self) -> list[dict]:
-        """Measured points: name, x, y (m), and the block that is named, or none."""
+        """Return the measured points: name, x, y (m), and the named block, if any."""
         return [
             {
                 "name": str(group.get("name", "")),
@@ -611,14 +611,14 @@ class Scene:
 
 
 def principal_stresses(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Larger and smaller principal stress of (…, 3) stresses, Pa, tension positive."""
+    """Return larger and smaller principal stress of (…, 3) stresses, Pa, tension positive."""
     mean = 0.5 * (stress[..., 0] + stress[..., 1])
     radius = np.hypot(0.5 * (stress[..., 0] - stress[..., 1]), stress[..., 2])
     return mean + radius, mean - radius
 
 
 def is_netcdf(file: Path) -> bool:
-    """Whether a file begins as an output does."""
+    """Return whether a file begins like an output."""
     check_readable(file)
     with file.open("rb") as stream:
         head = stream.read(8)
@@ -626,7 +626,7 @@ def is_netcdf(file: Path) -> bool:
 
 
 def _gradient(coordinates: np.ndarray) -> np.ndarray:
-    """R(θ) (I + ε), shape (k, 2, 2)."""
+    """Return R(θ) (I + ε), shape (k, 2, 2)."""
     _, _, turn, ex, ey, gxy = coordinates.T
     cos, sin = np.cos(turn), np.sin(turn)
     axes = np.array([[cos, -sin], [sin, cos]])
@@ -635,7 +635,7 @@ def _gradient(coordinates: np.ndarray) -> np.ndarray:
 
 
 def _present_state(simulation: Simulation) -> xr.Dataset:
-    """The state of a simulation as a dataset of one frame."""
+    """Return the state of a simulation as a dataset of one frame."""
     import xarray as xr
 
     polygons, contacts = simulation.polygons, simulation.contacts

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run in words: texts of its output, and results computed from it."""
+"""The verdict of a run: texts of its output, and results computed from it."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from .verdict_lines import Doubt, FigureLine, Verdict
 if TYPE_CHECKING:
     import xarray as xr
 
-PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
+PERIODS = np.geomspace(0.02, 5.0, 80)  # periods of response spectra, s
 SPECTRUM_DAMPING = 0.05
 _LEAST_DRIFT = 1e-6  # smaller drifts are not reported
-_MOST_FRAMES = 200  # frames searched for the largest values
+_MOST_FRAMES = 200  # largest number of frames searched for largest values
 
 
 def verdict(source, bars=None) -> Verdict:
-    """The verdict of a run: movement, contacts, lost blocks, measured points, damping, doubts.
+    """Return the verdict of a run: motion, contacts, lost blocks, points, damping, warnings.
 
     Parameters
     ----------
     source : path, Run, xarray.Dataset or Scene
         An output.
     bars : Accuracy, optional
-        How sure its figures are.
+        Error bars of the results.
     """
     scene = Scene.of(source)
     found = Verdict(bars=bars, steps=str(scene.data.attrs.get("step_control", "")))
@@ -48,40 +48,40 @@ def verdict(source, bars=None) -> Verdict:
 
 
 def acceleration_spectrum(acceleration, step: float) -> np.ndarray:
-    """Sa of a motion (m/s², every `step` s) at `PERIODS`, shape (periods,), m/s²."""
-    return _spectrum(np.ascontiguousarray(acceleration, dtype=float).tobytes(), step)
+    """Return Sa of a motion (m/s², every `step` s) at `PERIODS`, shape (periods,), m/s²."""
+    return _cached_spectrum(np.ascontiguousarray(acceleration, dtype=float).tobytes(), step)
 
 
 @lru_cache(maxsize=32)
-def _spectrum(data: bytes, step: float) -> np.ndarray:
-    """The same for the bytes of the motion: words and pictures ask for the same ones."""
+def _cached_spectrum(data: bytes, step: float) -> np.ndarray:
+    """Return Sa for the bytes of a motion, cached for verdict and pictures."""
     return spectral_acceleration(np.frombuffer(data), step, PERIODS, SPECTRUM_DAMPING)
 
 
 def resolved_frequency(history: xr.Dataset) -> float:
-    """Highest frequency at which blocks resolve motions, Hz; 0 if it is not written."""
+    """Return the highest frequency that the blocks resolve, Hz; 0 if not in the output."""
     found = [v for n, v in history.attrs.items() if n.startswith("resolved_frequency_hz[")]
     return float(min(found, default=0.0))
 
 
 def main_axis(motion: np.ndarray) -> int:
-    """The axis (0 x, 1 y) along which a history of a point, shape (time, axis), is largest."""
+    """Return the axis (0 x, 1 y) with the largest value of a history, shape (time, axis)."""
     return int(np.argmax(np.abs(motion).max(axis=0)))
 
 
 def run_scheme(history: xr.Dataset) -> Scheme:
-    """The time integration of a run."""
+    """Return the time integration scheme of a run."""
     groups = input_values(history.attrs)
     return Scheme.of_control(next(iter(groups.get("control", [])), {}))
 
 
 def damping_words(history: xr.Dataset, *frequencies: float) -> str:
-    """Which damping a model has, at frequencies (Hz), in one line."""
+    """Describe the damping of a model at frequencies (Hz) in one line."""
     steps = history.time_step.values[1:][
         np.diff(history.time.values) > 0
-    ]  # static ones take no time
+    ]  # static stages take no time
     if len(steps) == 0:
-        return "static stages alone: damping does not count"
+        return "static stages only: damping has no effect"
     step = float(np.max(steps))
     scheme = run_scheme(history)
     ratios = [scheme_damping(f, step, scheme) if f < 0.5 / step else np.nan for f in frequencies]
@@ -94,12 +94,12 @@ def damping_words(history: xr.Dataset, *frequencies: float) -> str:
 
 
 def _sampled_frames(scene: Scene) -> np.ndarray:
-    """Frames from first to last, at most so many."""
+    """Return evenly spaced frames from first to last, up to a maximum number."""
     return np.unique(np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int))
 
 
 def _add_written(found: Verdict, data: xr.Dataset) -> None:
-    """Add the parts that the engine has written into the output."""
+    """Add the parts of the verdict that the engine has written into the output."""
     for name, value in data.attrs.items():
         if isinstance(value, float | np.floating):
             found.values[name] = float(value)
@@ -111,7 +111,7 @@ def _add_written(found: Verdict, data: xr.Dataset) -> None:
 
 
 def add_drift(found: Verdict, scene: Scene) -> None:
-    """Sideways movement of the highest block against the lowest, over their distance."""
+    """Add the drift: horizontal movement of the highest block against the lowest, over height."""
     start = scene.coordinates(0)
     low, high = int(np.argmin(start[:, 1])), int(np.argmax(start[:, 1]))
     height = start[high, 1] - start[low, 1]
@@ -129,8 +129,8 @@ def add_drift(found: Verdict, scene: Scene) -> None:
 
 
 def add_fallen(found: Verdict, scene: Scene) -> None:
-    """Blocks and bodies that have fallen."""
-    first_of, own, whole = bodies = _bodies(scene)
+    """Add blocks and bodies that have fallen."""
+    first_of, own, whole = bodies = _group_bodies(scene)
     gone = np.sort(first_of[fallen(scene, scene.frames - 1, bodies)[first_of]])
     if len(gone) == 0:
         return
@@ -148,19 +148,19 @@ def add_fallen(found: Verdict, scene: Scene) -> None:
 
 
 def fallen(scene: Scene, frame: int, bodies=None) -> np.ndarray:
-    """Whether blocks, or the bodies of cells, have moved by more than their size; shape (blocks,).
+    """Return whether blocks, or bodies of cells, have moved by more than their size.
 
-    Against the lowest one.
+    The movement is relative to the lowest one.  The shape is (blocks,).
     """
-    _, own, whole = bodies or _bodies(scene)
+    _, own, whole = bodies or _group_bodies(scene)
     areas, low = scene.areas(), own[int(np.argmin(scene.coordinates(0)[:, 1]))]
     moved = [np.bincount(own, areas * one) / whole for one in scene.displacement(frame)[:, :2].T]
     away = np.hypot(moved[0] - moved[0][low], moved[1] - moved[1][low])
     return (away > np.sqrt(whole))[own]
 
 
-def _bodies(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """First block of each body, the body of each block, areas of bodies (m²)."""
+def _group_bodies(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the first block of each body, the body of each block, areas of bodies (m²)."""
     alone = -np.arange(1, scene.blocks + 1)
     _, first_of, own = np.unique(
         np.where(scene.body > 0, scene.body, alone), return_index=True, return_inverse=True
@@ -168,26 +168,26 @@ def _bodies(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return first_of, own, np.bincount(own, scene.areas())
 
 
-def _names(scene: Scene, blocks: np.ndarray) -> str:
+def _list_names(scene: Scene, blocks: np.ndarray) -> str:
     return ", ".join(scene.names[b] for b in blocks[:5]) + (" …" if len(blocks) > 5 else "")
 
 
 def add_lost(found: Verdict, scene: Scene) -> None:
-    """Blocks that have left the model."""
+    """Add blocks that have left the model."""
     gone = scene.lost(scene.frames - 1)
     if len(gone) == 0:
         return
     first = next(frame for frame in range(scene.frames) if len(scene.lost(frame)))
     found.tell(
         f"{counted(len(gone), 'block', 'blocks')} left the model, the first by "
-        f"{number(scene.time[first])} s: {_names(scene, gone)}",
+        f"{number(scene.time[first])} s: {_list_names(scene, gone)}",
         blocks_lost=len(gone),
         first_block_lost_s=scene.time[first],
     )
 
 
 def add_sides(found: Verdict, data: xr.Dataset) -> None:
-    """Difference of motion between free-field sides and free field, at their upper ends."""
+    """Add the difference between the motions of the sides and the free field at the top."""
     for i, kind in enumerate(data["boundary_kind"].values if "boundary_kind" in data else ()):
         if kind != "free_field":
             continue
@@ -203,7 +203,7 @@ def add_sides(found: Verdict, data: xr.Dataset) -> None:
 
 
 def add_damping(found: Verdict, data: xr.Dataset) -> None:
-    """At the peak of the amplification, where one is requested."""
+    """Add the damping at the peak of the amplification, if one is requested."""
     try:
         peaks = [result.peak for result in amplifications(data)]
     except (KeyError, ValueError):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The verdict of a run as a reader sees it: a sentence, a table of figures, doubts, counts."""
+"""Format the verdict of a run: sentence, table of results, warnings and counts."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from ..base.numbers import SHOWN, number, with_bar
 if TYPE_CHECKING:
     from ..study.error_bars.figures import Accuracy
 
-_COLUMNS = (20, 14, 14)  # least widths of name, largest value, that at the end
+_COLUMNS = (20, 14, 14)  # smallest widths of name, largest value and final value
 _DIED_OUT, WIDTH, CHECK_SAYS_MORE, NO_BARS = printing_rules()
 _HEADS = ("", "largest", "at the end", "where, when")
 
 
 class Doubt(NamedTuple):
-    """A doubt: topic and sentence, as in lines of outputs."""
+    """A warning: topic and sentence, as in lines of outputs."""
 
     topic: str
     words: str
 
     @classmethod
     def lines(cls, text: str) -> list[Doubt]:
-        """Those of a text, a line each."""
+        """Return the warnings in a text, one per line."""
         return [cls(*line.split(": ", 1)) if ": " in line else cls("", line)
                 for line in text.splitlines()]  # fmt: skip
 
     @property
     def of_check(self) -> bool:
-        """The check of the model has reported it."""
+        """Return whether the check of the model has reported it."""
         return self.topic == "check"
 
     def __str__(self) -> str:
@@ -41,13 +41,13 @@ class Doubt(NamedTuple):
 
 @dataclass(frozen=True)
 class FigureLine:
-    """A line of the table.
+    """A line of the table of results.
 
     Attributes
     ----------
     name : str
     largest, end : str
-        Keys of its numbers in the values of the verdict: the largest, that at the end; or blank.
+        Keys of largest and final value in the values of the verdict; or blank.
     unit : str
         In which they are shown, see `sitedda.base.numbers.SHOWN`.
     place : str
@@ -73,13 +73,13 @@ class Verdict:
     clauses : list of str
         Of the first sentence.
     figures : list of FigureLine
-        The figures that are more than rounding.
+        The results that are not negligible.
     doubts : list of Doubt
-        Of the run, those of the check of its model among them.
+        Warnings of the run, including those of the check of its model.
     steps : str
         Counts of the time stepping.
     bars : Accuracy or None
-        How sure the figures are, where that is known.
+        Error bars of the results, if known.
     """
 
     values: dict[str, float] = field(default_factory=dict)
@@ -91,18 +91,18 @@ class Verdict:
 
     @property
     def happened(self) -> str:
-        """The result in one sentence."""
+        """Return the result in one sentence."""
         text = "; ".join(filter(None, self.clauses))
         return f"{text[:1].upper()}{text[1:]}." if text else ""
 
     @property
     def all_doubts(self) -> list[Doubt]:
-        """All doubts, those of the bars behind."""
+        """Return all warnings; those of the error bars come last."""
         return self.doubts + (self.bars.doubts() if self.bars else [])
 
     @property
     def lines(self) -> list[tuple[str, str]]:
-        """Topic and words of all: sentence, figures, doubts, counts."""
+        """Return topic and text of all lines: sentence, results, warnings, counts."""
         named = [
             (line.name, "; ".join(filter(None, (large, end and f"{end} at the end", line.place))))
             for line, (_, large, end, _) in zip(self.figures, self.rows()[1:], strict=True)
@@ -111,52 +111,52 @@ class Verdict:
         return [(topic, words) for topic, words in found if words]
 
     def rows(self) -> list[tuple[str, ...]]:
-        """The table of figures as texts, its heads first."""
-        return [_HEADS, *((line.name, self._cell(line.largest, line.unit),
+        """Return the table of results as texts, with its header first."""
+        return [_HEADS, *((line.name, self._format_value(line.largest, line.unit),
                            self._end(line), line.place) for line in self.figures)]  # fmt: skip
 
     def _end(self, line: FigureLine) -> str:
         end, largest = (abs(self.values.get(key, math.nan)) for key in (line.end, line.largest))
         if end < _DIED_OUT * largest:
             return f"0 {line.unit}".strip()
-        return self._cell(line.end, line.unit)
+        return self._format_value(line.end, line.unit)
 
-    def _cell(self, key: str, unit: str) -> str:
+    def _format_value(self, key: str, unit: str) -> str:
         if not key:
             return ""
         scale = SHOWN.get(unit, 1.0)
         bar = self.bars.figures.get(key) if self.bars else None
         value = self.values.get(key, math.nan)
         text = number(value * scale)
-        if bar:  # without one it is the run's own number
+        if bar:  # without an error bar, the result of the run itself
             shown = bar.finest if math.isfinite(bar.bar) else value
             text = with_bar(shown * scale, bar.bar * scale)
         return f"{text} {unit}".strip()
 
     def __str__(self) -> str:
-        """Sentence, what the check said, table, other doubts, counts, on lines of a screen."""
+        """Return sentence, warnings of the check, table, other warnings and counts as text."""
         first, last = ("\n".join(f"doubt  {wrapped(str(doubt), 7)}" for doubt in self.all_doubts
                                  if doubt.of_check == of_check)
                        for of_check in (True, False))  # fmt: skip
         if first:
             first += f"\n{CHECK_SAYS_MORE}"
-        table = _table(self.rows()) if self.figures else ""
+        table = _align(self.rows()) if self.figures else ""
         parts = (wrapped(self.happened), first, table, last, wrapped(self.steps))
         return "\n\n".join(filter(None, parts))
 
     def tell(self, clause: str, **values: float) -> None:
-        """Add a clause on what happened, and its values."""
+        """Add a clause to the first sentence, and its values."""
         self.clauses.append(clause)
         self.values.update({name: float(value) for name, value in values.items()})
 
     def say(self, name: str, key: str, value: float, unit: str, place: str, end=False) -> None:
-        """Add a figure."""
+        """Add a result to the table."""
         self.values[key] = float(value)
         self.figures.append(FigureLine(name, "" if end else key, key if end else "", unit, place))
 
 
-def _table(rows: list[tuple[str, ...]]) -> str:
-    """Columns at their usual places, or as wide as they must be."""
+def _align(rows: list[tuple[str, ...]]) -> str:
+    """Align columns at their usual positions, or wider if necessary."""
     wide = [max(least, 2 + max(len(row[i]) for row in rows)) for i, least in enumerate(_COLUMNS)]
     lines = []
     for row in rows:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Factors of safety by strength reduction, limit analysis, and mechanisms of failure."""
+"""Strength reduction, limit analysis, pushover and mechanisms of failure."""
 
 from .limits import Limit, Limits, Travel, limit_analysis, travelling_axle
 from .performance import Performance, performance_point

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bodies as stability sees them: the cells of one count as one block."""
+"""Bodies for the analysis of stability: the cells of a body count as one block."""
 
 from collections.abc import Sequence
 
@@ -9,21 +9,21 @@ from ..build.cutting.rings import Rings
 
 
 class Bodies:
-    """Blocks, and bodies of cells in their place.
+    """The blocks that are no cells, and the bodies composed of cells.
 
     Parameters
     ----------
     polygons : sequence of ndarray, shape (vertices, 2)
-        Of all blocks, m.
+        Polygons of all blocks, m.
     body : ndarray of int, shape (blocks,)
-        Number of the body that each is a cell of; 0: none.
+        Number of the body of which each block is a cell; 0: none.
     names : sequence of str
         Of all blocks.
 
     Attributes
     ----------
     of : ndarray of int, shape (blocks,)
-        Which of them each block is, or is part of.
+        Index of the body to which each block belongs.
     names : tuple of str
     radii : ndarray, shape (bodies,)
         Farthest vertex from the mean of all vertices, m.
@@ -41,12 +41,12 @@ class Bodies:
         self.radii = np.array([np.linalg.norm(p - p.mean(0), axis=1).max() for p in corners])
 
     def _members(self) -> list[np.ndarray]:
-        """Numbers of the blocks of each body."""
+        """Return the indices of the blocks of each body."""
         order = np.argsort(self.of, kind="stable")
         return np.split(order, np.flatnonzero(np.diff(self.of[order])) + 1)
 
     def mean(self, values: np.ndarray) -> np.ndarray:
-        """Means over the area of each body, of values of its blocks, shape (bodies, …)."""
+        """Average values of blocks over the area of each body, shape (bodies, …)."""
         if self._alone:
             return values
         areas = Rings.of(self._polygons).areas()
@@ -55,7 +55,7 @@ class Bodies:
         return total / np.bincount(self.of, areas)[:, None]
 
     def outlines(self) -> list[np.ndarray]:
-        """Polygons of the blocks and outer outlines of the bodies, shape (vertices, 2), m."""
+        """Return polygons of blocks and outer outlines of bodies, shape (vertices, 2), m."""
         if self._alone:
             return self._polygons
         import shapely

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Limit analysis of rigid blocks: the largest load that equilibrium within joint strength allows.
+"""Limit analysis of rigid blocks: the largest load in equilibrium within the joint strength.
 
 A joint of length L acts at its two ends with N ≥ −f_t L/2 and |T| ≤ c L/2 + μN.  The largest factor
 of the load at which such forces balance all blocks is a linear programme (Livesley 1978); the
 multipliers of its balance are the mechanism.  A compressive strength bounds the moment of a joint,
-|M| ≤ N (L − N/σ_c)/2, by tangents that are added until no joint exceeds it.  That is the limit of
-associated friction, in which joints open as they slip; beyond it nothing rests.  Friction without
-dilation may hold less: a sequence of programmes that bound |T| by the normal forces of those before
-(Gilbert, Casapulla and Ahmed 2006, Computers and Structures 84, 873–887) ends with forces |T| ≤ μN
-and a mechanism that does not dilate.
+|M| ≤ N (L − N/σ_c)/2, by tangents that are added until no joint exceeds it.  The result is the
+limit with associated friction, in which joints open as they slip; no equilibrium exists above it.
+The limit without dilation may be lower.  It is found by a sequence of programmes that bound |T| by
+the normal forces of the preceding programmes (Gilbert, Casapulla and Ahmed 2006, Computers and
+Structures 84, 873–887).  The sequence ends with forces |T| ≤ μN and a mechanism without dilation.
 """
 
 import os
@@ -29,42 +29,41 @@ from ..output.scene import Scene, is_netcdf
 from .safety import _verdicts
 from .strength import released, static_model
 
-_MOST = 1e3  # times the weight: a larger factor counts as infinite
+_MOST = 1e3  # load over the weight above which the factor counts as infinite
 _HELD = _MOST * (1 - 1e-6)
-_PRESTRESS = 1e-6  # of the factor, for each normal force of the median weight: none without need
-# Fraction of the latest normal forces in the next bound, and the programmes after which it falls as
-# 1/n: with all of them sequences alternate.
+_PRESTRESS = 1e-6  # penalty on normal forces, relative to the factor: no needless prestress
+# Weight of the latest normal forces in the next bound, and the number of programmes after which it
+# falls as 1/n: with a weight of 1 the sequences oscillate.
 _GAIN, _CONSTANT = 0.4, 30
-_SETTLED, _TIMES = 1e-4, 5  # relative changes of the factor, one after the other, at the end
-_PROGRAMMES = 300  # at most in a sequence
-_SLIDES = 0.5  # of the work of the body force, taken by slip
-_CORNER = 1e-6  # of its length: a point nearer to the end of an edge is at a corner
+_SETTLED, _TIMES = 1e-4, 5  # convergence: largest relative change, number of changes
+_PROGRAMMES = 300  # largest number of programmes in a sequence
+_SLIDES = 0.5  # fraction of the work of the body force that slip dissipates
+_CORNER = 1e-6  # fraction of an edge: a point nearer to its end is at a corner
 _AXES = {"x": [(1.0, 0.0)], "y": [(0.0, 1.0)], "xy": [(1.0, 0.0), (0.0, 1.0)], "none": []}
-_LOADS = ("load", "traction", "water")  # groups whose forces the engine knows
+_LOADS = ("load", "traction", "water")  # groups whose forces the engine computes
 _LAWS = ("coulomb", "crushing")
-_CUTS, _CRUSHED = 60, 1e-7  # rounds of tangents at most; excess of a moment over N L at their end
+_CUTS, _CRUSHED = 60, 1e-7  # largest number of rounds of tangents; tolerance of a moment over N L
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of equilibrium and its mechanism.
+    """A limit load and its mechanism.
 
     Attributes
     ----------
     factor : float
         Largest body force over the weight; inf above a thousand times the weight.
     displacement : ndarray, shape (blocks, 3)
-        The mechanism: x, y (m) and rotation (rad) of each block, where the largest way of a corner
-        is 1 m.
+        The mechanism: x, y (m) and rotation (rad) of each block, scaled so that the largest
+        displacement of a corner is 1 m.
     verdicts : tuple of str
         Of each block: 'stable', 'slides' or 'topples'.
     slides : bool
-        Slip of joints takes at least half of the work of the body force; else turning blocks, which
-        are lifted, take more.
+        Whether slip dissipates at least half of the work of the body force.
     names : tuple of str
         Of the blocks.
     blocks : ndarray of int, shape (points, 2)
-        The blocks that touch at a point, from 0; a joint has a point at each of its ends.
+        Indices of the two blocks in contact at each point; a joint has a point at each of its ends.
     points : ndarray, shape (points, 2)
         Places, m.
     normals : ndarray, shape (points, 2)
@@ -95,7 +94,7 @@ class Limit:
     title: str = ""
 
     def draw(self, axes=None):
-        """Draw the blocks in the colours of their verdicts, with arrows; matplotlib axes."""
+        """Draw the blocks coloured by their verdicts, with arrows; return matplotlib axes."""
         from .picture import draw_mechanism
 
         return draw_mechanism(
@@ -105,14 +104,14 @@ class Limit:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a load by the two kinds of friction.
+    """Limits of a load with and without dilation.
 
     Attributes
     ----------
     upper : Limit
-        With associated friction: beyond it nothing rests.
+        With associated friction; no equilibrium exists above it.
     lower : Limit
-        With friction that does not dilate.
+        With friction without dilation.
     """
 
     upper: Limit
@@ -145,7 +144,7 @@ class Travel:
 def travelling_axle(
     source, line, *, axles=((0.0, 1.0),), positions: int = 41, changes: Mapping | None = None
 ) -> Travel:
-    """Find where axles that travel along a line are worst, and their weight at the limit there.
+    """Find the most critical position of axles along a line, and their limit load there.
 
     Parameters
     ----------
@@ -195,7 +194,7 @@ def travelling_axle(
 def limit_analysis(
     source, *, direction=(1.0, 0.0), load: str | None = None, changes: Mapping | None = None
 ) -> Limits:
-    """Find the largest body force that rigid blocks bear beside their weight and other loads.
+    """Find the limit of a body force on rigid blocks in addition to weight and other loads.
 
     Parameters
     ----------
@@ -216,7 +215,7 @@ def limit_analysis(
         If joints have laws beyond friction, cohesion, tension and crushing, blocks bend, bolts are
         grouted, an output has loads, or the blocks do not rest under any load of this pattern.
     ConvergenceError
-        If the sequence without dilation finds no end.
+        If the sequence of programmes without dilation does not converge.
     """
     direction = _unit_vector(direction)
     programme = _Programme(*_scene(source, changes), direction, load)
@@ -235,23 +234,23 @@ def _unit_vector(direction) -> np.ndarray:
 
 
 def _scene(source, changes: Mapping | None) -> tuple[Scene, np.ndarray | None]:
-    """The scene of an output, or of an input before anything has moved, and loads of its blocks."""
+    """Return the scene of an output or of an undeformed input, and the loads on its blocks."""
     is_file = isinstance(source, str | os.PathLike)
     if isinstance(source, Model) or (is_file and not is_netcdf(Path(source))):
         model = static_model(source, changes)
         with released(model, 1.0, None, 1.0, 1) as simulation:
             scene = Scene.of(simulation)
         _require_known(scene)
-        model.clear("bolt")  # their forces are unknowns
+        model.clear("bolt")  # the forces of bolts are unknowns of the programme
         with released(model, 1.0, None, 1.0, 1) as simulation:
             return scene, simulation.loads[:, :3]
     if changes:
-        raise InputError("changes apply to an input; this is an output")
+        raise InputError("changes apply only to an input, but an output was given")
     scene = Scene.of(source)
     _require_known(scene)
     for kind in _LOADS:
         if scene.groups.get(kind, []):
-            raise InputError(f"the output has a &{kind}: give its input, whose loads are known")
+            raise InputError(f"the output does not store the loads of &{kind}: give its input")
     return scene, None
 
 
@@ -271,8 +270,7 @@ def _require_known(scene: Scene) -> None:
 
 @dataclass(frozen=True)
 class _Solution:
-    """Of a programme: factor, forces at the points and in the bolts (N/m), velocities of the blocks
-    (blocks, 3)."""
+    """Solution of a programme: factor, forces (N/m) and velocities of the blocks, (blocks, 3)."""
 
     factor: float
     normal: np.ndarray
@@ -282,7 +280,7 @@ class _Solution:
 
 
 class _Programme:
-    """Balance of all blocks as rows of a linear programme, forces over the median weight."""
+    """Linear programme of the equilibrium of all blocks, in units of the median weight."""
 
     def __init__(
         self, scene: Scene, loads: np.ndarray | None, direction: np.ndarray, load: str | None
@@ -291,7 +289,7 @@ class _Programme:
         self.polygons = scene.polygons(0)
         self._set_weights(direction)
         if loads is not None:
-            self.dead = self._scaled(loads)
+            self.dead = self._scale_wrench(loads)
         if load is not None:
             self._set_load(load)
         self._set_points()
@@ -302,12 +300,12 @@ class _Programme:
                 self._cut(both, np.tile([1.0, -1.0], len(self.crushing)),
                           share * self.most[both] * self.length[both])  # fmt: skip
 
-    def _scaled(self, wrench: np.ndarray) -> np.ndarray:
-        """Forces (N/m) and moments (N) on the blocks as rows of the balance, (blocks, 3)."""
+    def _scale_wrench(self, wrench: np.ndarray) -> np.ndarray:
+        """Convert forces (N/m) and moments (N) on blocks to equilibrium rows, (blocks, 3)."""
         return wrench / self.unit / np.column_stack([np.ones((len(self.radii), 2)), self.radii])
 
     def _set_load(self, name: str) -> None:
-        """Loads of this name grow; the others are dead loads."""
+        """Make the loads of this name the variable load; the others are dead loads."""
         live = np.zeros_like(self.dead)
         for group in self.scene.groups.get("load", []):
             if str(group.get("name", "")).strip() == name:
@@ -324,19 +322,19 @@ class _Programme:
         self.dead, self.live = self.dead - live, live
 
     def set_axles(self, places: np.ndarray, weights: np.ndarray) -> None:
-        """Weights at places, over that of all blocks, are the load that grows."""
+        """Make axle weights at positions, relative to the total weight, the variable load."""
         blocks = [self._block_at(place, "") for place in places]
         self.live = self._wrench(blocks, places, weights[:, None] * self.down * self.weight
                                  / self.unit)  # fmt: skip
 
     def _wrench(self, blocks, places, forces) -> np.ndarray:
-        """Rows of the balance of scaled forces (k, 2) at places on blocks, (blocks, 3)."""
+        """Return the rows of the equilibrium for scaled forces (k, 2) at positions, (blocks, 3)."""
         if not len(blocks):
             return np.zeros((len(self.polygons), 3))
         return self._columns(np.array(blocks), places, forces).sum(axis=1).reshape(-1, 3)
 
     def upper(self) -> _Solution:
-        """The limit with associated friction."""
+        """Return the limit with associated friction."""
         return self.solve(self.friction, self.cohesion)
 
     def _set_weights(self, direction: np.ndarray) -> None:
@@ -358,7 +356,7 @@ class _Programme:
         ])  # fmt: skip
 
     def _set_points(self) -> None:
-        """Ends of joints, then single corners on edges."""
+        """Collect the contact points: ends of joints, then single corners on edges."""
         scene, faces = self.scene, self.scene.interfaces
         angle = np.array([float(g["friction_angle"]) for g in scene.groups.get("joint", [])])
         tangent = np.tan(np.radians(angle))
@@ -378,7 +376,7 @@ class _Programme:
         self._set_strengths(len(alone))
 
     def _set_strengths(self, corners: int) -> None:
-        """Forces of cohesion and tension at the points; joints that crush; corners have neither."""
+        """Set cohesive and tensile forces at the points, and find the crushing joints."""
         scene, faces = self.scene, self.scene.interfaces
         self.length = np.linalg.norm(faces.end - faces.start, axis=1)
 
@@ -396,7 +394,7 @@ class _Programme:
         self.crushing = np.flatnonzero(np.isfinite(self.most))
 
     def _cut(self, joint: np.ndarray, side: np.ndarray, pressed: np.ndarray) -> None:
-        """Bound moments of joints of a sign by the tangent at N + f_t L = `pressed`, N/m."""
+        """Bound joint moments of one sign by the tangent at N + f_t L = `pressed`, N/m."""
         length, most = self.length[joint], self.most[joint]
         slope = 0.5 - pressed / (most * length)
         rows, n = np.arange(len(joint)), len(self.points)
@@ -406,12 +404,12 @@ class _Programme:
         bound = slope * self.tensile[joint] * length + pressed**2 / (2 * most * length)
         self._cuts.append((matrix, bound))
 
-    def _crushes(self, normal: np.ndarray) -> bool:
-        """Add tangents for joints whose moments exceed their strength; whether there are some."""
+    def _add_tangents(self, normal: np.ndarray) -> bool:
+        """Add tangents for joints whose moments exceed their strength; return whether any do."""
         j = self.crushing
         ends = normal[2 * j], normal[2 * j + 1]
         length, pressed = self.length[j], ends[0] + ends[1] + self.tensile[j] * self.length[j]
-        moment = 0.5 * (ends[0] - ends[1])  # over L
+        moment = 0.5 * (ends[0] - ends[1])  # eccentricity over L
         excess = abs(moment) - 0.5 * pressed * (1 - pressed / (self.most[j] * length))
         worse = excess > _CRUSHED * np.maximum(pressed, self.unit)
         if worse.any():
@@ -419,7 +417,7 @@ class _Programme:
         return bool(worse.any())
 
     def _single_corners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Corners within edges that they are not parallel to: vertices, edges, normals (k, 2)."""
+        """Find corners that touch an edge singly: vertices, edges, normals (k, 2)."""
         scene, contacts = self.scene, self.scene.contacts(0)
         vertex, edge = contacts["vertex"], contacts["edge"]
         places, normals = scene.contact_points(0, contacts)
@@ -440,7 +438,7 @@ class _Programme:
         return vertex[kept], edge[kept], normals[kept]
 
     def _columns(self, block, place, force) -> coo_array:
-        """Rows of the balance that unit forces (k, 2) at places (k, 2) add to, (3 blocks, k)."""
+        """Return the equilibrium columns of unit forces at positions, both (k, 2)."""
         arm = (place - self.centres[block]) / self.radii[block, None]
         moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
         values = np.column_stack([force, moment]).ravel()
@@ -449,7 +447,7 @@ class _Programme:
         return coo_array((values, (rows, columns)), shape=(3 * len(self.polygons), len(block)))
 
     def _reactions(self) -> coo_array:
-        """Columns of what supports may push and pull: fixed points, and the ends of held edges."""
+        """Return the columns of the reactions of fixed points and of the ends of fixed edges."""
         held = [*self._fixed_points(), *self._supported_edges()]
         if not held:
             raise InputError("the blocks have no support")
@@ -457,7 +455,7 @@ class _Programme:
         return self._columns(np.array(block), np.array(place), np.array(force))
 
     def _bolts(self):
-        """Names, columns and bounds of axial forces of bolts, which pull their ends together."""
+        """Return names, columns and bounds of the axial forces of bolts."""
         for group in self.scene.groups.get("bolt", []):
             through = np.ravel(group.get("through", []))
             places = np.reshape([*group["from"], *through, *group["to"]], (-1, 2)).astype(float)
@@ -484,7 +482,7 @@ class _Programme:
                 yield self._block_at(place, str(group.get("block", "")).strip()), place, force
 
     def _block_at(self, place: np.ndarray, name: str) -> int:
-        """The block of this name or number, else the first that holds the place."""
+        """Find the block of this name or number, otherwise the first that contains the position."""
         if name in self.scene.names:
             return self.scene.names.index(name)
         if name.isdigit():
@@ -515,7 +513,7 @@ class _Programme:
 
     @cached_property
     def balance(self):
-        """Of all blocks: columns of normal forces, shear forces, reactions and bolts."""
+        """Return the columns of equilibrium: normal forces, shear forces, reactions, bolts."""
         parts = []
         for force in (self.normals, self.tangents):
             first, second = self.blocks.T
@@ -528,15 +526,15 @@ class _Programme:
         return block_array([[*parts, self._reactions(), *columns]], format="csc")
 
     def solve(self, slope: np.ndarray, bound: np.ndarray, most: float = _MOST) -> _Solution:
-        """The largest factor up to `most` with |T| ≤ bound + slope N at each point."""
+        """Maximise the factor up to `most` with |T| ≤ bound + slope N at each point."""
         for _ in range(_CUTS):
             found = self._solve(slope, bound, most)
-            if not self._crushes(found.normal):
+            if not self._add_tangents(found.normal):
                 return found
         raise ConvergenceError(f"{_CUTS} rounds of tangents did not bound the moments of joints")
 
     def _solve(self, slope: np.ndarray, bound: np.ndarray, most: float) -> _Solution:
-        """The same with the present tangents of crushing joints."""
+        """Maximise the factor with the present tangents of crushing joints."""
         balance = hstack([self.balance, coo_array(self.live.reshape(-1, 1))], format="csc")
         n, size = len(slope), balance.shape[1]
         rest = coo_array((n, size - 2 * n))
@@ -564,21 +562,21 @@ class _Programme:
         pulls = found.x[size - 1 - len(bolts) : -1] * self.unit
         return _Solution(float(found.x[-1]), forces[:n], forces[n:], pulls, velocity)
 
-    def _slip(self, velocity: np.ndarray) -> np.ndarray:
-        """At the points, m, shape (points,)."""
+    def _slip_of(self, velocity: np.ndarray) -> np.ndarray:
+        """Return the slip at the points, m, shape (points,)."""
         arms = self.points[:, None] - self.centres[self.blocks]
         turn = velocity[self.blocks]
         ways = turn[..., :2] + turn[..., 2:] * np.stack([-arms[..., 1], arms[..., 0]], axis=-1)
         return abs(np.sum((ways[:, 1] - ways[:, 0]) * self.tangents, axis=1))
 
     def limit(self, found: _Solution) -> Limit:
-        """A solution in plain values."""
+        """Convert a solution to a `Limit`."""
         reach = np.hypot(*found.velocity[:, :2].T) + self.radii * abs(found.velocity[:, 2])
         held = found.factor >= _HELD
         velocity = found.velocity / (1.0 if held else reach.max())
         if held:
             velocity = np.zeros_like(velocity)
-        slip_work = self._slip(velocity) * abs(found.shear)
+        slip_work = self._slip_of(velocity) * abs(found.shear)
         turned = velocity * np.column_stack([np.ones((len(velocity), 2)), self.radii])
         work = self.unit * found.factor * np.sum(self.live * turned)
         return Limit(
@@ -598,10 +596,11 @@ class _Programme:
 
 
 def _without_dilation(programme: _Programme, upper: _Solution) -> _Solution:
-    """The lowest limit without dilation that sequences from two sets of forces lead to.
+    """Find the lowest limit without dilation from two sequences with different starting forces.
 
-    They begin with the forces at the upper limit, which press joints as hard as dilation does, and
-    with those under the weight alone; where blocks wedge each other they may end apart.
+    One sequence starts with the forces at the upper limit, where dilation increases the normal
+    forces, the other with the forces under the weight alone.  If blocks wedge each other, their
+    results may differ.
     """
     starts = [programme.solve(programme.friction, programme.cohesion, most=0.0)]
     if upper.factor < _HELD:
@@ -610,13 +609,13 @@ def _without_dilation(programme: _Programme, upper: _Solution) -> _Solution:
     if not ends:
         raise ConvergenceError(f"{_PROGRAMMES} programmes without dilation found no limit")
     lowest = min(ends, key=lambda end: end.factor)
-    # If blocks stay, bounds and forces of the last programme may differ: forces are not unique.
+    # If no block moves, bounds and forces of the last programme may differ: they are not unique.
     forces = programme.solve(programme.friction, programme.cohesion, most=lowest.factor)
     return replace(forces, velocity=lowest.velocity)
 
 
 def _sequence(programme: _Programme, found: _Solution) -> _Solution | None:
-    """The programmes that bound friction by the normal forces of those before; none: no end."""
+    """Iterate programmes with friction bounds of earlier normal forces; None if not converged."""
     pressed, settled = found.normal.copy(), 0
     for i in range(_PROGRAMMES):
         before = found.factor
@@ -630,7 +629,7 @@ def _sequence(programme: _Programme, found: _Solution) -> _Solution | None:
 
 
 def _centroid(polygon: np.ndarray) -> np.ndarray:
-    """Of a polygon (n, 2), m."""
+    """Return the centroid of a polygon (n, 2), m."""
     about = polygon[0]
     one = polygon - about
     after = np.roll(one, -1, axis=0)
@@ -639,7 +638,7 @@ def _centroid(polygon: np.ndarray) -> np.ndarray:
 
 
 def _contains(polygon: np.ndarray, place: np.ndarray, reach: float) -> bool:
-    """Whether a place (m) is in a polygon, or within `reach` (m) of its outline."""
+    """Return whether a position (m) is in a polygon or within `reach` (m) of its outline."""
     one, after = polygon - place, np.roll(polygon, -1, axis=0) - place
     along = after - one
     share = np.clip(-np.sum(one * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)

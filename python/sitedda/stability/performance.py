@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The performance point of a capacity curve: how far a spectrum moves what was pushed.
+"""The performance point of a capacity curve: the displacement that a spectrum demands.
 
 With φ the mechanism, 1 at the point of the curve, and d = Γ d*, Γ = Σmφ/Σmφ², virtual work of
 mechanism, inertia and the load λ g m gives d̈* + a*(d*) = −ü_g, a* = λ g.  (The Italian code has
@@ -22,24 +22,24 @@ from ..base.errors import InputError
 from .pushover import Pushover
 
 METHODS = ("n2", "mechanism")
-_ELASTIC, _LEFT = 0.6, 0.8  # of the peak: secant of the elastic branch, end of the capacity
-_CAPACITY, _SECANT = 0.4, 0.4  # d_u/d₀, d_s/d_u
-_LATE = 0.75  # of the way behind the peak, whose rest is extended to where resistance ends
-_PERIODS = np.geomspace(0.01, 10.0, 3001)  # s, of the corner period and the picture
-_LEAST = 0.1  # of the largest displacement of a block, that of the point
-_PLATEAU = 1e-3  # of the largest pseudo-velocity
+_ELASTIC, _LEFT = 0.6, 0.8  # fractions of the peak: elastic secant, end of the capacity
+_CAPACITY, _SECANT = 0.4, 0.4  # ratios d_u/d₀ and d_s/d_u
+_LATE = 0.75  # part of the falling branch: the part behind it is extrapolated to zero resistance
+_PERIODS = np.geomspace(0.01, 10.0, 3001)  # s, to find the corner period and to draw
+_LEAST = 0.1  # smallest displacement of the point over the largest of a block
+_PLATEAU = 1e-3  # relative tolerance of the largest pseudo-velocity
 
 
 @dataclass(frozen=True)
 class Performance:
-    """Demand of a spectrum against the capacity of a curve.
+    """The displacement demand of a spectrum and the capacity of a curve.
 
     Attributes
     ----------
     method : str
         'n2' or 'mechanism'.
     period : float
-        Of the equivalent oscillator, T* or T_s, s.
+        Period of the equivalent oscillator, T* or T_s, s.
     demand, capacity : float
         Displacements d* of the oscillator, m.
     at_point : float
@@ -61,16 +61,16 @@ class Performance:
 
     @property
     def stands(self) -> bool:
-        """The demand is within the capacity."""
+        """Return whether the demand is within the capacity."""
         return self.demand <= self.capacity
 
     @property
     def margin(self) -> float:
-        """Capacity over demand."""
+        """Return the capacity over the demand."""
         return self.capacity / self.demand if self.demand else math.inf
 
     def __str__(self) -> str:
-        """The verdict in a sentence."""
+        """Return the verdict in one sentence."""
         return (
             f"{'stands' if self.stands else 'fails'} ({self.method}): demand "
             f"{1e3 * self.demand:.4g} mm, capacity {1e3 * self.capacity:.4g} mm at T = "
@@ -79,14 +79,14 @@ class Performance:
         )
 
     def draw(self):
-        """Curve and spectrum over displacement, with the point; a matplotlib.figure.Figure."""
+        """Draw curve, spectrum and performance point over displacement; return the figure."""
         from .picture import performance_figure
 
         return performance_figure(self)
 
 
 def performance_point(found: Pushover, spectrum, *, method: str = "n2") -> Performance:
-    """Where the demand of a spectrum meets a capacity curve.
+    """Find the performance point of a capacity curve under a spectrum.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def performance_point(found: Pushover, spectrum, *, method: str = "n2") -> Perfo
     """
     if method not in METHODS:
         raise InputError(f"method = {method!r}: use one of {', '.join(METHODS)}")
-    acceleration = _spectrum(spectrum)
+    acceleration = _as_function(spectrum)
     participation, displacement, resistance = _oscillator(found)
     equivalent = _bilinear if method == "n2" else _falling
     period, capacity, line, strength = equivalent(displacement, resistance)
@@ -121,8 +121,8 @@ def performance_point(found: Pushover, spectrum, *, method: str = "n2") -> Perfo
     return Performance(method, period, demand, capacity, participation * demand, curve, line, shown)
 
 
-def _spectrum(given) -> Callable:
-    """S_Ae as a function of periods."""
+def _as_function(given) -> Callable:
+    """Return S_Ae as a function of periods."""
     if callable(given):
         return given
     try:
@@ -136,13 +136,13 @@ def _spectrum(given) -> Callable:
 
 
 def _oscillator(found: Pushover) -> tuple[float, np.ndarray, np.ndarray]:
-    """Γ, d* (m) and a* (m/s²) of a curve, up to where no resistance is left."""
+    """Return Γ, d* (m) and a* (m/s²) of a curve up to the end of its resistance."""
     peak = int(np.argmax(found.factor))
     begin = peak if found.displacement[-1] != found.displacement[peak] else 0
     way = found.displacement[-1] - found.displacement[begin]
     if not way > _LEAST * found.largest[-1]:
         raise InputError(
-            "the point of the curve hardly moves with the mechanism: choose another one"
+            "the point of the curve hardly moves with the mechanism: choose another point"
         )
     shape = found.sense * found.mechanism[:, 0] / way
     mass, square = float(found.masses @ shape), float(found.masses @ shape**2)
@@ -152,7 +152,7 @@ def _oscillator(found: Pushover) -> tuple[float, np.ndarray, np.ndarray]:
 
 
 def _bilinear(displacement: np.ndarray, resistance: np.ndarray):
-    """Period, capacity, corners and strength of the ideally plastic oscillator."""
+    """Return period, capacity, corners and strength of the ideally plastic oscillator."""
     peak = int(np.argmax(resistance))
     rising = slice(0, peak + 1)
     secant = float(np.interp(_ELASTIC * resistance[peak], np.maximum.accumulate(resistance[rising]),
@@ -171,7 +171,7 @@ def _bilinear(displacement: np.ndarray, resistance: np.ndarray):
 
 
 def _falling(displacement: np.ndarray, resistance: np.ndarray):
-    """The same of rocking on a falling curve; its secant at d_s."""
+    """Return the same for rocking on a falling curve with the secant at d_s."""
     peak = int(np.argmax(resistance))
     behind, falling = displacement[peak:], resistance[peak:]
     if len(falling) < 3 or not falling[-1] < _LEFT * falling[0]:
@@ -188,7 +188,7 @@ def _falling(displacement: np.ndarray, resistance: np.ndarray):
 
 
 def _inelastic(elastic: float, period: float, strength: float, values: np.ndarray) -> float:
-    """Displacement of the plastic oscillator: the elastic one beyond T_C, else more."""
+    """Return the displacement of the plastic oscillator: elastic beyond T_C, otherwise more."""
     velocity = values * _PERIODS
     corner = float(_PERIODS[np.argmax(velocity >= (1 - _PLATEAU) * velocity.max())])
     reduction = elastic * (2 * math.pi / period) ** 2 / strength

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A mechanism of failure as a picture: what each block does, and where it goes."""
+"""Draw mechanisms of failure: verdict and displacement of each block."""
 
 import numpy as np
 from matplotlib.collections import PolyCollection
@@ -9,17 +9,17 @@ from ..report.layout import Head
 from ..report.style import BLUE, EDGE, INK, RED, STONE, new_figure
 
 FILLS = {"stable": STONE, "slides": "#8fb8de", "topples": "#e59a86"}
-_LONGEST_ARROW = 0.12  # of the model's size
+_LONGEST_ARROW = 0.12  # length of the longest arrow over the size of the model
 
 
 def draw_mechanism(found, axes=None, title: str = "", words: str = ""):
-    """Draw a mechanism: blocks where they rest in the colours of their verdicts, with arrows.
+    """Draw a mechanism: blocks at rest coloured by their verdicts, with displacement arrows.
 
     Parameters
     ----------
     found : Mechanism or Limit
     axes : matplotlib.axes.Axes, optional
-        A figure of its own by default.
+        By default, a new figure is created.
     title, words : str
         Title, and subtitle below.
 
@@ -53,20 +53,20 @@ def draw_mechanism(found, axes=None, title: str = "", words: str = ""):
     margin = 0.04 * size
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
     axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    axes.legend(handles=_counted(found.verdicts), frameon=False, loc="upper left",
+    axes.legend(handles=_count_verdicts(found.verdicts), frameon=False, loc="upper left",
                 bbox_to_anchor=(1.0, 1.0))  # fmt: skip
     Head(axes, title, [words])
     return axes
 
 
-def _counted(verdicts) -> list[Patch]:
-    """The colour of each verdict that blocks have, and how many have it."""
+def _count_verdicts(verdicts) -> list[Patch]:
+    """Return the colour of each verdict that occurs, and its number of blocks."""
     return [Patch(fc=fill, ec=EDGE, label=f"{name}: {verdicts.count(name)}")
             for name, fill in FILLS.items() if name in verdicts]  # fmt: skip
 
 
 def pushover_figure(found, limits=None):
-    """A capacity curve, its energies, and the blocks at its end.
+    """Draw a capacity curve, its energies, and the blocks at its end.
 
     Parameters
     ----------
@@ -103,13 +103,13 @@ def pushover_figure(found, limits=None):
     )
     blocks.autoscale()
     blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title=f"End: {found.ending}"[:70])
-    blocks.legend(handles=_counted(found.verdicts), frameon=False, ncols=3, loc="upper left",
+    blocks.legend(handles=_count_verdicts(found.verdicts), frameon=False, ncols=3, loc="upper left",
                   bbox_to_anchor=(0.0, -0.12))  # fmt: skip
     return figure
 
 
 def performance_figure(found):
-    """A capacity curve and its equivalent oscillator on a spectrum over displacement.
+    """Draw a capacity curve, its equivalent oscillator and the spectrum over displacement.
 
     Parameters
     ----------

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pushover: a load that grows with the weight to its peak and falls behind it, by static steps.
+"""Pushover: follow a load proportional to the weight beyond its peak by static steps.
 
-Each step drops all velocities, so that blocks out of balance move by d = M⁻¹ F Δt², and what
-inertia takes of the load is known: with f the load at a factor of 1, virtual work of the step's own
-displacements gives the factor at which the blocks are in balance, λ − Σ d·M d/(Δt² Σ f·d).  The
-next factor is that and an excess which makes the displacement of the named point in a step as large
-as it is wanted, or that of the block that moves farthest where the point hardly moves:
-displacement controls the load, also where a mechanism falls that the point is no part of.  The
-forces of a step balance where it begins, so that the curve of a mechanism is exact.
+Each step starts with zero velocity, so that unbalanced blocks move by d = M⁻¹ F Δt², which
+determines the inertia forces.  With f the load at a factor of 1, the virtual work of the
+displacements of the step gives the factor at equilibrium, λ − Σ d·M d/(Δt² Σ f·d).  The next factor
+is this one plus an excess, chosen such that the named point moves by the wanted displacement per
+step.  If the point hardly moves, the block with the largest displacement controls the step.
+Displacement thus controls the load also if a mechanism without the point collapses. The forces of a
+step are in equilibrium at its start, so the curve of a mechanism is exact.
 """
 
 import math
@@ -26,27 +26,27 @@ from .safety import _verdicts
 from .strength import static_model
 
 LOADS = ("horizontal", "tilt", "mode")
-_EXCESS = 0.005  # of the weight: excess load of a step
-_FIRST, _LEAST = 0.01, 0.05  # first factor; factor that changes are fractions of, at least
-_MOST = 0.02  # fraction of the factor, of its excess
-_BACK = 0.5  # of the factor of balance, to which the next one falls at most
-_STEADY = 1.5  # times _EXCESS; above it normal forces, and so friction, differ from those at rest
-_SMALLEST = 1e-4  # the same, at least
+_EXCESS = 0.005  # excess load of a step over the weight
+_FIRST, _LEAST = 0.01, 0.05  # first factor; smallest factor to which changes are relative
+_MOST = 0.02  # largest excess, as a fraction of the factor
+_BACK = 0.5  # smallest next factor over the factor at equilibrium
+_STEADY = 1.5  # largest excess over _EXCESS; above it, friction differs from static equilibrium
+_SMALLEST = 1e-4  # smallest excess over _EXCESS
 _MORE = 1.5  # largest ratio of the excesses of two steps
-_SHORTEST = 1e-3  # of the time step, below which a step does not converge
-_LOOKS, _TO_PEAK = 6, 500  # limit of steps over those requested, and before the peak
-_HARDLY = 0.2  # of the largest displacement of a step: the point does not control it
-_ELASTIC = 0.1  # of the target displacement of a step: less is elastic
-_PARTED = 3.0  # times the displacement requested: a block has left the point behind
-_STILL = 1e-3  # of the largest displacement of a mode: a fixed block
+_SHORTEST = 1e-3  # smallest fraction of the time step before a step counts as not converged
+_LOOKS, _TO_PEAK = 6, 500  # largest number of steps over the requested one, and before the peak
+_HARDLY = 0.2  # fraction of the largest displacement below which the point does not control
+_ELASTIC = 0.1  # fraction of the target displacement of a step below which it is elastic
+_PARTED = 3.0  # displacement of a block over the requested one at which the run ends
+_STILL = 1e-3  # fraction of the largest modal displacement below which a block is fixed
 _UNCONVERGED = "a step does not converge"
 _BY_THEMSELVES = "blocks move by themselves; more steps may follow them farther"
-_TILT = math.radians(89.0)  # at which a tilting table ends
+_TILT = math.radians(89.0)  # largest angle of a tilting table
 
 
 @dataclass(frozen=True)
 class Pushover:
-    """A capacity curve, and how the blocks move.
+    """A capacity curve and its mechanism.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Pushover:
     work : ndarray, shape (steps,)
         Of the load, J/m.
     friction : ndarray, shape (steps,)
-        Lost by slip, J/m.
+        Energy dissipated by slip, J/m.
     mass : float
         Of the blocks that are loaded, kg/m.
     names, verdicts : tuple of str
@@ -77,7 +77,7 @@ class Pushover:
     polygons : list of ndarray
         Blocks at the end, shape (vertices, 2), m.
     ending : str
-        Why it ended there.
+        Reason why the curve ends there.
     masses : ndarray, shape (blocks,)
         Of blocks and bodies, kg/m.
     pull : float
@@ -104,21 +104,21 @@ class Pushover:
 
     @property
     def peak(self) -> float:
-        """Largest load over the weight."""
+        """Return the largest load over the weight."""
         return float(self.factor.max())
 
     @property
     def at_peak(self) -> float:
-        """Displacement there, m."""
+        """Return the displacement at the peak, m."""
         return float(self.displacement[int(np.argmax(self.factor))])
 
     @property
     def converged(self) -> bool:
-        """Whether all of its steps converged."""
+        """Return whether all steps converged."""
         return not self.ending.startswith(_UNCONVERGED)
 
     def __str__(self) -> str:
-        """Peak, energies, mechanism and end, a line each."""
+        """Return peak, energies, mechanism and end, one line each."""
         counts = {word: self.verdicts.count(word) for word in ("stable", "slides", "topples")}
         moves = ", ".join(f"{n} {word}" for word, n in counts.items() if n)
         what = {"tilt": "tangent of the tilt", "mode": "load in the first mode over the weight",
@@ -132,7 +132,7 @@ class Pushover:
         ])  # fmt: skip
 
     def to_csv(self) -> str:
-        """The curve as lines of displacement (m), factor, work and friction (J/m)."""
+        """Return the curve as CSV: displacement (m), factor, work and friction (J/m)."""
         rows = zip(
             self.displacement, self.largest, self.factor, self.work, self.friction, strict=True
         )
@@ -142,7 +142,7 @@ class Pushover:
         )
 
     def draw(self, limits=None):
-        """Curve, energies and blocks at the end; a matplotlib.figure.Figure.
+        """Draw the curve, its energies and the blocks at the end; return the figure.
 
         Parameters
         ----------
@@ -164,12 +164,12 @@ def pushover(
     steps: int = 200,
     changes: Mapping | None = None,
 ) -> Pushover:
-    """Push a model past its peak, under control of displacements.
+    """Compute the capacity curve of a model past its peak, under displacement control.
 
     Parameters
     ----------
     source : path or Model
-        It must come to rest under its weight; static stages act, motions do not.
+        It must reach equilibrium under its weight; static stages act, motions do not.
     point : str
         Name of a &measured_point.
     load : {'horizontal', 'tilt', 'mode'}
@@ -191,7 +191,7 @@ def pushover(
     InputError
         If an argument cannot be used.
     ConvergenceError
-        If the model does not come to rest under its weight.
+        If the model does not reach equilibrium under its weight.
     """
     if load not in LOADS or sense not in (1, -1):
         raise InputError(f"load = {load!r}, sense = {sense!r}: use {', '.join(LOADS)}; 1 or -1")
@@ -203,7 +203,7 @@ def pushover(
 
 @dataclass(frozen=True)
 class _Loaded:
-    """The blocks of a model, and the load of each at a factor of 1 over its weight."""
+    """The blocks of a model, and the load of each over its weight at a factor of 1."""
 
     bodies: Bodies
     mass: np.ndarray
@@ -214,13 +214,13 @@ class _Loaded:
 
     @classmethod
     def of(cls, model: Model, load: str) -> "_Loaded":
-        """Those of a model."""
+        """Return the loaded blocks of a model."""
         with Simulation(model) as first:
             scene, polygons, centres = Scene.of(first), first.polygons, first.coordinates[:, :2]
             density = [float(group["density"]) for group in scene.groups["material"]]
             mass = np.array(density)[scene.material] * scene.areas()
             each = zip(polygons, centres, strict=True)
-            polar = mass * [_polar(polygon - centre) for polygon, centre in each]
+            polar = mass * [_gyration_squared(polygon - centre) for polygon, centre in each]
             pattern = _first_mode(first, mass) if load == "mode" else np.ones(len(mass))
             bodies = Bodies(polygons, first.block_bodies, list(scene.names))
         lowest = float(np.concatenate(polygons)[:, 1].min())
@@ -228,7 +228,7 @@ class _Loaded:
 
 
 def _first_mode(first: Simulation, mass: np.ndarray) -> np.ndarray:
-    """Displacements along x, scaled so that the forces add up to the weight of what moves."""
+    """Return the first mode along x, scaled to forces equal to the weight that moves."""
     from ..engine.checking import modes
 
     shape = modes(first, 1).shapes[0][:, 0]
@@ -239,7 +239,7 @@ def _first_mode(first: Simulation, mass: np.ndarray) -> np.ndarray:
 
 
 class _Pushed:
-    """A model, and the load on it."""
+    """A model and the variable load on it."""
 
     def __init__(self, model: Model, point: str, load: str, sense: int, end, steps: int):
         self.load, self.sense, self.point, self.steps = load, sense, point, steps
@@ -255,10 +255,10 @@ class _Pushed:
         self.blocks = _Loaded.of(model, load)
         height = points[point].y - self.blocks.lowest
         self.end = POSITIVE.check("displacement", 0.1 * height if end is None else end)
-        self.model = self._stepped(model)
+        self.model = self._with_static_stage(model)
 
-    def _stepped(self, model: Model) -> Model:
-        """The model with a stage of static steps."""
+    def _with_static_stage(self, model: Model) -> Model:
+        """Return the model with an added stage of static steps."""
         pushed = model.copy()
         if self.load == "mode":
             for i, (x, y) in enumerate(self.blocks.centres, 1):
@@ -271,17 +271,17 @@ class _Pushed:
         return pushed
 
     def run(self) -> Pushover:
-        """Step to the end."""
+        """Run all steps and return the capacity curve."""
         rows, states, ending = [], [], ""
         excess, factor, work, moved, far = _FIRST, _FIRST, 0.0, 0.0, 0.0
         steps: list[
             tuple[float, float]
-        ] = []  # displacement of the controlling point or block; balance
+        ] = []  # displacement of the controlling point or block; factor at equilibrium
         with Simulation(self.model) as run:
             start = before = run.coordinates
             time, lost = run.time, run.energies["friction"]
             while not ending:
-                self._set(run, factor)
+                self._apply_load(run, factor)
                 try:
                     done = run.advance()
                 except (ConvergenceError, SolverError) as trouble:
@@ -304,19 +304,19 @@ class _Pushed:
                     rows.append(row)
                     states.append(now[:, :3])
                 steps.append((self._controlling_displacement(change, moved - last), balance))
-                excess = self._excess(excess, factor, steps)
+                excess = self._next_excess(excess, factor, steps)
                 ahead = max(_balance_ahead(steps), _BACK * balance)
                 factor = min(factor, ahead) + excess
             polygons = run.polygons
-        return self._found(rows, states, polygons, ending)
+        return self._result(rows, states, polygons, ending)
 
     def _controlling_displacement(self, change: np.ndarray, own: float) -> float:
-        """Displacement that controls a step: of the point, or of the block that moves farthest."""
+        """Return the controlling displacement of a step: of the point or of another block."""
         most = float(np.hypot(*change[:, :2].T).max())
         return max(abs(own) if abs(own) > _HARDLY * most else most, 1e-12 * self.end)
 
-    def _excess(self, excess: float, factor: float, steps: list[tuple[float, float]]) -> float:
-        """What the next factor has beyond balance: a mechanism moves in proportion to it."""
+    def _next_excess(self, excess: float, factor: float, steps: list[tuple[float, float]]) -> float:
+        """Return the excess of the next factor over equilibrium, which moves a mechanism."""
         (way, balance), wanted = steps[-1], self.end / self.steps
         next_one = _MORE * excess
         if way > _ELASTIC * wanted:
@@ -325,7 +325,7 @@ class _Pushed:
         return min(max(next_one, least), most)
 
     def _ending(self, done: bool, moved: float, far: float, balance: float) -> str:
-        """Why the last step was the last one; empty if it was not."""
+        """Return the reason why the run ends after this step; empty if it continues."""
         if balance <= 0:
             return "collapse: no resistance is left"
         if abs(moved) >= self.end:
@@ -337,22 +337,22 @@ class _Pushed:
             )
         if self.load == "tilt" and balance >= math.tan(_TILT):
             return "the table is upright"
-        return "as many steps as it may take" if done else ""
+        return "the largest number of steps is reached" if done else ""
 
     def _inertia(self, change: np.ndarray) -> float:
-        """d·M d of a step, kg m² per metre."""
+        """Return d·M d of a step, kg m² per metre."""
         square = np.sum(change[:, :2] ** 2, axis=1)
         return float(np.sum(self.blocks.mass * square + self.blocks.polar * change[:, 2] ** 2))
 
     def _power(self, change: np.ndarray, factor: float) -> float:
-        """Work of the load at a factor of 1 over the displacements of a step, J/m."""
+        """Return the work of the load at a factor of 1 over the displacements of a step, J/m."""
         weight, ways = self.pull * self.blocks.mass, change[:, :2]
         if self.load != "tilt":
             return float(self.sense * np.sum(weight * self.blocks.pattern * ways[:, 0]))
         return float(self.sense * np.sum(weight * ways[:, 0]) * math.cos(math.atan(factor)))
 
-    def _set(self, run: Simulation, factor: float) -> None:
-        """Apply the load."""
+    def _apply_load(self, run: Simulation, factor: float) -> None:
+        """Apply the load at a factor."""
         if self.load == "horizontal":
             run.gravity = (self.sense * factor * self.pull, -self.pull)
         elif self.load == "tilt":
@@ -362,7 +362,7 @@ class _Pushed:
             forces = self.sense * factor * self.pull * self.blocks.mass * self.blocks.pattern
             run.change({f"load[push {i}].force_x": (f, f) for i, f in enumerate(forces, 1)})
 
-    def _found(self, rows, states, polygons, ending: str) -> Pushover:
+    def _result(self, rows, states, polygons, ending: str) -> Pushover:
         if not rows:
             raise ConvergenceError(f"the model cannot be pushed: {ending}")
         displacement, largest, factor, work, friction = np.array(rows).T
@@ -379,15 +379,15 @@ class _Pushed:
 
 
 def _balance_ahead(steps: list[tuple[float, float]]) -> float:
-    """Factor of balance where the last step ended, by the slope over the two before."""
+    """Extrapolate the factor at equilibrium to the end of the last step."""
     if len(steps) < 2:
         return steps[-1][1]
     (before, higher), (way, balance) = steps[-2:]
     return balance + (balance - higher) * way / before
 
 
-def _polar(offsets: np.ndarray) -> float:
-    """Square of the polar radius of gyration of a polygon about its centroid, m²."""
+def _gyration_squared(offsets: np.ndarray) -> float:
+    """Return the squared polar radius of gyration of a polygon about its centroid, m²."""
     x, y = offsets.T
     a, b = np.roll(x, -1), np.roll(y, -1)
     cross = x * b - a * y

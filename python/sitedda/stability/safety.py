@@ -3,10 +3,10 @@
 
 A model *stands* at a factor F if, with tan φ, c and T of all joints, and of all materials of law
 'mohr_coulomb', divided by F, each of its
-static stages comes to rest (`docs/method.md`, statics), and no block has moved farther from where
-it rests with strong joints than a fraction of the usual block's radius, no cell of a body farther
-than that fraction of its body's.  The factor of safety is where that ends, by bisection; it may lie
-below 1.
+static stages reaches equilibrium (`docs/method.md`, statics), and no block has moved farther from
+its equilibrium with strong joints than a fraction of the median radius of blocks.  For cells of a
+body, the limit is this fraction of the radius of the body. The factor of safety is the largest such
+F, found by bisection; it may lie below 1.
 """
 
 import math
@@ -22,37 +22,35 @@ from .bodies import Bodies
 from .strength import Rest, come_to_rest, elastic_soils, released, static_model, yielding
 
 _LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # range of factors
-_BEYOND = 1.02  # times the factor at failure, for the motion of the mechanism
-_SETTLEMENT = 0.2  # of its radius: largest displacement of a block to the first state of rest
-_UNDISTURBED = (
-    0.1  # of that displacement: limit of the state of rest from which the mechanism starts
-)
-_SMALL = 0.01  # of the area of the model: a mechanism that is named as small
-_NAMED = 4  # blocks of a mechanism in a sentence
-_TOLD = 1e-6  # of the largest component: less is shown as 0
-_STILL = 0.02  # of the largest displacement: the block is stable
-_TURNING = 0.03  # rotation × radius over displacement: the block topples
-_STEP, _STEPS = 0.4, 3000  # of that motion: Δt, √(way / g), and most steps
-_ELASTIC = 4  # steps in which elastic strains follow the new forces
+_BEYOND = 1.02  # factor of the mechanism over the factor at failure
+_SETTLEMENT = 0.2  # largest displacement of a block up to the first equilibrium, over its radius
+_UNDISTURBED = 0.1  # fraction of that displacement that is allowed before the mechanism starts
+_SMALL = 0.01  # fraction of the area of the model below which a mechanism is called small
+_NAMED = 4  # largest number of blocks that a sentence names
+_TOLD = 1e-6  # fraction of the largest component below which 0 is shown
+_STILL = 0.02  # fraction of the largest displacement below which a block is stable
+_TURNING = 0.03  # rotation × radius over displacement above which a block topples
+_STEP, _STEPS = 0.4, 3000  # time step of the motion, √(displacement / g), and its largest number
+_ELASTIC = 4  # steps in which elastic strains adapt to the new forces
 
 
 @dataclass(frozen=True)
 class Mechanism:
-    """How a model moves when its strength is divided by a factor.
+    """The motion of a model whose strength is divided by a factor.
 
     Attributes
     ----------
     factor : float
     displacement : ndarray, shape (blocks, 3)
-        x, y (m) and rotation (rad) of each block from rest on; of a body the mean over its area.
+        x, y (m) and rotation (rad) of each block from equilibrium; means over bodies.
     verdicts : tuple of str
         Of each block: 'stable', 'slides' or 'topples'.
     names : tuple of str
         Of the blocks.
     moves : bool
-        A block has moved by the way that counts as failure.
+        Whether a block has moved by the displacement that counts as failure.
     polygons : list of ndarray
-        The blocks where they rest, shape (vertices, 2), m.
+        The blocks at equilibrium, shape (vertices, 2), m.
     joint : str
         Joint with the largest normal force between moving and stable blocks; empty: none.
     """
@@ -66,7 +64,7 @@ class Mechanism:
     joint: str = ""
 
     def draw(self, axes=None, title: str = ""):
-        """Draw blocks in the colours of their verdicts, with arrows; matplotlib axes."""
+        """Draw blocks coloured by their verdicts, with arrows; return matplotlib axes."""
         from .picture import draw_mechanism
 
         outcome = "Mechanism" if self.moves else "Stands"
@@ -77,18 +75,18 @@ class Mechanism:
 
     @property
     def areas(self) -> tuple[float, float]:
-        """Area that moves and area of all blocks, m²."""
+        """Return the area of the moving blocks and of all blocks, m²."""
         each = np.array([_area(polygon) for polygon in self.polygons])
-        return float(each[_moving(self.verdicts)].sum()), float(each.sum())
+        return float(each[_are_moving(self.verdicts)].sum()), float(each.sum())
 
     @property
     def moving(self) -> list[str]:
-        """Names of the blocks that move."""
-        return [self.names[i] for i in np.flatnonzero(_moving(self.verdicts))]
+        """Return the names of the moving blocks."""
+        return [self.names[i] for i in np.flatnonzero(_are_moving(self.verdicts))]
 
     @property
     def words(self) -> str:
-        """Moving blocks, their fraction of the model and their joint, in a phrase."""
+        """Return a phrase with the moving blocks, their fraction of the model and their joint."""
         moving, whole = self.areas
         names = self.moving
         shown = ", ".join(names[:_NAMED]) + (" …" if len(names) > _NAMED else "")
@@ -98,7 +96,7 @@ class Mechanism:
 
     @property
     def _shown_rows(self) -> list[tuple[str, str, str]]:
-        """Displacement (m) and rotation (°) of each block; what is no part of the motion is 0."""
+        """Return displacement (m) and rotation (°) of each block; negligible values are 0."""
         least = _TOLD * float(abs(self.displacement).max(initial=0.0))
         shown = np.where(abs(self.displacement) > least, self.displacement, 0.0)
         return [(f"{x:.4g}", f"{y:.4g}", f"{math.degrees(turn):.4g}") for x, y, turn in shown]
@@ -138,13 +136,13 @@ class Safety:
     low, high : float
         The model stands at `low` and fails at `high`.
     trials : tuple of Rest
-        All that was tried, in order.
+        All trials, in order.
     mechanism : Mechanism or None
-        Of the failure; None if the model stands without strength.
+        The mechanism of failure; None if the model stands without strength.
     warning : str
-        Doubt about the result; empty if there is none.
+        Warning about the result; empty if there is none.
     smaller : tuple of Safety
-        Mechanisms below `least_area`, whose blocks were removed one after the other before.
+        Mechanisms below `least_area`, whose blocks were removed successively.
     """
 
     low: float
@@ -156,11 +154,11 @@ class Safety:
 
     @property
     def factor(self) -> float:
-        """The middle of the bracket."""
+        """Return the middle of the bracket."""
         return self.low if math.isinf(self.high) else 0.5 * (self.low + self.high)
 
     def draw(self, axes=None):
-        """Draw the mechanism; matplotlib axes."""
+        """Draw the mechanism; return matplotlib axes."""
         if self.mechanism is None:
             raise ValueError("there is no mechanism: the model stands without strength")
         found = f"Factor of safety {self.factor:.4g}" if self.low else "Fails at any strength"
@@ -187,7 +185,7 @@ class Safety:
 
     @property
     def words(self) -> str:
-        """The result in a sentence, with mechanisms that are left out."""
+        """Return the result in a sentence, with removed smaller mechanisms."""
         removed = [
             f"removed before, below least_area: {one.mechanism.words}, factor {one.factor:.4g}"
             for one in self.smaller
@@ -211,7 +209,7 @@ class Safety:
         )
 
     def __str__(self) -> str:
-        """Trials, mechanism, result."""
+        """Return trials, mechanism and result as text."""
         head = f"strength divided by trial factors, by bisection\n{'factor':>10}  outcome"
         rows = [f"{one.factor:10.6g}  {'stands' if one.stands else 'fails'}" for one in self.trials]
         parts = ["\n".join([head, *rows])]
@@ -221,13 +219,13 @@ class Safety:
         return "\n\n".join(filter(None, parts))
 
 
-def _moving(verdicts: tuple[str, ...]) -> np.ndarray:
-    """Whether each block moves."""
+def _are_moving(verdicts: tuple[str, ...]) -> np.ndarray:
+    """Return whether each block moves."""
     return np.array(verdicts) != "stable"
 
 
 def _area(polygon: np.ndarray) -> float:
-    """Area of a polygon, whichever way round its corners are listed, m²."""
+    """Return the area of a polygon of either orientation, m²."""
     x, y = polygon.T - polygon.T[:, :1]
     return abs(0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
@@ -235,7 +233,7 @@ def _area(polygon: np.ndarray) -> float:
 def bisect(
     stands: Callable[[float], bool], low: float, high: float, tolerance: float
 ) -> tuple[float, float]:
-    """Shrink a bracket from where something stands to where it fails.
+    """Bisect a bracket between a value that stands and a value that fails.
 
     Parameters
     ----------
@@ -257,14 +255,14 @@ def bisect(
 
 
 class _Trials:
-    """Trials of one model."""
+    """The trials of a model with its strength divided by factors."""
 
     def __init__(self, model: Model, displacement: float, removed: list[str]):
         self.model, self.removed = model, ", ".join(removed) or None
         if self.removed:
             stage = model.of_kind("stage")[0]
             stage(remove=", ".join(filter(None, (stage.remove, *removed))))
-        with released(self.model, 1.0, None, 1.0, 1) as first:  # before anything has moved
+        with released(self.model, 1.0, None, 1.0, 1) as first:  # before any block has moved
             self.start = first.coordinates
             names = [name or f"block {i}" for i, name in enumerate(first.block_names, 1)]
             self.bodies = Bodies(first.polygons, first.block_bodies, names)
@@ -274,26 +272,26 @@ class _Trials:
 
     @property
     def ways(self) -> np.ndarray:
-        """Displacement of each block that counts as failure, m."""
+        """Return the displacement of each block that counts as failure, m."""
         radii = self.bodies.radii
         usual = float(np.quantile(radii, 0.5, method="lower"))
         many = np.bincount(self.bodies.of) > 1
         return self.share * np.where(many, radii, usual)[self.bodies.of]
 
     def largest(self, coordinates: np.ndarray, start: np.ndarray) -> tuple[float, float]:
-        """The motion that is nearest to failure, and its displacement, m."""
+        """Return the motion closest to failure, and its displacement, m."""
         moved = self.moved(coordinates, start)
         most = int(np.argmax(moved / self.ways))
         return float(moved[most]), float(self.ways[most])
 
     def moved(self, coordinates: np.ndarray, start: np.ndarray) -> np.ndarray:
-        """Displacement and radius × rotation of each block, shape (blocks,), m."""
+        """Return displacement and radius × rotation of each block, shape (blocks,), m."""
         change = coordinates - start
         radii = self.bodies.radii[self.bodies.of]
         return np.hypot(np.hypot(change[:, 0], change[:, 1]), radii * change[:, 2])
 
     def stands(self, factor: float) -> bool:
-        """Try a factor."""
+        """Return whether the model stands at a factor."""
         rest = come_to_rest(self.model, factor)
         if rest.stands:
             if self.reference is None:
@@ -309,7 +307,7 @@ class _Trials:
         return rest.stands
 
     def find_reference(self, factor: float) -> float | None:
-        """The first factor, from a quarter of one down, at which the model rests."""
+        """Find the first factor, from 1/4 downwards, at which the model reaches equilibrium."""
         factor *= 0.25
         while factor >= _LEAST_REDUCTION:
             if self.stands(factor):
@@ -318,7 +316,7 @@ class _Trials:
         return None
 
     def undisturbed(self) -> float:
-        """The largest factor at which the model rests without having moved much."""
+        """Find the largest factor at which the model reaches equilibrium almost undisplaced."""
         good = []
         for one in self.done:
             if one.stands:
@@ -335,7 +333,7 @@ def safety(
     least_area: float = 0.0,
     changes: Mapping | None = None,
 ) -> Safety:
-    """Factor by which all strengths, of joints and materials, may be divided before a model fails.
+    """Find the factor by which all strengths can be divided before a model fails.
 
     Parameters
     ----------
@@ -365,33 +363,33 @@ def safety(
     smaller: list[Safety] = []
     while True:
         gone = [name for one in smaller for name in one.mechanism.moving]
-        found = _critical(_Trials(model.copy(), displacement, gone), tolerance)
+        found = _critical_factor(_Trials(model.copy(), displacement, gone), tolerance)
         small = found.mechanism is not None and found.mechanism.areas[0] < least_area
         if not small or not found.mechanism.moves or set(found.mechanism.moving) <= set(gone):
             return replace(found, smaller=tuple(smaller))
         smaller.append(found)
 
 
-def _critical(trials: _Trials, tolerance: float) -> Safety:
-    """The smallest factor at which a model fails."""
+def _critical_factor(trials: _Trials, tolerance: float) -> Safety:
+    """Bisect the smallest factor at which a model fails."""
     strong = trials.find_reference(1.0)
     if strong is None:
         lowest = trials.done[-1].factor
-        return Safety(0.0, lowest, tuple(trials.done), _mechanism(trials, 1.0, None))
+        return Safety(0.0, lowest, tuple(trials.done), _release_mechanism(trials, 1.0, None))
     low, high = strong, 1.0
     while high <= _MOST_REDUCTION and trials.stands(high):
         low, high = high, 2.0 * high
     if high > _MOST_REDUCTION:
-        return Safety(low, math.inf, tuple(trials.done), None, _doubts(None, trials.model))
+        return Safety(low, math.inf, tuple(trials.done), None, _find_doubts(None, trials.model))
     low, high = bisect(trials.stands, low, high, tolerance)
-    mechanism = _mechanism(trials, _BEYOND * high, trials.undisturbed())
-    return Safety(low, high, tuple(trials.done), mechanism, _doubts(mechanism, trials.model))
+    mechanism = _release_mechanism(trials, _BEYOND * high, trials.undisturbed())
+    return Safety(low, high, tuple(trials.done), mechanism, _find_doubts(mechanism, trials.model))
 
 
 def mechanism(
     source, factor: float = 1.0, *, displacement: float = 0.05, changes: Mapping | None = None
 ) -> Mechanism:
-    """How a model moves with all strengths, of joints and materials, divided by one factor.
+    """Compute the motion of a model with all strengths divided by a factor.
 
     Parameters
     ----------
@@ -413,11 +411,11 @@ def mechanism(
         moved = bodies.mean(trials.done[-1].coordinates[:, :3] - trials.reference[:, :3])
         stable = ("stable",) * len(bodies.names)
         return Mechanism(factor, moved, stable, bodies.names, False, bodies.outlines())
-    return _mechanism(trials, factor, strong)
+    return _release_mechanism(trials, factor, strong)
 
 
-def _mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:
-    """Release the model at a factor, from rest at another, until it has moved far enough."""
+def _release_mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:
+    """Release the model at a factor from equilibrium at another until it has moved far enough."""
     gravity = trials.model.control.gravity
     pull = 0.0 if gravity is None else float(np.linalg.norm(gravity))
     unit = math.sqrt(float(trials.ways.min()) / (pull or 1.0))
@@ -432,32 +430,32 @@ def _mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:
         bodies, change = trials.bodies, run.coordinates - start
         change = bodies.mean(change[:, :3])
         verdicts = _verdicts(change, bodies.radii)
-        joint = _joint_between(run, bodies.of, _moving(verdicts), trials.model)
+        joint = _joint_between(run, bodies.of, _are_moving(verdicts), trials.model)
     return Mechanism(factor, change, verdicts, bodies.names, moves, bodies.outlines(), joint)
 
 
 def _joint_between(run: Simulation, of: np.ndarray, moving: np.ndarray, model: Model) -> str:
-    """The joint with the largest normal force between moving and stable bodies; empty: none."""
+    """Find the joint with the largest normal force between moving and stable bodies, or ''."""
     contacts = run.contacts
     owner = np.repeat(np.arange(len(of)), [len(polygon) for polygon in run.polygons])
     sides = [moving[of[owner[contacts[end]]]] for end in ("vertex", "edge")]
     force = np.where(sides[0] != sides[1], contacts["normal_force"], 0.0)
     names = [joint.name for joint in model.of_kind("joint")]
-    # Weaker copies of the joints follow them in the same order.
+    # Weaker copies of the joints follow the original joints in the same order.
     total = np.bincount(contacts["joint"] % len(names), force, len(names))
     return names[int(np.argmax(total))] if total.max() > 0.0 else ""
 
 
 def _verdicts(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
-    """Verdict on each block, from its displacement and rotation."""
+    """Judge each block from its displacement and rotation."""
     moved, turned = np.hypot(change[:, 0], change[:, 1]), radii * abs(change[:, 2])
     still = np.hypot(moved, turned) <= _STILL * np.hypot(moved, turned).max(initial=0.0)
     turns = turned > _TURNING * moved
     return tuple(np.where(still, "stable", np.where(turns, "topples", "slides")).tolist())
 
 
-def _doubts(mechanism: Mechanism | None, model: Model) -> str:
-    """Doubts on a result: no motion confirms the failure, or cells are too strong."""
+def _find_doubts(mechanism: Mechanism | None, model: Model) -> str:
+    """Return warnings: no motion confirms the failure, or cells are too strong."""
     said = []
     if mechanism and not mechanism.moves:
         said.append(

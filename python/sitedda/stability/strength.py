@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Models whose strength is divided by a factor, brought to rest or let go."""
+"""Models with reduced strength, in equilibrium or released."""
 
 from collections.abc import Mapping
 from contextlib import contextmanager
@@ -19,27 +19,27 @@ _TIME_ZERO = {
     "load": (("force_x", "force_y"), False),
     "traction": (("normal", "shear", "level"), False),
     "water": (("rise", "scale"), True),
-}  # groups that change in time: their variables, and whether the end values continue
+}  # groups that depend on time: their variables, and whether the end values continue
 _DAMPING = ("damping_ratio", "reference_frequency", "damping_band", "mechanisms")  # of materials
 _DAMPING += ("rayleigh_alpha", "rayleigh_beta", "rayleigh_frequencies")
 _CURVES = ("curve", "plasticity_index", "mean_stress", "ocr", "reference_strain", "shear_strength",
            "curve_factor", "curve_power", "curve_fit", "strains", "reductions", "dampings",
            "damping_curve", "branches")  # fmt: skip
-_WITH_STRENGTH = ("hyperbolic", "gqh")  # curves that end at one
+_WITH_STRENGTH = ("hyperbolic", "gqh")  # curves that end at a shear strength
 
 
 @dataclass(frozen=True)
 class Rest:
-    """The outcome of the static stages at one factor.
+    """The result of the static stages at a factor.
 
     Attributes
     ----------
     factor : float
         That tan φ, c and T are divided by.
     stands : bool
-        All static stages come to rest.
+        Whether all static stages reach equilibrium.
     words : str
-        How, or what keeps moving.
+        Description of the equilibrium, or of the blocks that still move.
     coordinates : ndarray or None
         Block coordinates at rest, shape (blocks, 6).
     """
@@ -51,11 +51,10 @@ class Rest:
 
 
 def static_model(source, changes: Mapping | None = None) -> Model:
-    """A copy of a model, of static stages alone, with what changes in time kept as at time 0.
+    """Return a copy of a model with static stages only and loads fixed at time 0.
 
-    Stages that are dynamic and change the model become static; others of that kind are left out.
-    Without a stage the model has one in which it comes to rest.  Motions and what refers to them
-    are taken out.
+    Dynamic stages that change the model become static; other dynamic stages are omitted.  A model
+    without stages gets one static stage.  Motions and references to them are removed.
 
     Parameters
     ----------
@@ -70,10 +69,10 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     model = model.build()
     model.control(**dict.fromkeys((*_TIMED[:2], "settle", "dynamic_factor", "duration", "steps")))
     if model.control.time_step is None:
-        model.control.time_step = 1.0  # of no use in static stages
+        model.control.time_step = 1.0  # without effect in static stages
     model.control(time_step_control=None, least_time_step=None, integration=None, theta=None)
     model.control(damping_ratio=None, damping_frequency=None)
-    stages = [_static(group) for group in model.of_kind("stage")]
+    stages = [_static_stage(group) for group in model.of_kind("stage")]
     for number, group in enumerate(model.of_kind("joint"), 1):
         group(name=group.name or f"joint {number}")
     for number, group in enumerate(model.of_kind("block"), 1):
@@ -86,9 +85,9 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     for point in model.of_kind("fixed_point"):
         point(motion_x=None, motion_y=None)
     for material in model.of_kind("material"):
-        material(**dict.fromkeys(("initial_velocity", *_DAMPING)), **_at_rest(material))
+        material(**dict.fromkeys(("initial_velocity", *_DAMPING)), **_static_soil(material))
     for boundary in model.of_kind("boundary"):
-        _fix(boundary)
+        _fix_boundary(boundary)
     for values in filter(None, stages):
         model.stage(**values)
     if not model.of_kind("stage"):
@@ -96,10 +95,10 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     return model
 
 
-def _at_rest(material: Group) -> dict:
-    """Replacement for a soil with loops, which is elastic in static stages.
+def _static_soil(material: Group) -> dict:
+    """Return the elastic replacement of a hysteretic soil for static stages.
 
-    Where its curve ends at a shear strength: a solid with that cohesion, without friction.
+    If its curve ends at a shear strength, the solid has this cohesion and no friction.
     """
     if material.law != "hysteretic" or material.curve not in _WITH_STRENGTH:
         return {}
@@ -110,30 +109,30 @@ def _at_rest(material: Group) -> dict:
 
 
 def _shear_modulus(material: Group) -> float:
-    """Of small strains, Pa."""
+    """Return the shear modulus at small strains, Pa."""
     if material.shear_velocity is not None:
         return material.density * material.shear_velocity**2
     return material.young_modulus / (2 * (1 + material.poisson_ratio))
 
 
 def elastic_soils(model: Model) -> list[str]:
-    """Names of soils with loops whose curves have no final strength."""
+    """Return the names of hysteretic soils whose curves have no shear strength."""
     soils = [one for one in model.of_kind("material") if one.law == "hysteretic"]
     return [one.name or "without a name" for one in soils if one.curve not in _WITH_STRENGTH]
 
 
-def _static(group: Group) -> dict | None:
-    """Variables of a stage as a static one; none if it would do nothing."""
+def _static_stage(group: Group) -> dict | None:
+    """Return the variables of a stage made static; empty if it has no effect."""
     timed = ("duration", "steps", "time_step", "integration", "theta", "motions", "kind")
     values = {name: v for name, v in group.as_dict().items() if name not in timed}
     does_nothing = values.keys() <= {"name", "zero_displacements"}
     return None if does_nothing and group.kind != "static" else values | {"kind": "static"}
 
 
-def _fix(boundary: Group) -> None:
-    """Edges that absorb waves are held, as in static stages; motions do not act.
+def _fix_boundary(boundary: Group) -> None:
+    """Replace absorbing boundaries by static supports; remove motions.
 
-    Level ground at rest beyond a side lets nothing through and does not shear: rollers.
+    Level ground in equilibrium beyond a side is replaced by rollers.
     """
     boundary(motion_x=None, motion_y=None, motion_is=None)
     kinds = engine_names("boundary kinds"), engine_names("boundary kinds at rest")
@@ -143,7 +142,7 @@ def _fix(boundary: Group) -> None:
 
 
 def _freeze_load(load: Group, names: tuple[str, ...], ends: bool) -> None:
-    """Keep a load as it is at time 0; outside its times it is zero, or constant."""
+    """Fix a load at its value at time 0; outside its times it is zero or constant."""
     if load.time is None:
         return
     times = np.asarray(load.time, dtype=float)
@@ -157,31 +156,31 @@ def _freeze_load(load: Group, names: tuple[str, ...], ends: bool) -> None:
 
 
 def weakened(model: Model, factor: float) -> Model:
-    """A copy of a model with the strengths of all joints and solids divided by a factor."""
+    """Return a copy of a model with the strengths of all joints and solids divided by a factor."""
     weak = model.copy()
-    for kind, group in _strong(weak):
-        group(**_divided(kind, group, factor))
+    for kind, group in _with_strength(weak):
+        group(**_divide_strength(kind, group, factor))
     return weak
 
 
-def _strong(model: Model) -> list[tuple[str, Group]]:
-    """Joints, and materials that yield, with their kinds."""
+def _with_strength(model: Model) -> list[tuple[str, Group]]:
+    """Return the joints and the yielding materials, with their kinds."""
     joints = model.of_kind("joint")
     return [*(("joint", one) for one in joints), *(("material", one) for one in yielding(model))]
 
 
 def yielding(model: Model) -> list[Group]:
-    """Materials with a strength, by their laws."""
-    return [one for one in model.of_kind("material") if _divided("material", one, 1.0)]
+    """Return the materials with a strength."""
+    return [one for one in model.of_kind("material") if _divide_strength("material", one, 1.0)]
 
 
-def _divided(kind: str, group: Group, factor: float) -> dict:
-    """The strengths of a joint or a material divided by a factor, as its law has them."""
+def _divide_strength(kind: str, group: Group, factor: float) -> dict:
+    """Divide the strengths of a joint or a material by a factor, according to its law."""
     return reduced_group(group_text(kind, group.as_dict()), factor)
 
 
 def come_to_rest(model: Model, factor: float) -> Rest:
-    """Whether a static model comes to rest with its strengths divided by a factor."""
+    """Test whether a static model reaches equilibrium with strengths divided by a factor."""
     try:
         with Simulation(weakened(model, factor)) as simulation:
             while not simulation.advance():
@@ -200,24 +199,24 @@ def released(
     steps: int,
     removed: str | None = None,
 ):
-    """A simulation at rest with strengths divided by `held`, about to be divided by `factor`.
+    """Yield a simulation in equilibrium at `held`, whose strength is next divided by `factor`.
 
-    It moves by damped steps: velocities are dropped after each, so that blocks go where the forces
-    out of balance push them, by F Δt²/M a step, without swinging.
+    Velocities are set to zero after each step, so that blocks move by F Δt²/M per step in the
+    direction of the unbalanced forces, without oscillation.
 
     Parameters
     ----------
     model : Model
-        Of static stages alone.
+        A model with static stages only.
     factor : float
     held : float or None
-        Factor at which the model comes to rest; None: there is none, and it begins unloaded.
+        Factor at which the model reaches equilibrium; None: there is none, and it starts unloaded.
     time_step : float
         s; Δt shrinks where it must.
     steps : int
         Of that Δt, at most.
     removed : str, optional
-        Blocks to remove if nothing holds, as `remove` of a stage.
+        Blocks to remove if no factor is held, as `remove` of a stage.
 
     Yields
     ------
@@ -230,10 +229,10 @@ def released(
     if held is None:
         moving.clear("stage")
     else:
-        for kind, group in _strong(moving):
+        for kind, group in _with_strength(moving):
             weak = f"{group.name} weaker"
             names[kind].append(f"{group.name} -> {weak}")
-            values = group.as_dict() | _divided(kind, group, factor / held) | {"name": weak}
+            values = group.as_dict() | _divide_strength(kind, group, factor / held) | {"name": weak}
             getattr(moving, kind)(**values)
     joints, materials = (", ".join(old) or None for old in names.values())
     moving.stage(

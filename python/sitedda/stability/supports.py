@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Supports that move at rest: fixed points settle, spread or turn in increments of static steps.
+"""Quasi-static support movements: settlement, spreading or rotation in static increments.
 
-A step drops all velocities, so that what it leaves out of balance is M d/Δt²; Δt is so long that
-this is far below the weight.  The reaction is what the other blocks and gravity leave for the
-supports of the moved blocks.
+A step starts with zero velocity, so that its unbalanced force is M d/Δt²; Δt is so long that this
+is far below the weight.  The reaction balances gravity and the forces of the other blocks on the
+moved blocks.
 """
 
 import math
@@ -19,20 +19,20 @@ from ..engine.simulation import Simulation
 from ..output.scene import Scene
 from .strength import static_model
 
-_STEADY = 1e-6  # M/Δt² over the stiffness of contacts
-_FOLLOWS = 20.0  # times an increment, by which a block may fall in a step to follow it
-_EACH = 4  # static steps in an increment, which moves in the first
+_STEADY = 1e-6  # ratio of M/Δt² to the stiffness of contacts
+_FOLLOWS = 20.0  # largest fall of a block in a step, over the increment
+_EACH = 4  # static steps per increment; the supports move in the first
 _STEPS = Range(1, 1000, whole=True)  # an input has at most 4096 values of a motion
 
 
 @dataclass(frozen=True)
 class Movement:
-    """Reactions while supports move.
+    """Reactions during a support movement.
 
     Attributes
     ----------
     share : ndarray, shape (increments,)
-        Of the movement, 0 to 1.
+        Fraction of the movement, 0 to 1.
     reaction : ndarray, shape (increments, 2)
         Force of the supports on the moved blocks, N/m.
     displacement : ndarray, shape (increments, blocks, 3)
@@ -42,7 +42,7 @@ class Movement:
     polygons : list of ndarray
         Blocks at the end, shape (vertices, 2), m.
     ending : str
-        Why it ended early; empty if it did not.
+        Reason for an early end; empty if complete.
     """
 
     share: np.ndarray
@@ -53,7 +53,7 @@ class Movement:
     ending: str = ""
 
     def to_csv(self) -> str:
-        """The curve as lines of share and reaction (N/m)."""
+        """Return the curve as CSV: fraction of the movement and reaction (N/m)."""
         rows = np.column_stack([self.share, self.reaction])
         lines = [",".join(f"{value:.9g}" for value in row) for row in rows]
         return "\n".join(["share (1),reaction x (N/m),reaction y (N/m)", *lines, ""])
@@ -68,7 +68,7 @@ def move_supports(
     steps: int = 50,
     changes: Mapping | None = None,
 ) -> Movement:
-    """Move the fixed points of some blocks, at rest, and record the reaction.
+    """Move the fixed points of some blocks quasi-statically and record the reaction.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def move_supports(
         stiffness, pull = first.normal_stiffness, float(np.linalg.norm(first.gravity))
     density = [float(group["density"]) for group in scene.groups["material"]]
     mass = np.array(density)[scene.material] * scene.areas()
-    moved = [_number(names, name) for name in blocks]
+    moved = [_block_number(names, name) for name in blocks]
     increment = (np.linalg.norm(way) + abs(rotation) * scene.size) / steps
     time_step = math.sqrt(max(float(np.median(mass)) / (_STEADY * stiffness),
                               _FOLLOWS * increment / max(pull, 1e-9)))  # fmt: skip
@@ -109,17 +109,17 @@ def move_supports(
     model.control(time_step=time_step, dynamic_factor=0.0, integration="backward_euler",
                   time_step_control="adaptive", max_displacement_ratio=0.1)  # fmt: skip
     model.stage(name="supports move", steps=_EACH * steps, zero_displacements=True)
-    return _run(model, moved, mass, steps)
+    return _run_increments(model, moved, mass, steps)
 
 
-def _number(names: list[str], name: str) -> int:
+def _block_number(names: list[str], name: str) -> int:
     if name not in names:
         raise InputError(f"blocks: {name!r} is not the name of a block")
     return names.index(name)
 
 
 def _set_motions(model: Model, blocks, way, rotation: float, steps: int, time_step: float) -> None:
-    """Fixed points of the blocks follow the movement: of an increment in its first step."""
+    """Make the fixed points follow the movement; each increment moves in its first step."""
     points = [one for one in model.of_kind("fixed_point") if one.block in blocks]
     if missing := set(blocks) - {one.block for one in points}:
         raise InputError(f"blocks: {min(missing)!r} has no &fixed_point with its name as block")
@@ -139,8 +139,8 @@ def _set_motions(model: Model, blocks, way, rotation: float, steps: int, time_st
             point(**{f"motion_{'xy'[axis]}": name})
 
 
-def _run(model: Model, moved: list[int], mass: np.ndarray, steps: int) -> Movement:
-    """Step to the end, or to where the model no longer rests."""
+def _run_increments(model: Model, moved: list[int], mass: np.ndarray, steps: int) -> Movement:
+    """Run all increments, or until the model finds no equilibrium."""
     shares, reactions, moves, ending = [], [], [], ""
     with Simulation(model) as run:
         start, begin = run.coordinates, run.time
@@ -163,7 +163,7 @@ def _run(model: Model, moved: list[int], mass: np.ndarray, steps: int) -> Moveme
 
 
 def _contact_force(run: Simulation, blocks: list[int]) -> np.ndarray:
-    """Force of the other blocks on some, N/m."""
+    """Return the force of the other blocks on some blocks, N/m."""
     contacts, polygons = run.contacts, run.polygons
     owner = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
     along = np.concatenate([np.roll(polygon, -1, axis=0) - polygon for polygon in polygons])

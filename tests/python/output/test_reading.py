@@ -164,7 +164,7 @@ def test_a_foreign_file_is_no_output(main, tmp_path):
         data.createVariable("time", "f8", ("time",))[:] = 0.0
     done = main("draw", tmp_path / "other.nc")
     assert done.returncode == 5
-    assert "or not an output of a run: variable time_step: it is not there" in done.stderr
+    assert "or not an output of a run: variable time_step: it is missing" in done.stderr
 
 
 def test_attributes_that_no_run_wrote(main, output, tmp_path):
