@@ -19,7 +19,7 @@ While many change, it costs up to forty times that: changes require more open–
 more factorisations. Milliseconds a step (means; Δt 1 ms, penalty 100 E) of a wall in running bond,
 on one thread and on two:"""
 MEANING = """- *sudden*: the first ten steps after gravity acts on a wall whose bricks touch
-  without force (to avoid them, use [a start at rest](method.md#a-start-at-rest));
+  without force (to avoid them, [start from equilibrium](method.md#starting-from-equilibrium));
 - *settling*: the next fifty steps;
 - *shaken*: settled, then shaken by 0.1 g (a stack by 0.75 g);
 - *quiet*: settled; no contact changes.
